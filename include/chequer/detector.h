@@ -1,0 +1,132 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "chequer/camera_model.h"
+#include "chequer/geometry.h"
+#include "chequer/image.h"
+#include "chequer/marker.h"
+
+namespace chequer {
+
+/// What a detection is to be taken with care for; bits of MarkerPose::warnings.
+enum class Warning : std::uint32_t {
+  kIdUndecided = 1u << 0,       ///< the board is certain, the code does not decide its identity
+  kPoorIllumination = 1u << 1,  ///< dark and light luminances overlap more than configured
+  kPoorWhiteBalance = 1u << 2,  ///< saturated and unsaturated saturations overlap more than configured
+  kPartlyHidden = 1u << 3,      ///< cells or corners of the board were not seen
+  kAmbiguous = 1u << 4,         ///< the mirrored pose explains the image nearly as well
+};
+/// "id_undecided", "poor_illumination", "poor_white_balance", "partly_hidden", "ambiguous_pose".
+std::string_view WarningName(Warning warning);
+inline constexpr std::array kAllWarnings{Warning::kIdUndecided, Warning::kPoorIllumination, Warning::kPoorWhiteBalance,
+                                         Warning::kPartlyHidden, Warning::kAmbiguous};
+
+/// How saturation and luminance are told from colour (the publication, section II-A).
+enum class ColorSpace : std::uint8_t {
+  kLab,  ///< CIE L*a*b*: luminance L*, saturation |b*|
+  kHsv,  ///< luminance V, saturation S
+};
+
+/// One kind of marker that is sought.
+struct MarkerFamily {
+  MarkerCode code{MarkerSize{}, Variant::kSecded};
+  double side_m = 0;  ///< of the longer side of the board, cells included; used only with a calibration
+  /// Ids in use; empty: all.
+  std::vector<std::uint64_t> roster;
+};
+
+struct DetectorOptions {
+  std::vector<MarkerFamily> families{MarkerFamily{}};
+  /// Without it, poses are left out.
+  std::optional<CameraModel> camera;
+  ColorSpace color_space = ColorSpace::kLab;
+  /// Warn poor_illumination above this overlap of the luminances (publication, section II-B), 0..0.5.
+  double max_luminance_overlap = 0.02;
+  /// Warn poor_white_balance above this overlap of the saturations, 0..0.5.
+  double max_saturation_overlap = 0.02;
+  /// Threads for one image, 1..64.
+  int threads = 1;
+
+  /// Empty, or what is wrong and what would be right.
+  std::string Check() const;
+};
+
+/// One marker found in an image.
+struct MarkerPose {
+  std::optional<std::uint64_t> id;  ///< empty where undecided; `warnings` says why
+  int family = 0;                   ///< index into DetectorOptions::families
+  Variant variant = Variant::kSecded;
+  MarkerSize size;
+
+  /// camera_from_marker (marker frame: origin at the board's centre, x right, y up, z out of the printed face).
+  /// Valid only with has_pose (a calibration was given).
+  bool has_pose = false;
+  RigidTransform camera_from_marker;
+  /// Of (x, y, z, θx, θy, θz): position in the camera frame, m², and a rotation θ about the camera's axes, rad², with
+  /// R_true = Exp(θ) · R_estimated.
+  Matrix6d covariance = Matrix6d::Zero();
+  /// Probability that the pose's mirror image (the second minimum) is the true one, 0..0.5.
+  double ambiguity = 0;
+
+  /// Inner corners row by row from the marker's top left, as fitted, in pixels of the (distorted) image; NaN where the
+  /// corner was not seen. The first CornerCount(size) are used.
+  std::array<Eigen::Vector2f, kMaxCorners> corners;
+  int corners_used = 0;
+  /// Root mean square of the distances between corners as seen one by one and as fitted, pixels.
+  double reprojection_rms_px = 0;
+  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();  ///< of the board, in the image
+
+  double luminance_overlap = 0;   ///< of the Gaussians of dark and light luminance, 0..0.5
+  double saturation_overlap = 0;  ///< of the Gaussians of unsaturated and saturated saturation, 0..0.5
+  int bits_corrected = 0;
+  std::uint32_t warnings = 0;  ///< bits of Warning
+
+  bool Has(Warning warning) const { return (warnings & static_cast<std::uint32_t>(warning)) != 0; }
+};
+
+/// What happened on the way, for status and for finding out why a marker was not read. Counts of one image.
+struct DetectStats {
+  int corner_candidates = 0;  ///< peaks of the ring response
+  int corners = 0;            ///< of them, those that look like a saddle of four cells
+  int grids = 0;              ///< groups of linked corners
+  int boards = 0;             ///< groups anchored by a border
+  int refused_border = 0;     ///< groups whose border fits no family, at any placement and turn
+  int refused_fit = 0;        ///< boards that the photometric model does not explain
+  int undecided = 0;          ///< boards whose identity is not decided
+};
+
+/// Finds markers. Holds scratch memory, so that nothing is allocated in the steady state: one Detector a thread.
+class Detector {
+ public:
+  /// Throws std::runtime_error with DetectorOptions::Check's message if the options are not valid.
+  explicit Detector(DetectorOptions options);
+  ~Detector();
+  Detector(Detector&&) noexcept;
+  Detector& operator=(Detector&&) noexcept;
+
+  /// The markers of an image, in no particular order. Never throws on any image. Without a calibration of the image's
+  /// size (options.camera of another width or height) poses are left out.
+  std::vector<MarkerPose> Detect(const ImageView& image);
+  /// The same into a vector whose memory is used again.
+  void Detect(const ImageView& image, std::vector<MarkerPose>& markers);
+
+  /// Of the last image.
+  const DetectStats& stats() const;
+  const DetectorOptions& options() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace chequer
