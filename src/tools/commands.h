@@ -1,0 +1,19 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace chequer {
+
+/// Exit statuses of `chequer`, the same for all commands.
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitInput = 1;  ///< something given could not be read or used
+inline constexpr int kExitUsage = 2;  ///< the command line itself is wrong
+
+// One file a command. Each function adds its subcommand with its options and a callback that does the work, which main
+// runs. The callback ends in one of three ways:
+//   - it returns: status 0;
+//   - it throws CLI::ValidationError(what is wrong and what would be right): status 2, printed by main;
+//   - it throws any other std::exception: status 1, printed by main as `chequer COMMAND: message`. A command that has
+//     already printed its messages (one a file) throws CLI::RuntimeError(kExitInput), for which main prints nothing.
+
+}  // namespace chequer

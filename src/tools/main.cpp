@@ -1,0 +1,41 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "tools/commands.h"
+
+namespace {
+
+/// "chequer", or "chequer COMMAND" once the command line has got that far.
+std::string Prefix(const CLI::App& app) {
+  const auto commands = app.get_subcommands();
+  return commands.empty() ? app.get_name() : app.get_name() + " " + commands.front()->get_name();
+}
+
+int Fail(const CLI::App& app, const char* message, int status) {
+  std::fprintf(stderr, "%s: %s\n", Prefix(app).c_str(), message);
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Finds, renders and converts colour-checkerboard markers, and listens to their poses.", "chequer");
+  app.set_version_flag("--version", std::string("chequer ") + CHEQUER_VERSION);
+  app.require_subcommand(1);
+  app.footer("chequer COMMAND --help says more, with an example.");
+
+  try {
+    app.parse(argc, argv);
+    return chequer::kExitOk;
+  } catch (const CLI::Success& help_or_version) {
+    return app.exit(help_or_version);
+  } catch (const CLI::RuntimeError& reported) {
+    return reported.get_exit_code();
+  } catch (const CLI::ParseError& error) {
+    return Fail(app, error.what(), chequer::kExitUsage);
+  } catch (const std::exception& error) {
+    return Fail(app, error.what(), chequer::kExitInput);
+  }
+}
