@@ -119,21 +119,25 @@ class MarkerCode {
   Variant variant() const;
   /// The largest id (ids run from 0).
   std::uint64_t max_id() const;
-  /// The least number of cells in which two words of the variant differ.
+  /// The least number of cells in which two words of the variant differ; KernelBits + 1 where there is only one word.
+  /// Computed at each call for a table (up to a second for a large one).
   int min_distance() const;
-  /// Cells a hard decoder corrects for sure.
+  /// Wrong cells that DecodeHard corrects: secded 1, golay 3, nordstrom_robinson 2, reed_muller 3, otherwise 0.
   int guaranteed_radius() const;
 
   /// The kernel of an id. @pre id ≤ max_id().
   std::uint64_t Encode(std::uint64_t id) const;
 
-  /// Hard decision: the word that is the kernel or lies within the guaranteed radius; nothing otherwise.
+  /// Hard decision: the word that is the kernel or lies within the guaranteed radius; nothing otherwise, and nothing
+  /// for a number with bits beyond KernelBits.
   std::optional<Decoded> DecodeHard(std::uint64_t kernel) const;
 
-  /// The most likely word.
+  /// The most likely word: exactly so, for every variant. Where others are just as likely the margin is 0 and any one
+  /// of them is returned. Allocates nothing.
   /// @param log_likelihood_ratio KernelBits values, log P(saturated) − log P(unsaturated) of each kernel cell;
   ///   0 for an erased (hidden) cell; finite.
-  /// @param roster limits the words to these ids; null: all words. Ids beyond max_id() are passed over.
+  /// @param roster limits the words to these ids; null: all words. Ids beyond max_id() are passed over. Where the
+  ///   same roster is used again and again, RosterDecoder is quicker.
   /// Nothing only when the roster leaves no word. The caller judges the margin and the distance.
   std::optional<SoftDecoded> DecodeSoft(std::span<const float> log_likelihood_ratio,
                                         const Roster* roster = nullptr) const;
@@ -143,6 +147,22 @@ class MarkerCode {
   explicit MarkerCode(std::shared_ptr<const Impl> impl);
   /// Shared because a code is immutable and its tables large; copies of a code are one table.
   std::shared_ptr<const Impl> impl_;
+};
+
+/// Soft decoding limited to the ids of a roster, their kernels prepared once: a few nanoseconds an id.
+/// Immutable, any thread.
+class RosterDecoder {
+ public:
+  /// Ids beyond code.max_id() are passed over.
+  RosterDecoder(const MarkerCode& code, const Roster& roster);
+
+  /// As MarkerCode::DecodeSoft with that roster.
+  std::optional<SoftDecoded> DecodeSoft(std::span<const float> log_likelihood_ratio) const;
+
+ private:
+  int bits_;
+  std::vector<std::uint64_t> ids_;      ///< ascending
+  std::vector<std::uint64_t> kernels_;  ///< of ids_
 };
 
 }  // namespace chequer
