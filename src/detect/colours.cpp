@@ -1,0 +1,48 @@
+#include "detect/colours.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace chequer {
+namespace {
+
+/// CIE 1976: the cube root with its straight start.
+float LabCurve(float t) {
+  constexpr float kStart = 216.0f / 24389.0f, kSlope = 24389.0f / 27.0f;
+  return t > kStart ? std::cbrt(t) : (kSlope * t + 16) / 116;
+}
+
+CellColour Lab(const Eigen::Vector3f& light, bool dark_cell) {
+  // sRGB primaries, relative to the white point: the rows sum to 1. X is needed for a* alone.
+  const float y = 0.212639f * light[0] + 0.715169f * light[1] + 0.072192f * light[2];
+  const float z = 0.017753f * light[0] + 0.109483f * light[1] + 0.872765f * light[2];
+  const float fy = LabCurve(std::max(y, 0.0f)), fz = LabCurve(std::max(z, 0.0f));
+  const float b = 200 * (fy - fz);
+  return {116 * fy - 16, dark_cell ? -b : b};
+}
+
+CellColour Hsv(const Eigen::Vector3f& light) {
+  const float most = std::max(light.maxCoeff(), 0.0f), least = std::max(light.minCoeff(), 0.0f);
+  // Coded values, as HSV is defined on them.
+  const float v = std::pow(most, 1 / 2.2f), low = std::pow(least, 1 / 2.2f);
+  return {100 * v, v > 1e-4f ? 100 * (v - low) / v : 0};
+}
+
+}  // namespace
+
+CellColour ColourOf(const Eigen::Vector3f& light, const Eigen::Vector3f& white, bool dark_cell, ColorSpace space) {
+  const Eigen::Vector3f relative = light.cwiseQuotient(white);
+  return space == ColorSpace::kHsv ? Hsv(relative) : Lab(relative, dark_cell);
+}
+
+Gaussian GaussianSum::Get() const { return {count_, mean_, count_ > 1 ? std::sqrt(square_ / (count_ - 1)) : 0}; }
+
+double Overlap(const Gaussian& a, const Gaussian& b) {
+  const double spread = a.deviation + b.deviation;
+  const double distance = std::abs(a.mean - b.mean);
+  if (spread <= 0) return distance > 0 ? 0 : 0.5;
+  return 0.5 * std::erfc(distance / spread / std::numbers::sqrt2);
+}
+
+}  // namespace chequer

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "detect/corner_response.h"
+#include "detect/plane.h"
+
+namespace chequer {
+
+/// A point where four cells meet.
+struct Corner {
+  Eigen::Vector2f position;  ///< image pixels
+  /// Unit directions of the four edges that leave it, by growing angle (x towards y). Past rays 0 and 2 it gets
+  /// lighter (the sector from ray 0 to ray 1 is light), past rays 1 and 3 darker.
+  std::array<Eigen::Vector2f, 4> rays;
+  float contrast = 0;  ///< grey levels between its light and dark sectors
+  float scale = 1;     ///< image pixels of one pixel of the plane it was found in
+};
+
+/// The plane of an image and its halvings, with their corner responses. Keeps its memory.
+struct Pyramid {
+  static constexpr int kLevels = 3;
+  DetectionPlane base;
+  std::array<BytePlane, kLevels - 1> halves;  ///< levels 1 and 2
+  std::array<BytePlane, kLevels> response;
+  std::vector<Peak> peaks;  ///< scratch
+
+  const BytePlane& level(int index) const {
+    return index == 0 ? base.plane : halves[static_cast<std::size_t>(index - 1)];
+  }
+  /// Image pixel of a level's pixel.
+  Eigen::Vector2f ToImage(Eigen::Vector2f p, int level_index) const {
+    const float scale = static_cast<float>(1 << level_index);
+    return p * scale + Eigen::Vector2f::Constant((scale - 1) / 2 + base.offset_px);
+  }
+};
+
+/// Peaks that are looked at in one level; beyond it, noise has won and the weakest are left out.
+inline constexpr int kMaxPeaks = 60000;
+
+/// Finds the corners of an image at all levels of the pyramid, each at the finest level that shows it. Replaces the
+/// contents of `corners`. Returns the number of peaks that were looked at.
+int FindCorners(Pyramid& pyramid, std::vector<Corner>& corners);
+
+}  // namespace chequer

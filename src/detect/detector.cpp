@@ -1,0 +1,257 @@
+#include "chequer/detector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "detect/anchor.h"
+#include "detect/board_geometry.h"
+#include "detect/corners.h"
+#include "detect/fit.h"
+#include "detect/grids.h"
+#include "detect/identify.h"
+#include "detect/light.h"
+#include "detect/plane_pose.h"
+
+namespace chequer {
+namespace {
+
+/// Corners as linked lie about that far from where they are, pixels.
+constexpr double kCornerError = 0.15;
+/// The second pose is fitted too where corners alone cannot tell it from the first by that many standard deviations.
+constexpr double kPoseLead = 6;
+/// Warn of an ambiguous pose above this probability.
+constexpr double kAmbiguous = 0.001;
+/// Least contrast of a board over the noise of a pixel.
+constexpr double kLeastSignal = 2.5;
+
+std::vector<BorderPattern> PatternsOf(const DetectorOptions& options) {
+  std::vector<BorderPattern> patterns;
+  for (const MarkerFamily& family : options.families) {
+    const MarkerSize size = family.code.size();
+    if (std::none_of(patterns.begin(), patterns.end(), [&](const BorderPattern& p) { return p.size == size; }))
+      patterns.emplace_back(size);
+  }
+  return patterns;
+}
+
+void Set(MarkerPose& marker, Warning warning) { marker.warnings |= static_cast<std::uint32_t>(warning); }
+
+}  // namespace
+
+std::string_view WarningName(Warning warning) {
+  switch (warning) {
+    case Warning::kIdUndecided: return "id_undecided";
+    case Warning::kPoorIllumination: return "poor_illumination";
+    case Warning::kPoorWhiteBalance: return "poor_white_balance";
+    case Warning::kPartlyHidden: return "partly_hidden";
+    case Warning::kAmbiguous: return "ambiguous_pose";
+  }
+  return "";
+}
+
+std::string DetectorOptions::Check() const {
+  if (families.empty()) return "no marker family: at least one size, variant and side must be given";
+  for (const MarkerFamily& family : families)
+    if (camera && !(family.side_m > 0 && family.side_m < 100))
+      return "marker side " + std::to_string(family.side_m) + " m: must be above 0 and below 100 m";
+  if (!(max_luminance_overlap >= 0 && max_luminance_overlap <= 0.5))
+    return "max_luminance_overlap: must be from 0 to 0.5";
+  if (!(max_saturation_overlap >= 0 && max_saturation_overlap <= 0.5))
+    return "max_saturation_overlap: must be from 0 to 0.5";
+  if (threads < 1 || threads > 64) return "threads: must be from 1 to 64";
+  return "";
+}
+
+struct Detector::Impl {
+  explicit Impl(DetectorOptions given)
+      : options(std::move(given)), finder(PatternsOf(options), options.color_space), identifier(options) {}
+
+  void Detect(const ImageView& image, std::vector<MarkerPose>& markers);
+  void FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const;
+  const FittedBoard* Fit(const LightReader& reader, const Lens& lens, const AnchoredBoard& board, double cell_m);
+  void Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity, const Lens& lens,
+                MarkerPose& marker) const;
+  void DescribePose(const FittedBoard& fitted, const Lens& lens, double cell_m, MarkerPose& marker) const;
+  double SideOf(MarkerSize size) const;
+
+  DetectorOptions options;
+  DetectStats stats;
+  Pyramid pyramid;
+  std::vector<Corner> corners;
+  GridLinker linker;
+  Grids grids;
+  BoardFinder finder;
+  std::vector<AnchoredBoard> boards;
+  PhotometricFit fit;
+  PhotometricFit second_fit;
+  Identifier identifier;
+  ToneCurve table_curve = ToneCurve::Srgb();
+  std::array<float, 256> table = ToneCurve::Srgb().LinearTable();
+};
+
+double Detector::Impl::SideOf(MarkerSize size) const {
+  for (const MarkerFamily& family : options.families)
+    if (family.code.size() == size) return family.side_m;
+  return 0;
+}
+
+void Detector::Impl::FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const {
+  // The boards' surroundings have the texture that tells.
+  for (std::size_t i = 0; i < boards.size() && i < 3; ++i) {
+    const Eigen::Vector2d center = (boards[i].plane_from_board * Eigen::Vector3d(0, 0, 1)).hnormalized();
+    const Eigen::Vector2d pixel = lens.ToImage(center);
+    const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
+    if (const auto mosaic = FindInterpolatedMosaic(image, table, x - 16, y - 16, x + 15, y + 15)) {
+      reader.SetMosaic(*mosaic);
+      return;
+    }
+  }
+}
+
+const FittedBoard* Detector::Impl::Fit(const LightReader& reader, const Lens& lens, const AnchoredBoard& board,
+                                       double cell_m) {
+  PhotometricFit::Start start;
+  start.size = board.size;
+  start.blur_px = 0.8 * board.scale;
+  start.saturated = board.saturated;
+  if (!lens.calibrated()) {
+    start.geometry = BoardGeometry::FromHomography(board.plane_from_board);
+    return fit.Fit(reader, lens, start);
+  }
+  const double focal = lens.focal();
+  std::vector<PointPair> pairs;
+  for (const PointPair& pair : board.pairs) pairs.push_back({cell_m * pair.from, pair.to / focal});
+  const auto homography = FitHomography(pairs);
+  if (!homography) return nullptr;
+  const auto poses = PlanePoses(*homography, pairs);
+  if (!poses) return nullptr;
+  start.geometry = BoardGeometry::FromPose((*poses)[0].camera_from_board, cell_m, focal);
+  const FittedBoard* best = fit.Fit(reader, lens, start);
+  const double lead = ((*poses)[1].square_error - (*poses)[0].square_error) * focal * focal /
+                      (kCornerError * kCornerError * board.scale * board.scale);
+  if (lead > kPoseLead * kPoseLead && best) return best;
+  start.geometry = BoardGeometry::FromPose((*poses)[1].camera_from_board, cell_m, focal);
+  const FittedBoard* second = second_fit.Fit(reader, lens, start);
+  if (!best) return second;
+  return second && second->misfit < best->misfit ? second : best;
+}
+
+void Detector::Impl::DescribePose(const FittedBoard& fitted, const Lens& lens, double cell_m,
+                                  MarkerPose& marker) const {
+  marker.has_pose = true;
+  const RigidTransform& camera_from_board = fitted.geometry.camera_from_board();
+  marker.camera_from_marker = CameraFromMarker(camera_from_board);
+  marker.camera_from_marker.rotation = Canonical(marker.camera_from_marker.rotation);
+  marker.covariance = fitted.covariance;
+  // The mirrored pose: how far it lies from the image, in standard deviations of the corners.
+  std::vector<PointPair> pairs;
+  for (int i = 0; i < CornerCount(marker.size); ++i) {
+    if (!fitted.corner_used[static_cast<std::size_t>(i)]) continue;
+    const Eigen::Vector2d board = CornerOnBoard(marker.size, i / (marker.size.cols - 1), i % (marker.size.cols - 1));
+    pairs.push_back({cell_m * board, fitted.geometry.ToPlane(board) / lens.focal()});
+  }
+  const PlanePose mirrored = MirroredPose(camera_from_board, pairs);
+  const double distance = std::sqrt(mirrored.square_error) * lens.focal() / std::max(fitted.corner_deviation_px, 1e-9);
+  marker.ambiguity = 0.5 * std::erfc(distance / (2 * std::numbers::sqrt2));
+  // Where both minima are one, nothing is ambiguous: the covariance tells the whole story.
+  const double apart = (camera_from_board.rotation.inverse() * mirrored.camera_from_board.rotation)
+                           .angularDistance(Eigen::Quaterniond::Identity());
+  if (apart < 3 * std::sqrt(std::max(fitted.covariance(3, 3), fitted.covariance(4, 4)))) marker.ambiguity = 0;
+  if (marker.ambiguity > kAmbiguous) Set(marker, Warning::kAmbiguous);
+}
+
+void Detector::Impl::Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity,
+                              const Lens& lens, MarkerPose& marker) const {
+  marker = MarkerPose{};
+  const MarkerFamily& family = options.families[static_cast<std::size_t>(identity.family)];
+  marker.family = identity.family;
+  marker.variant = family.code.variant();
+  marker.size = board.size;
+  marker.luminance_overlap = identity.luminance_overlap;
+  marker.saturation_overlap = identity.saturation_overlap;
+  if (identity.luminance_overlap > options.max_luminance_overlap) Set(marker, Warning::kPoorIllumination);
+  if (identity.saturation_overlap > options.max_saturation_overlap) Set(marker, Warning::kPoorWhiteBalance);
+  if (identity.id_decided) {
+    marker.id = identity.decoded->id;
+    marker.bits_corrected = identity.decoded->bits_corrected;
+  } else {
+    Set(marker, Warning::kIdUndecided);
+  }
+  marker.corners_used = fitted.corners_used;
+  marker.reprojection_rms_px = fitted.reprojection_rms_px;
+  if (identity.cells_hidden > 0 || fitted.corners_used < CornerCount(board.size)) Set(marker, Warning::kPartlyHidden);
+  marker.corners.fill(Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  for (int i = 0; i < CornerCount(board.size); ++i)
+    if (fitted.corner_used[static_cast<std::size_t>(i)])
+      marker.corners[static_cast<std::size_t>(i)] =
+          lens.ToImage(fitted.geometry.ToPlane(
+                           CornerOnBoard(board.size, i / (board.size.cols - 1), i % (board.size.cols - 1))))
+              .cast<float>();
+  marker.center_px = lens.ToImage(fitted.geometry.ToPlane({0, 0}));
+}
+
+void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& markers) {
+  markers.clear();
+  stats = DetectStats{};
+  if (image.width() < 16 || image.height() < 16) return;
+  if (!(image.tone_curve() == table_curve)) {
+    table_curve = image.tone_curve();
+    table = table_curve.LinearTable();
+  }
+  LightReader reader(image, table);
+  const bool calibrated =
+      options.camera && options.camera->width == image.width() && options.camera->height == image.height();
+  const Lens lens = calibrated ? Lens(*options.camera) : Lens();
+
+  BuildDetectionPlane(image, pyramid.base);
+  stats.corner_candidates = FindCorners(pyramid, corners);
+  linker.Link(pyramid.base, corners, grids);
+  stats.corners = static_cast<int>(corners.size());
+  stats.grids = static_cast<int>(grids.grids.size());
+
+  boards.clear();
+  for (const Grid& grid : grids.grids)
+    if (!finder.Find(grid, grids.Of(grid), corners, reader, lens, boards)) ++stats.refused_border;
+  stats.boards = static_cast<int>(boards.size());
+  FindMosaic(image, lens, reader);
+
+  for (const AnchoredBoard& board : boards) {
+    const double cell_m = SideOf(board.size) / std::max(board.size.rows, board.size.cols);
+    const FittedBoard* fitted = Fit(reader, lens, board, cell_m);
+    if (!fitted || fitted->signal_to_noise < kLeastSignal) {
+      ++stats.refused_fit;
+      continue;
+    }
+    const Identity identity = identifier.Identify(*fitted, board.size, reader, lens);
+    if (!identity.plausible) {
+      ++stats.refused_fit;
+      continue;
+    }
+    stats.undecided += !identity.id_decided;
+    Describe(*fitted, board, identity, lens, markers.emplace_back());
+    if (calibrated) DescribePose(*fitted, lens, cell_m, markers.back());
+  }
+}
+
+Detector::Detector(DetectorOptions options) {
+  if (const std::string error = options.Check(); !error.empty()) throw std::runtime_error(error);
+  impl_ = std::make_unique<Impl>(std::move(options));
+}
+Detector::~Detector() = default;
+Detector::Detector(Detector&&) noexcept = default;
+Detector& Detector::operator=(Detector&&) noexcept = default;
+
+std::vector<MarkerPose> Detector::Detect(const ImageView& image) {
+  std::vector<MarkerPose> markers;
+  impl_->Detect(image, markers);
+  return markers;
+}
+
+void Detector::Detect(const ImageView& image, std::vector<MarkerPose>& markers) { impl_->Detect(image, markers); }
+
+const DetectStats& Detector::stats() const { return impl_->stats; }
+const DetectorOptions& Detector::options() const { return impl_->options; }
+
+}  // namespace chequer

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "detect/buckets.h"
+#include "detect/corners.h"
+
+namespace chequer {
+
+/// A corner's place in the lattice of its grid: x towards the right, y a quarter turn on (downwards if x is
+/// rightwards), by the image's own handedness.
+struct LatticeCorner {
+  int x = 0;
+  int y = 0;
+  int corner = 0;  ///< index into the corners
+};
+
+/// Corners that hang together by links. The lattice's origin and direction are arbitrary, except that the cell
+/// between (0, 0) and (1, 1) is light.
+struct Grid {
+  int first = 0;  ///< its corners are Grids::corners[first, first + count)
+  int count = 0;
+  int min_x = 0, max_x = 0, min_y = 0, max_y = 0;
+};
+
+/// The grids of an image. Keeps its memory.
+struct Grids {
+  std::vector<Grid> grids;
+  std::vector<LatticeCorner> corners;
+
+  std::span<const LatticeCorner> Of(const Grid& grid) const {
+    return std::span(corners).subspan(static_cast<std::size_t>(grid.first), static_cast<std::size_t>(grid.count));
+  }
+};
+
+/// Links neighbouring corners to grids. Keeps its scratch memory.
+class GridLinker {
+ public:
+  /// The fewest corners of a grid that is kept: fewer do not determine a homography with something to spare.
+  static constexpr int kFewest = 6;
+  /// The longest link, image pixels.
+  static constexpr float kLongest = 220;
+
+  /// Drops corners of `corners` that a finer level has too, then fills `out`. `plane` (with its offset to the image)
+  /// tells whether the edge between two corners is there.
+  void Link(const DetectionPlane& plane, std::vector<Corner>& corners, Grids& out);
+
+ private:
+  struct Links {
+    std::array<int, 4> corner{-1, -1, -1, -1};  ///< at the end of each ray
+    std::array<int, 4> ray{};                   ///< of that corner, that leads back
+  };
+
+  void DropCoarserTwins(std::vector<Corner>& corners, int width, int height);
+  void FindNearest(const std::vector<Corner>& corners, int index);
+  void KeepMutual(const DetectionPlane& plane, const std::vector<Corner>& corners);
+  void Walk(int seed, Grids& out);
+
+  Buckets buckets_;
+  std::vector<Links> links_;
+  std::vector<std::uint8_t> state_;
+  std::vector<int> turn_;
+  std::vector<LatticeCorner> queue_;
+};
+
+}  // namespace chequer

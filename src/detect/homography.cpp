@@ -1,0 +1,59 @@
+#include "detect/homography.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+
+namespace chequer {
+namespace {
+
+/// Shift and scale that bring points to mean 0 and mean distance √2.
+struct Normalization {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  double scale = 1;
+
+  Eigen::Vector2d operator()(const Eigen::Vector2d& p) const { return scale * (p - mean); }
+  Eigen::Matrix3d Matrix() const {
+    return (Eigen::Matrix3d() << scale, 0, -scale * mean.x(), 0, scale, -scale * mean.y(), 0, 0, 1).finished();
+  }
+};
+
+Normalization Normalize(std::span<const PointPair> pairs, Eigen::Vector2d PointPair::*member) {
+  Normalization n;
+  for (const PointPair& pair : pairs) n.mean += pair.*member;
+  n.mean /= static_cast<double>(pairs.size());
+  double distance = 0;
+  for (const PointPair& pair : pairs) distance += (pair.*member - n.mean).norm();
+  n.scale = std::sqrt(2.0) * static_cast<double>(pairs.size()) / std::max(distance, 1e-12);
+  return n;
+}
+
+}  // namespace
+
+std::optional<Eigen::Matrix3d> FitHomography(std::span<const PointPair> pairs) {
+  if (pairs.size() < 4) return std::nullopt;
+  const Normalization from = Normalize(pairs, &PointPair::from), to = Normalize(pairs, &PointPair::to);
+  Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
+  Eigen::Matrix<double, 8, 1> right = Eigen::Matrix<double, 8, 1>::Zero();
+  for (const PointPair& pair : pairs) {
+    const Eigen::Vector2d p = from(pair.from), q = to(pair.to);
+    Eigen::Matrix<double, 2, 8> row;
+    row << p.x(), p.y(), 1, 0, 0, 0, -q.x() * p.x(), -q.x() * p.y(),  //
+        0, 0, 0, p.x(), p.y(), 1, -q.y() * p.x(), -q.y() * p.y();
+    normal.noalias() += row.transpose() * row;
+    right.noalias() += row.transpose() * q;
+  }
+  const Eigen::LDLT<Eigen::Matrix<double, 8, 8>> solver(normal);
+  const auto pivots = solver.vectorD();
+  if (solver.info() != Eigen::Success || !(pivots.minCoeff() > 1e-9 * pivots.maxCoeff())) return std::nullopt;
+  const Eigen::Matrix<double, 8, 1> h = solver.solve(right);
+  Eigen::Matrix3d normalized;
+  normalized << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
+  Eigen::Matrix3d homography = to.Matrix().inverse() * normalized * from.Matrix();
+  if (!homography.allFinite() || std::abs(homography(2, 2)) < 1e-12) return std::nullopt;
+  homography /= homography(2, 2);
+  return homography;
+}
+
+}  // namespace chequer

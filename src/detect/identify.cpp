@@ -1,0 +1,186 @@
+#include "detect/identify.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace chequer {
+namespace {
+
+/// The largest log-likelihood ratio of one cell: a cell may be printed, dirty or lit wrongly whatever its noise says.
+constexpr double kMostLikelihood = 12;
+/// Least spread of the saturations about their means, as a share of the distance of the means: prints and lights vary.
+constexpr double kLeastSpread = 0.07;
+/// Least log-likelihood ratio of the best word over the second best.
+constexpr double kLeastMargin = 6;
+/// Where light or white balance are warned of, the margin has to be larger.
+constexpr double kLeastMarginWarned = 9;
+
+}  // namespace
+
+Identifier::Identifier(const DetectorOptions& options) : options_(options) {
+  for (const MarkerFamily& family : options.families)
+    rosters_.push_back(family.roster.empty() ? std::nullopt : std::optional<Roster>(family.roster));
+}
+
+void Identifier::ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens) {
+  const std::size_t cells = static_cast<std::size_t>(size.rows * size.cols);
+  light_.resize(cells);
+  if (reader.channels() == 3) {
+    // The fit's levels are free of what neighbours and the lens mix in.
+    std::copy(board.levels.begin(), board.levels.end(), light_.begin());
+    return;
+  }
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col) {
+      const Eigen::Vector2d at(col + 0.5 - 0.5 * size.cols, row + 0.5 - 0.5 * size.rows);
+      Eigen::Matrix2d pixel_by_plane;
+      const Eigen::Vector2d pixel = lens.ToImage(board.geometry.ToPlane(at), &pixel_by_plane);
+      const Eigen::Matrix2d pixel_by_board = pixel_by_plane * board.geometry.PlaneByBoard(at);
+      const double short_side =
+          std::abs(pixel_by_board.determinant()) / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
+      const double clear = std::clamp(0.5 * short_side - 1.2 * board.blur_px, 0.0, 0.35 * short_side);
+      light_[static_cast<std::size_t>(row * size.cols + col)] =
+          reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(clear));
+    }
+}
+
+void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
+  hidden_.assign(light_.size(), true);
+  // Seen are the cells around the corners that the model explains.
+  for (int corner = 0; corner < CornerCount(size); ++corner) {
+    if (!board.corner_used[static_cast<std::size_t>(corner)]) continue;
+    const int first = corner / (size.cols - 1) * size.cols + corner % (size.cols - 1);
+    for (const int cell : {first, first + 1, first + size.cols, first + size.cols + 1})
+      hidden_[static_cast<std::size_t>(cell)] = false;
+  }
+  // Of them, those that stand out from their neighbours as their class should.
+  const auto value = [&](int cell) {
+    const Eigen::Vector3f& light = light_[static_cast<std::size_t>(cell)];
+    return std::sqrt(std::max(light[0] + light[1], 0.0f));
+  };
+  std::array<GaussianSum, 2> classes;
+  for (int cell = 0; cell < size.rows * size.cols; ++cell)
+    if (!hidden_[static_cast<std::size_t>(cell)]) classes[IsDark(cell / size.cols, cell % size.cols)].Add(value(cell));
+  const double contrast = classes[0].Get().mean - classes[1].Get().mean;
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col) {
+      const int cell = row * size.cols + col;
+      double sum = 0;
+      int count = 0;
+      for (const auto& [dr, dc] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}})
+        if (row + dr >= 0 && col + dc >= 0 && row + dr < size.rows && col + dc < size.cols) {
+          sum += value((row + dr) * size.cols + col + dc);
+          ++count;
+        }
+      const double lead = (value(cell) - sum / count) * (IsDark(row, col) ? -1 : 1);
+      if (lead < 0.3 * contrast) hidden_[static_cast<std::size_t>(cell)] = true;
+    }
+}
+
+bool Identifier::MeasureSaturation(MarkerSize size) {
+  const std::vector<std::uint8_t> border = CellSaturation(size, 0);
+  Eigen::Vector3f white = Eigen::Vector3f::Zero();
+  int whites = 0;
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col) {
+      const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+      if (!IsBorder(size, row, col) || hidden_[cell] || IsDark(row, col) || border[cell]) continue;
+      white += light_[cell];
+      ++whites;
+    }
+  if (whites == 0) return false;
+  white /= static_cast<float>(whites);
+  if (!(white.minCoeff() > 1e-5f)) return false;
+  colours_.resize(light_.size());
+  std::array<std::array<GaussianSum, 2>, 2> groups;
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col) {
+      const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+      const bool dark = IsDark(row, col);
+      colours_[cell] = ColourOf(light_[cell], white, dark, options_.color_space);
+      if (IsBorder(size, row, col) && !hidden_[cell]) groups[dark][border[cell]].Add(colours_[cell].saturation);
+    }
+  for (std::size_t dark = 0; dark < 2; ++dark) {
+    const Gaussian plain = groups[dark][0].Get(), inked = groups[dark][1].Get();
+    Class& c = classes_[dark];
+    c.usable = plain.count >= 2 && inked.count >= 2 && inked.mean > plain.mean;
+    if (!c.usable) continue;
+    c.plain = plain.mean;
+    c.inked = inked.mean;
+    const int freedom = plain.count + inked.count - 2;
+    const double pooled = (plain.deviation * plain.deviation * (plain.count - 1) +
+                           inked.deviation * inked.deviation * (inked.count - 1)) /
+                          freedom;
+    // Few cells tell their spread badly: a prior of two cells at the least spread.
+    const double distance = c.inked - c.plain, least = kLeastSpread * distance;
+    c.deviation = std::max(std::sqrt((pooled * freedom + 2 * least * least) / (freedom + 2)), least);
+  }
+  return classes_[0].usable || classes_[1].usable;
+}
+
+void Identifier::Decode(MarkerSize size, Identity& identity) {
+  log_likelihood_.assign(static_cast<std::size_t>(KernelBits(size)), 0.0f);
+  int i = 0;
+  for (int row = 1; row + 1 < size.rows; ++row)
+    for (int col = 1; col + 1 < size.cols; ++col, ++i) {
+      const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+      const Class& c = classes_[IsDark(row, col)];
+      if (hidden_[cell] || !c.usable) {
+        ++identity.cells_hidden;
+        continue;
+      }
+      const double distance = c.inked - c.plain;
+      const double d = (colours_[cell].saturation - c.plain) / distance, s = c.deviation / distance;
+      log_likelihood_[static_cast<std::size_t>(i)] =
+          static_cast<float>(std::clamp((d - 0.5) / (s * s), -kMostLikelihood, kMostLikelihood));
+    }
+  double best_margin = -1;
+  for (std::size_t f = 0; f < options_.families.size(); ++f) {
+    const MarkerFamily& family = options_.families[f];
+    if (!(family.code.size() == size)) continue;
+    if (identity.family < 0) identity.family = static_cast<int>(f);
+    const auto soft = family.code.DecodeSoft(log_likelihood_, rosters_[f] ? &*rosters_[f] : nullptr);
+    if (!soft || soft->best.bits_corrected > family.code.guaranteed_radius() || soft->margin <= best_margin) continue;
+    best_margin = soft->margin;
+    identity.family = static_cast<int>(f);
+    identity.decoded = soft->best;
+  }
+  const bool warned = identity.luminance_overlap > options_.max_luminance_overlap ||
+                      identity.saturation_overlap > options_.max_saturation_overlap;
+  identity.id_decided = best_margin >= (warned ? kLeastMarginWarned : kLeastMargin);
+}
+
+void Identifier::MeasureOverlaps(MarkerSize size, Identity& identity) const {
+  std::array<GaussianSum, 2> luminance, saturation;  // dark and light; unsaturated and saturated
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col) {
+      const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+      if (hidden_[cell]) continue;
+      const bool dark = IsDark(row, col);
+      luminance[dark].Add(colours_[cell].luminance);
+      const Class& c = classes_[dark];
+      if (!c.usable) continue;
+      saturation[colours_[cell].saturation > (c.plain + c.inked) / 2].Add(colours_[cell].saturation);
+    }
+  identity.luminance_overlap = Overlap(luminance[0].Get(), luminance[1].Get());
+  identity.saturation_overlap = Overlap(saturation[0].Get(), saturation[1].Get());
+}
+
+Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens) {
+  Identity identity;
+  ReadCells(board, size, reader, lens);
+  FindHidden(board, size);
+  for (std::size_t f = 0; f < options_.families.size() && identity.family < 0; ++f)
+    if (options_.families[f].code.size() == size) identity.family = static_cast<int>(f);
+  const auto hidden = std::count(hidden_.begin(), hidden_.end(), true);
+  identity.plausible = hidden * 2 <= static_cast<std::ptrdiff_t>(hidden_.size());
+  if (!MeasureSaturation(size)) {
+    identity.luminance_overlap = identity.saturation_overlap = 0.5;
+    return identity;
+  }
+  MeasureOverlaps(size, identity);
+  Decode(size, identity);
+  return identity;
+}
+
+}  // namespace chequer

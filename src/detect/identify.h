@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "chequer/detector.h"
+#include "detect/colours.h"
+#include "detect/fit.h"
+#include "detect/light.h"
+
+namespace chequer {
+
+/// What the colours of a fitted board say.
+struct Identity {
+  int family = -1;  ///< index of the family whose code was read; of the first one of that size where none was
+  std::optional<Decoded> decoded;
+  bool id_decided = false;
+  double luminance_overlap = 0;
+  double saturation_overlap = 0;
+  int cells_hidden = 0;
+  bool plausible = true;  ///< dark cells are darker than light ones
+};
+
+/// Reads the identity of boards. Keeps its memory.
+class Identifier {
+ public:
+  explicit Identifier(const DetectorOptions& options);
+
+  /// @param board a fit of a board of that size, its axes turned as the border says.
+  Identity Identify(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
+
+ private:
+  void ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
+  void FindHidden(const FittedBoard& board, MarkerSize size);
+  bool MeasureSaturation(MarkerSize size);
+  void Decode(MarkerSize size, Identity& identity);
+  void MeasureOverlaps(MarkerSize size, Identity& identity) const;
+
+  const DetectorOptions& options_;
+  std::vector<std::optional<Roster>> rosters_;
+  std::vector<Eigen::Vector3f> light_;
+  std::vector<CellColour> colours_;
+  std::vector<bool> hidden_;
+  std::vector<float> log_likelihood_;
+  /// Of light (0) and dark (1) cells: means of unsaturated and saturated border cells, and the spread about them.
+  struct Class {
+    double plain = 0, inked = 0, deviation = 0;
+    bool usable = false;
+  };
+  std::array<Class, 2> classes_;
+};
+
+}  // namespace chequer

@@ -1,0 +1,187 @@
+#include "detect/light.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace chequer {
+namespace {
+
+/// BT.601, as JPEG and V4L2's webcams use it: R' = Y + a V, B' = Y + b U, G' by difference.
+struct YuvScale {
+  float y_offset, y_scale, chroma_scale;
+};
+constexpr YuvScale kFullRange{0, 1, 1};
+constexpr YuvScale kLimitedRange{16, 255.0f / 219.0f, 255.0f / 224.0f};
+
+std::optional<LightReader::Mosaic> MosaicOf(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::kBayerRg8: return LightReader::Mosaic{0, 0};
+    case PixelFormat::kBayerGr8: return LightReader::Mosaic{1, 0};
+    case PixelFormat::kBayerGb8: return LightReader::Mosaic{0, 1};
+    case PixelFormat::kBayerBg8: return LightReader::Mosaic{1, 1};
+    default: return std::nullopt;
+  }
+}
+
+}  // namespace
+
+LightReader::LightReader(const ImageView& image, const std::array<float, 256>& table)
+    : image_(image), table_(table), mosaic_(MosaicOf(image.format())) {}
+
+int LightReader::ChannelOf(int x_parity, int y_parity) const {
+  if (!mosaic_) return 0;
+  const bool red_col = x_parity == mosaic_->red_x, red_row = y_parity == mosaic_->red_y;
+  return red_col && red_row ? 0 : (red_col || red_row ? 1 : 2);
+}
+
+float LightReader::Sample(int x, int y) const {
+  const std::uint8_t* row = image_.row(y);
+  switch (image_.format()) {
+    case PixelFormat::kBgr8:
+    case PixelFormat::kRgb8: {
+      const bool bgr = image_.format() == PixelFormat::kBgr8;
+      const std::uint8_t* p = row + 3 * x;
+      if (!mosaic_) return 0.5f * (table_[p[1]] + table_[p[bgr ? 2 : 0]]);
+      const int channel = ChannelOf(x & 1, y & 1);
+      return table_[p[bgr ? 2 - channel : channel]];
+    }
+    case PixelFormat::kYuyv: return table_[row[2 * x]];
+    case PixelFormat::kUyvy: return table_[row[2 * x + 1]];
+    default: return table_[row[x]];
+  }
+}
+
+Eigen::Vector3f LightReader::YuvAt(int x, int y) const {
+  int luma = 0, u = 0, v = 0;
+  const std::uint8_t* row = image_.row(y);
+  switch (image_.format()) {
+    case PixelFormat::kYuyv: {
+      const std::uint8_t* p = row + 4 * (x / 2);
+      luma = row[2 * x], u = p[1], v = p[3];
+      break;
+    }
+    case PixelFormat::kUyvy: {
+      const std::uint8_t* p = row + 4 * (x / 2);
+      luma = row[2 * x + 1], u = p[0], v = p[2];
+      break;
+    }
+    case PixelFormat::kNv12: {
+      const std::uint8_t* p = image_.row(y / 2, 1) + 2 * (x / 2);
+      luma = row[x], u = p[0], v = p[1];
+      break;
+    }
+    default: {
+      const int cx = image_.format() == PixelFormat::kYuv444p ? x : x / 2;
+      const int cy = image_.format() == PixelFormat::kYuv420p ? y / 2 : y;
+      luma = row[x], u = image_.row(cy, 1)[cx], v = image_.row(cy, 2)[cx];
+    }
+  }
+  const YuvScale& scale = image_.yuv_range() == YuvRange::kFull ? kFullRange : kLimitedRange;
+  const float l = (static_cast<float>(luma) - scale.y_offset) * scale.y_scale;
+  const float cb = static_cast<float>(u - 128) * scale.chroma_scale,
+              cr = static_cast<float>(v - 128) * scale.chroma_scale;
+  const auto light = [&](float value) {
+    return table_[static_cast<std::size_t>(std::clamp(value + 0.5f, 0.0f, 255.0f))];
+  };
+  return {light(l + 1.402f * cr), light(l - 0.344136f * cb - 0.714136f * cr), light(l + 1.772f * cb)};
+}
+
+Eigen::Vector3f LightReader::RgbAt(int x, int y) const {
+  const std::uint8_t* row = image_.row(y);
+  switch (image_.format()) {
+    case PixelFormat::kBgr8: return {table_[row[3 * x + 2]], table_[row[3 * x + 1]], table_[row[3 * x]]};
+    case PixelFormat::kRgb8: return {table_[row[3 * x]], table_[row[3 * x + 1]], table_[row[3 * x + 2]]};
+    case PixelFormat::kMono8: return Eigen::Vector3f::Constant(table_[row[x]]);
+    default: return YuvAt(x, y);
+  }
+}
+
+Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {
+  x = std::clamp(x, 0.0f, static_cast<float>(width() - 1));
+  y = std::clamp(y, 0.0f, static_cast<float>(height() - 1));
+  int x0 = static_cast<int>(std::ceil(x - half_px)), x1 = static_cast<int>(std::floor(x + half_px));
+  int y0 = static_cast<int>(std::ceil(y - half_px)), y1 = static_cast<int>(std::floor(y + half_px));
+  const bool bayer = IsBayer(image_.format());
+  if (x1 < x0 + (bayer ? 1 : 0))
+    x0 = static_cast<int>(bayer ? std::floor(x) : std::floor(x + 0.5f)), x1 = x0 + (bayer ? 1 : 0);
+  if (y1 < y0 + (bayer ? 1 : 0))
+    y0 = static_cast<int>(bayer ? std::floor(y) : std::floor(y + 0.5f)), y1 = y0 + (bayer ? 1 : 0);
+  if (x1 > width() - 1) x0 -= x1 - (width() - 1), x1 = width() - 1;
+  if (y1 > height() - 1) y0 -= y1 - (height() - 1), y1 = height() - 1;
+  x0 = std::max(x0, 0);
+  y0 = std::max(y0, 0);
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  if (!bayer) {
+    for (int yy = y0; yy <= y1; ++yy)
+      for (int xx = x0; xx <= x1; ++xx) sum += RgbAt(xx, yy);
+    return sum / static_cast<float>((x1 - x0 + 1) * (y1 - y0 + 1));
+  }
+  std::array<int, 3> count{};
+  for (int yy = y0; yy <= y1; ++yy)
+    for (int xx = x0; xx <= x1; ++xx) {
+      const int channel = ChannelOf(xx & 1, yy & 1);
+      sum[channel] += table_[image_.row(yy)[xx]];
+      ++count[static_cast<std::size_t>(channel)];
+    }
+  for (int channel = 0; channel < 3; ++channel)
+    sum[channel] /= static_cast<float>(std::max(count[static_cast<std::size_t>(channel)], 1));
+  return sum;
+}
+
+std::optional<LightReader::Mosaic> FindInterpolatedMosaic(const ImageView& image, const std::array<float, 256>& table,
+                                                          int x0, int y0, int x1, int y1) {
+  if (image.format() != PixelFormat::kBgr8 && image.format() != PixelFormat::kRgb8) return std::nullopt;
+  const int red = image.format() == PixelFormat::kBgr8 ? 2 : 0;
+  // How far a value lies from the mean of its neighbours, in steps of the 8-bit code at that value. The mean is taken
+  // both of light and of coded values: cameras interpolate before their curve, programs often after it.
+  struct Sums {
+    double in_light = 0, coded = 0;
+  };
+  const auto add = [&](Sums& sums, int channel, int x, int y, std::array<int, 4> dx, std::array<int, 4> dy) {
+    float light = 0, coded = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::uint8_t value = image.row(y + dy[k])[3 * (x + dx[k]) + channel];
+      light += 0.25f * table[value];
+      coded += 0.25f * static_cast<float>(value);
+    }
+    const int value = image.row(y)[3 * x + channel];
+    const std::size_t low = static_cast<std::size_t>(std::max(value - 1, 0)),
+                      high = static_cast<std::size_t>(std::min(value + 1, 255));
+    const float step = (table[high] - table[low]) / static_cast<float>(high - low);
+    // Bounded, so that a few overshooting pixels do not decide.
+    sums.in_light += std::min(std::abs(table[static_cast<std::size_t>(value)] - light) / step, 8.0f);
+    sums.coded += std::min(std::abs(static_cast<float>(value) - coded), 8.0f);
+  };
+  constexpr std::array<int, 4> kCrossX{1, -1, 0, 0}, kCrossY{0, 0, 1, -1}, kDiagonalX{1, 1, -1, -1},
+      kDiagonalY{1, -1, 1, -1};
+  std::array<Sums, 2> green{};    // by parity of x + y
+  std::array<Sums, 4> red_sum{};  // by parities of x (1) and y (2)
+  std::array<int, 4> count{};
+  for (int y = std::max(y0, 1); y <= std::min(y1, image.height() - 2); ++y)
+    for (int x = std::max(x0, 1); x <= std::min(x1, image.width() - 2); ++x) {
+      const std::size_t site = static_cast<std::size_t>((x & 1) + 2 * (y & 1));
+      add(green[static_cast<std::size_t>((x + y) & 1)], 1, x, y, kCrossX, kCrossY);
+      add(red_sum[site], red, x, y, kDiagonalX, kDiagonalY);
+      ++count[site];
+    }
+  const int least = *std::min_element(count.begin(), count.end());
+  if (least < 40) return std::nullopt;
+  // Rounding alone leaves 0.25 to 0.45 steps on average.
+  constexpr double kRounding = 0.6, kMeasured = 1.5;
+  const auto decide = [&](auto member) -> std::optional<LightReader::Mosaic> {
+    const double n = 2.0 * least;
+    const std::size_t interpolated = green[0].*member < green[1].*member ? 0 : 1;
+    if (green[interpolated].*member / n > kRounding || green[1 - interpolated].*member / n < kMeasured)
+      return std::nullopt;
+    // Red and blue sites have interpolated green; red is interpolated from the diagonals at the blue ones.
+    const std::size_t a = interpolated == 0 ? 0 : 1, b = interpolated == 0 ? 3 : 2;
+    const std::size_t blue = red_sum[a].*member < red_sum[b].*member ? a : b;
+    const std::size_t red_site = blue == a ? b : a;
+    if (red_sum[blue].*member / least > kRounding || red_sum[red_site].*member / least < kMeasured) return std::nullopt;
+    return LightReader::Mosaic{static_cast<int>(red_site & 1), static_cast<int>(red_site >> 1)};
+  };
+  if (auto mosaic = decide(&Sums::in_light)) return mosaic;
+  return decide(&Sums::coded);
+}
+
+}  // namespace chequer

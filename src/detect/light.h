@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "chequer/image.h"
+
+namespace chequer {
+
+/// Reads single pixels of an image as linear light: the measuring stages touch a few thousand pixels of a frame, so
+/// nothing is converted that is not looked at.
+class LightReader {
+ public:
+  /// @param image must outlive the reader. @param table the image's tone curve.
+  LightReader(const ImageView& image, const std::array<float, 256>& table);
+
+  int width() const { return image_.width(); }
+  int height() const { return image_.height(); }
+
+  /// Where red lies in the 2 × 2 tile of a mosaic.
+  struct Mosaic {
+    int red_x = 0;
+    int red_y = 0;
+  };
+  /// Of a Bayer image, or of a colour image that was found to be an interpolated mosaic (see SetMosaic).
+  const std::optional<Mosaic>& mosaic() const { return mosaic_; }
+  /// Declares that the pixels of a colour image hold the samples of that mosaic, the other two channels being
+  /// interpolated: Sample() then reads the samples alone.
+  void SetMosaic(const Mosaic& mosaic) { mosaic_ = mosaic; }
+
+  /// Channels that Sample() tells apart: 3 with a mosaic, else 1.
+  int channels() const { return mosaic_ ? 3 : 1; }
+  /// Channel of a pixel with coordinates of that parity: 0 red, 1 green, 2 blue; 0 without a mosaic.
+  int ChannelOf(int x_parity, int y_parity) const;
+
+  /// One measurement, 0..1: the sample of a mosaic; the mean of red and green of a colour image; Y of a YUV image.
+  /// @pre the pixel lies in the image.
+  float Sample(int x, int y) const;
+
+  /// Light of the three channels around a point, 0..1 (slightly outside for YUV): the mean over the pixels at most
+  /// half_px away along each axis, at least one of each channel. Points outside the image take its edge.
+  Eigen::Vector3f Rgb(float x, float y, float half_px) const;
+
+ private:
+  Eigen::Vector3f RgbAt(int x, int y) const;
+  Eigen::Vector3f YuvAt(int x, int y) const;
+
+  ImageView image_;
+  const std::array<float, 256>& table_;
+  std::optional<Mosaic> mosaic_;
+};
+
+/// Looks whether a colour image (BGR8 or RGB8) is a bilinearly interpolated mosaic, by comparing, in a window, each
+/// channel with the mean of its neighbours: where it was interpolated they agree to the rounding, where it was measured
+/// they differ by noise and texture. Nothing where that does not decide it (JPEG, other interpolations, flat windows).
+/// @param x0, y0, x1, y1 window, pixels, within the image less one pixel.
+std::optional<LightReader::Mosaic> FindInterpolatedMosaic(const ImageView& image, const std::array<float, 256>& table,
+                                                          int x0, int y0, int x1, int y1);
+
+}  // namespace chequer

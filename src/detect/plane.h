@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "chequer/image.h"
+
+namespace chequer {
+
+/// One 8-bit channel with its memory, rows `stride` apart. Resizing keeps the memory.
+class BytePlane {
+ public:
+  /// Values are undefined afterwards. Rows get a tail of at least kTail bytes, so that vectors may run over their end.
+  void Resize(int width, int height);
+  int width() const { return width_; }
+  int height() const { return height_; }
+  std::ptrdiff_t stride() const { return stride_; }
+  std::uint8_t* row(int y) { return bytes_.data() + stride_ * y; }
+  const std::uint8_t* row(int y) const { return bytes_.data() + stride_ * y; }
+  std::uint8_t at(int x, int y) const { return row(y)[x]; }
+  /// @pre 0 ≤ x ≤ width − 1, 0 ≤ y ≤ height − 1.
+  float Bilinear(float x, float y) const;
+
+  static constexpr int kTail = 128;
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+  int width_ = 0;
+  int height_ = 0;
+  std::ptrdiff_t stride_ = 0;
+};
+
+/// The detection plane of an image: one value a pixel, coded as in the image, in which blue is as dark as black and
+/// yellow as light as white, as far as the format tells without a colour conversion of the frame: (R+G)/2 where there
+/// is colour at every pixel; a 2 × 2 window without its blue sample for Bayer; Y for YUV.
+/// The plane's pixel (x, y) lies at (x + offset, y + offset) of the image.
+struct DetectionPlane {
+  BytePlane plane;
+  float offset_px = 0;
+};
+
+/// Fills `out`; images smaller than 2 × 2 give an empty plane.
+void BuildDetectionPlane(const ImageView& image, DetectionPlane& out);
+
+/// Means of 2 × 2 pixels, halves rounded down. Pixel (x, y) of `half` lies at (2x + ½, 2y + ½) of `full`.
+void HalvePlane(const BytePlane& full, BytePlane& half);
+
+inline float BytePlane::Bilinear(float x, float y) const {
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
+  const std::uint8_t* a = row(y0) + x0;
+  const std::uint8_t* b = row(y0 + 1 < height_ ? y0 + 1 : y0) + x0;
+  const int right = x0 + 1 < width_ ? 1 : 0;
+  const float top = static_cast<float>(a[0]) + fx * static_cast<float>(a[right] - a[0]);
+  const float bottom = static_cast<float>(b[0]) + fx * static_cast<float>(b[right] - b[0]);
+  return top + fy * (bottom - top);
+}
+
+}  // namespace chequer
