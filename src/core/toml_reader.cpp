@@ -1,0 +1,307 @@
+#include "core/toml_reader.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+#include "core/file.h"
+#include "core/toml_nesting.h"
+
+namespace chequer {
+namespace {
+
+constexpr int kMaxKeyParts = 8;
+
+/// For messages: one line, not endless, no control characters.
+std::string Printable(std::string text) {
+  constexpr std::size_t kMaxShown = 80;
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  if (text.size() <= kMaxShown) return text;
+  std::size_t cut = kMaxShown;
+  while (cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xC0) == 0x80) --cut;  // not inside a UTF-8 sequence
+  return text.substr(0, cut) + "…";
+}
+
+std::string Shown(const toml::node& node) {
+  if (node.is_table()) return "{…}";
+  std::ostringstream text;
+  node.visit([&](const auto& value) { text << value; });
+  return Printable(text.str());
+}
+
+std::string Text(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.10g", number);
+  return text;
+}
+
+std::string Allowed(NumberRange range) { return "from " + Text(range.min) + " to " + Text(range.max); }
+
+std::string Allowed(IntegerRange range) {
+  if (range.max == std::numeric_limits<std::int64_t>::max()) return "at least " + std::to_string(range.min);
+  return "from " + std::to_string(range.min) + " to " + std::to_string(range.max);
+}
+
+std::string Allowed(LengthRange length, const std::string& unit) {
+  const std::string most = std::to_string(length.max) + " " + unit;
+  return length.min == length.max ? most : std::to_string(length.min) + " to " + most;
+}
+
+// Each element of a list and each single value is taken by one of these: empty on success, or what would be right.
+
+std::string Take(const toml::node& node, bool& value) {
+  if (!node.is_boolean()) return "must be true or false";
+  value = **node.as_boolean();
+  return {};
+}
+
+std::string Take(const toml::node& node, double& value, NumberRange range) {
+  if (!node.is_number()) return "must be a number " + Allowed(range);
+  const double number = *node.value<double>();
+  if (!(number >= range.min && number <= range.max)) return "must be " + Allowed(range);
+  value = number;
+  return {};
+}
+
+std::string Take(const toml::node& node, std::int64_t& value, IntegerRange range) {
+  if (!node.is_integer()) return "must be a whole number " + Allowed(range);
+  const std::int64_t number = **node.as_integer();
+  if (number < range.min || number > range.max) return "must be " + Allowed(range);
+  value = number;
+  return {};
+}
+
+std::string Take(const toml::node& node, std::string& value, LengthRange length) {
+  const auto* text = node.as_string();
+  if (text == nullptr) return "must be a text in quotes";
+  if ((*text)->size() < length.min || (*text)->size() > length.max) return "must have " + Allowed(length, "characters");
+  if ((*text)->find('\0') != std::string::npos) return "must not contain the character 0";
+  value = **text;
+  return {};
+}
+
+template <typename Value, typename Limit>
+std::string TakeList(const toml::node& node, std::vector<Value>& values, LengthRange length, Limit each) {
+  const toml::array* list = node.as_array();
+  if (list == nullptr) return "must be a list of " + Allowed(length, "values");
+  if (list->size() < length.min || list->size() > length.max) return "must have " + Allowed(length, "values");
+  std::vector<Value> taken(list->size());
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const std::string wrong = Take(*list->get(i), taken[i], each);
+    if (!wrong.empty()) return "value " + std::to_string(i + 1) + " (" + Shown(*list->get(i)) + ") " + wrong;
+  }
+  values = std::move(taken);
+  return {};
+}
+
+}  // namespace
+
+struct TomlTable::Node {
+  TomlFile::Impl* file = nullptr;
+  const toml::table* table = nullptr;  ///< null where it is missing
+  std::string path;                    ///< empty for the root
+  std::set<std::string, std::less<>> asked;
+
+  std::string FullName(std::string_view key) const {
+    return Printable(path.empty() ? std::string(key) : path + "." + std::string(key));
+  }
+  /// The value of a key, which counts as asked for from now on; null where it is missing.
+  const toml::node* Ask(std::string_view key) {
+    asked.emplace(key);
+    return table == nullptr ? nullptr : table->get(key);
+  }
+};
+
+struct TomlFile::Impl {
+  std::string name;
+  toml::table document;
+  std::map<std::string, TomlTable::Node> nodes;  ///< by path; a map, so that they stay where they are
+
+  TomlTable::Node* NodeAt(const std::string& path, const toml::table* table) {
+    const auto [place, is_new] = nodes.try_emplace(path);
+    if (is_new) place->second = {this, table, path, {}};
+    return &place->second;
+  }
+  std::string Place(const toml::source_region& where) const {
+    return where.begin ? name + ":" + std::to_string(where.begin.line) + ": " : name + ": ";
+  }
+};
+
+void TomlTable::Fail(std::string_view key, std::string_view why) const {
+  const toml::node* value = node_->table == nullptr ? nullptr : node_->table->get(key);
+  std::string message;
+  if (value != nullptr) {
+    message = node_->file->Place(value->source()) + node_->FullName(key) + " = " + Shown(*value);
+  } else {
+    message = (node_->table == nullptr ? node_->file->name + ": " : node_->file->Place(node_->table->source())) +
+              node_->FullName(key);
+  }
+  throw std::runtime_error(message.append(": ").append(why));
+}
+
+void TomlTable::FailMissing(std::string_view key) const { Fail(key, "is missing and has no default"); }
+
+bool TomlTable::Has(std::string_view key) const { return node_->table != nullptr && node_->table->contains(key); }
+
+bool TomlTable::Read(std::string_view key, bool& value) {
+  const toml::node* node = node_->Ask(key);
+  if (node == nullptr) return false;
+  const std::string wrong = Take(*node, value);
+  if (!wrong.empty()) Fail(key, wrong);
+  return true;
+}
+
+bool TomlTable::Read(std::string_view key, double& value, NumberRange range) {
+  const toml::node* node = node_->Ask(key);
+  if (node == nullptr) return false;
+  const std::string wrong = Take(*node, value, range);
+  if (!wrong.empty()) Fail(key, wrong);
+  return true;
+}
+
+bool TomlTable::Read(std::string_view key, std::int64_t& value, IntegerRange range) {
+  const toml::node* node = node_->Ask(key);
+  if (node == nullptr) return false;
+  const std::string wrong = Take(*node, value, range);
+  if (!wrong.empty()) Fail(key, wrong);
+  return true;
+}
+
+bool TomlTable::Read(std::string_view key, int& value, IntegerRange range) {
+  range.min = std::max<std::int64_t>(range.min, std::numeric_limits<int>::min());
+  range.max = std::min<std::int64_t>(range.max, std::numeric_limits<int>::max());
+  std::int64_t wide = 0;
+  if (!Read(key, wide, range)) return false;
+  value = static_cast<int>(wide);
+  return true;
+}
+
+bool TomlTable::Read(std::string_view key, std::uint64_t& value, IntegerRange range) {
+  range.min = std::max<std::int64_t>(range.min, 0);
+  std::int64_t wide = 0;
+  if (!Read(key, wide, range)) return false;
+  value = static_cast<std::uint64_t>(wide);
+  return true;
+}
+
+bool TomlTable::Read(std::string_view key, std::string& value, LengthRange length) {
+  const toml::node* node = node_->Ask(key);
+  if (node == nullptr) return false;
+  const std::string wrong = Take(*node, value, length);
+  if (!wrong.empty()) Fail(key, wrong);
+  return true;
+}
+
+bool TomlTable::Read(std::string_view key, std::vector<double>& value, LengthRange length, NumberRange each) {
+  const toml::node* node = node_->Ask(key);
+  if (node == nullptr) return false;
+  const std::string wrong = TakeList(*node, value, length, each);
+  if (!wrong.empty()) Fail(key, wrong);
+  return true;
+}
+
+bool TomlTable::Read(std::string_view key, std::vector<std::int64_t>& value, LengthRange length, IntegerRange each) {
+  const toml::node* node = node_->Ask(key);
+  if (node == nullptr) return false;
+  const std::string wrong = TakeList(*node, value, length, each);
+  if (!wrong.empty()) Fail(key, wrong);
+  return true;
+}
+
+bool TomlTable::Read(std::string_view key, std::vector<std::string>& value, LengthRange length) {
+  const toml::node* node = node_->Ask(key);
+  if (node == nullptr) return false;
+  const std::string wrong = TakeList(*node, value, length, LengthRange{1, 4096});
+  if (!wrong.empty()) Fail(key, wrong);
+  return true;
+}
+
+std::ptrdiff_t TomlTable::ReadWord(std::string_view key, std::span<const std::string_view> words) {
+  const toml::node* node = node_->Ask(key);
+  if (node == nullptr) return -1;
+  const auto* word = node->as_string();
+  std::string allowed;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (word != nullptr && **word == words[i]) return static_cast<std::ptrdiff_t>(i);
+    allowed.append(i == 0 ? "" : i + 1 == words.size() ? " or " : ", ").append("\"").append(words[i]).append("\"");
+  }
+  Fail(key, "must be " + allowed);
+}
+
+TomlTable TomlTable::Table(std::string_view key) {
+  const toml::node* node = node_->Ask(key);
+  const std::string path = node_->FullName(key);
+  if (node != nullptr && !node->is_table()) Fail(key, "must be a table, written [" + path + "]");
+  return TomlTable(node_->file->NodeAt(path, node == nullptr ? nullptr : node->as_table()));
+}
+
+std::vector<TomlTable> TomlTable::Tables(std::string_view key, std::size_t max_count) {
+  const toml::node* node = node_->Ask(key);
+  if (node == nullptr) return {};
+  const std::string path = node_->FullName(key);
+  const toml::array* list = node->as_array();
+  if (list == nullptr || !std::all_of(list->begin(), list->end(), [](const auto& item) { return item.is_table(); }))
+    Fail(key, "must be tables, each written [[" + path + "]]");
+  if (list->size() > max_count) Fail(key, "must be at most " + std::to_string(max_count) + " tables");
+  std::vector<TomlTable> tables;
+  for (std::size_t i = 0; i < list->size(); ++i)
+    tables.push_back(TomlTable(node_->file->NodeAt(path + "[" + std::to_string(i) + "]", list->get(i)->as_table())));
+  return tables;
+}
+
+TomlFile::TomlFile(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+TomlFile::TomlFile(TomlFile&&) noexcept = default;
+TomlFile& TomlFile::operator=(TomlFile&&) noexcept = default;
+TomlFile::~TomlFile() = default;
+
+TomlFile TomlFile::Load(const std::filesystem::path& path) {
+  return Parse(ReadFile(path, kMaxTomlBytes), path.string());
+}
+
+TomlFile TomlFile::Parse(std::string_view text, const std::string& name) {
+  if (text.size() > kMaxTomlBytes)
+    throw std::runtime_error(name + ": longer than the " + std::to_string(kMaxTomlBytes) + " bytes allowed here");
+  if (const int line = LineOfTooDeepKey(text, kMaxKeyParts); line > 0)
+    throw std::runtime_error(name + ":" + std::to_string(line) + ": a key must have at most " +
+                             std::to_string(kMaxKeyParts) + " parts");
+  auto impl = std::make_unique<Impl>();
+  impl->name = name;
+  try {
+    impl->document = toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    throw std::runtime_error(impl->Place(error.source()) +
+                             "not valid TOML: " + Printable(std::string(error.description())));
+  }
+  return TomlFile(std::move(impl));
+}
+
+TomlTable TomlFile::root() { return TomlTable(impl_->NodeAt("", &impl_->document)); }
+
+void TomlFile::CheckAllKeysRead() const {
+  const TomlTable::Node* owner = nullptr;
+  const toml::key* unknown = nullptr;
+  for (const auto& [path, node] : impl_->nodes) {
+    if (node.table == nullptr) continue;
+    for (const auto& [key, value] : *node.table) {
+      if (node.asked.contains(key.str())) continue;
+      if (unknown != nullptr && unknown->source().begin.line <= key.source().begin.line) continue;
+      owner = &node;
+      unknown = &key;
+    }
+  }
+  if (unknown == nullptr) return;
+  std::string known;
+  for (const std::string& key : owner->asked) known.append(known.empty() ? "" : ", ").append(key);
+  throw std::runtime_error(impl_->Place(unknown->source()) + owner->FullName(unknown->str()) +
+                           ": unknown key; known here: " + (known.empty() ? "none" : known));
+}
+
+}  // namespace chequer

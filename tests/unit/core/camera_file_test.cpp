@@ -1,0 +1,121 @@
+#include "core/camera_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+
+#include "support/temporary_directory.h"
+
+namespace chequer {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kGood = R"([camera]
+width = 640
+height = 480
+fx = 540.5
+fy = 541
+cx = 322.3
+cy = 237.1
+model = "brown_conrady"
+distortion = [-0.25, 0.08, 0, 0, 0]
+)";
+
+/// kGood with one line changed.
+std::string With(const std::string& line, const std::string& replacement) {
+  std::string text = kGood;
+  const std::size_t start = text.find(line + " =");
+  return text.replace(start, text.find('\n', start) - start, replacement);
+}
+
+std::string ErrorOf(const std::string& text) {
+  try {
+    ParseCamera(text, "cam.toml");
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(CameraFile, ReadsEveryKey) {
+  const CameraModel camera = ParseCamera(kGood, "cam.toml");
+  EXPECT_EQ(camera.width, 640);
+  EXPECT_EQ(camera.height, 480);
+  EXPECT_EQ(camera.fx, 540.5);
+  EXPECT_EQ(camera.fy, 541);
+  EXPECT_EQ(camera.cx, 322.3);
+  EXPECT_EQ(camera.cy, 237.1);
+  EXPECT_EQ(camera.kind, CameraModel::Kind::kBrownConrady);
+  EXPECT_THAT(camera.distortion, ::testing::ElementsAre(-0.25, 0.08, 0, 0, 0));
+}
+
+TEST(CameraFile, ReadsFisheyeAndPinhole) {
+  const std::string fisheye = With("model", "model = \"fisheye\"")
+                                  .replace(With("model", "model = \"fisheye\"").find("distortion"), std::string::npos,
+                                           "distortion = [1, 2, 3, 4]");
+  const CameraModel camera = ParseCamera(fisheye, "cam.toml");
+  EXPECT_EQ(camera.kind, CameraModel::Kind::kFisheye);
+  EXPECT_THAT(camera.distortion, ::testing::ElementsAre(1, 2, 3, 4, 0));
+
+  std::string pinhole = With("model", "model = \"pinhole\"");
+  pinhole.erase(pinhole.find("distortion"));
+  EXPECT_EQ(ParseCamera(pinhole, "cam.toml").kind, CameraModel::Kind::kPinhole);
+}
+
+TEST(CameraFile, RefusesWhatNoCameraCanHave) {
+  EXPECT_EQ(ErrorOf(With("fx", "fx = -1")), "cam.toml:4: camera.fx = -1: must be from 0.1 to 1000000");
+  EXPECT_EQ(ErrorOf(With("width", "width = 0")), "cam.toml:2: camera.width = 0: must be from 1 to 16384");
+  EXPECT_THAT(ErrorOf(With("height", "height = 480.5")),
+              HasSubstr("cam.toml:3: camera.height = 480.5: must be a whole"));
+  EXPECT_THAT(ErrorOf(With("cx", "cx = nan")), HasSubstr("cam.toml:6: camera.cx = nan: must be from"));
+  EXPECT_THAT(ErrorOf(With("cy", "cy = inf")), HasSubstr("cam.toml:7: camera.cy = inf: must be from"));
+  EXPECT_EQ(ErrorOf(With("model", "model = \"zoom\"")),
+            "cam.toml:8: camera.model = 'zoom': must be \"brown_conrady\", \"fisheye\" or \"pinhole\"");
+  EXPECT_THAT(ErrorOf(With("distortion", "distortion = [1, 2, 3]")), HasSubstr("the 5 values k1 k2 p1 p2 k3"));
+  EXPECT_THAT(ErrorOf(With("distortion", "distortion = [1, 2, nan, 0]")), HasSubstr("value 3 (nan) must be from"));
+  EXPECT_THAT(ErrorOf(With("model", "model = \"fisheye\"")), HasSubstr("the 4 values k1 k2 k3 k4"));
+  EXPECT_THAT(ErrorOf(With("model", "model = \"pinhole\"")), HasSubstr("must be left out or 0"));
+  EXPECT_THAT(ErrorOf(With("distortion", "")), HasSubstr("camera.distortion: is missing"));
+  EXPECT_THAT(ErrorOf(With("fx", "")), HasSubstr("cam.toml:1: camera.fx: is missing"));
+  EXPECT_THAT(ErrorOf(""), HasSubstr("cam.toml: camera.width: is missing"));
+  EXPECT_THAT(ErrorOf(std::string(kGood) + "focal = 3\n"), HasSubstr("cam.toml:10: camera.focal: unknown key"));
+}
+
+TEST(CameraFile, WhatIsWrittenReadsBackExactly) {
+  const test::TemporaryDirectory folder;
+  CameraModel camera = ParseCamera(kGood, "cam.toml");
+  camera.fx = 540.1 / 3;
+  for (const auto kind : {CameraModel::Kind::kBrownConrady, CameraModel::Kind::kFisheye, CameraModel::Kind::kPinhole}) {
+    camera.kind = kind;
+    camera.distortion = {1.0 / 3, 1e-17, -2, 4, 0};
+    if (kind == CameraModel::Kind::kBrownConrady) camera.distortion[4] = 1.0 / 7;
+    if (kind == CameraModel::Kind::kPinhole) camera.distortion = {};
+    WriteCamera(folder / "camera.toml", camera);
+    const CameraModel read = LoadCamera(folder / "camera.toml");
+    EXPECT_EQ(read.kind, kind);
+    EXPECT_EQ(read.width, 640);
+    EXPECT_EQ(read.height, 480);
+    EXPECT_EQ(read.fx, camera.fx);
+    EXPECT_EQ(read.fy, camera.fy);
+    EXPECT_EQ(read.cx, camera.cx);
+    EXPECT_EQ(read.cy, camera.cy);
+    EXPECT_EQ(read.distortion, camera.distortion);
+  }
+}
+
+TEST(CameraFile, NamesAFileThatIsNotThere) {
+  try {
+    LoadCamera("/nowhere/camera.toml");
+    FAIL() << "no error";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "/nowhere/camera.toml: cannot be opened: No such file or directory");
+  }
+}
+
+}  // namespace
+}  // namespace chequer

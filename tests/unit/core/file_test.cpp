@@ -1,0 +1,71 @@
+#include "core/file.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <stdexcept>
+
+#include "core/unique_fd.h"
+#include "support/temporary_directory.h"
+
+namespace chequer {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string ErrorOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(File, WhatIsWrittenIsRead) {
+  const test::TemporaryDirectory folder;
+  const std::string bytes("a\0b\xff\n", 5);
+  WriteFileAtomically(folder / "x", "first, and longer");
+  WriteFileAtomically(folder / "x", bytes);
+  EXPECT_EQ(ReadFile(folder / "x", 5), bytes);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+}
+
+TEST(File, ReadsWhatTellsNoSize) { EXPECT_THAT(ReadFile("/proc/self/status", 1 << 20), HasSubstr("Name:")); }
+
+TEST(File, NamesFileAndCause) {
+  const test::TemporaryDirectory folder;
+  WriteFileAtomically(folder / "x", "123456");
+  const std::string name = (folder / "x").string();
+  EXPECT_EQ(ErrorOf([&] { ReadFile(folder / "x", 5); }), name + ": longer than the 5 bytes allowed here");
+  EXPECT_EQ(ErrorOf([&] { ReadFile(folder.path(), 5); }), folder.path().string() + ": is a folder, not a file");
+  EXPECT_EQ(ErrorOf([&] { ReadFile(folder / "y", 5); }),
+            (folder / "y").string() + ": cannot be opened: No such file or directory");
+  EXPECT_EQ(ErrorOf([&] { ReadFile("/dev/zero", 5); }), "/dev/zero: longer than the 5 bytes allowed here");
+  EXPECT_EQ(ErrorOf([&] { WriteFileAtomically(folder / "no/x", "1"); }),
+            (folder / "no/x").string() + ": cannot be written: No such file or directory");
+}
+
+TEST(File, ANameThatCannotBeReplacedLeavesNothingBehind) {
+  const test::TemporaryDirectory folder;
+  std::filesystem::create_directory(folder / "x");
+  WriteFileAtomically(folder / "x/inside", "1");
+  EXPECT_THAT(ErrorOf([&] { WriteFileAtomically(folder / "x", "1"); }), HasSubstr("x: cannot be written: "));
+  EXPECT_FALSE(std::filesystem::exists(folder / "x.partial"));
+}
+
+TEST(UniqueFd, ClosesOnceAndMoves) {
+  UniqueFd fd(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+  const int number = fd.get();
+  UniqueFd other = std::move(fd);
+  EXPECT_FALSE(fd.valid());
+  EXPECT_EQ(other.get(), number);
+  EXPECT_EQ(other.Close(), 0);
+  EXPECT_FALSE(other.valid());
+  EXPECT_EQ(::fcntl(number, F_GETFD), -1);
+}
+
+}  // namespace
+}  // namespace chequer
