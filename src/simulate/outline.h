@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "chequer/camera_model.h"
+#include "simulate/coverage.h"
+#include "simulate/scene.h"
+
+namespace chequer {
+
+/// Something flat that is drawn over what lies below it: the outlines of all its cells in pixels of the (distorted)
+/// frame.
+struct Layer {
+  std::vector<OutlineEdge> edges;
+  Eigen::Vector2d low{0, 0};  ///< of all points, pixels
+  Eigen::Vector2d high{0, 0};
+  // Light on it at pixel p: 1 − fall · clamp(fall_offset + fall_direction · p, 0, 1).
+  double fall = 0;
+  double fall_offset = 0;
+  Eigen::Vector2d fall_direction{0, 0};  ///< per pixel
+};
+
+/// The layers of markers from below to above. Markers that are not drawable are left out.
+std::vector<Layer> MakeLayers(const std::vector<SceneMarker>& markers, const CameraModel& camera);
+
+}  // namespace chequer

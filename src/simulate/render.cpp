@@ -1,0 +1,96 @@
+#include "simulate/render.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "simulate/coding.h"
+#include "simulate/outline.h"
+#include "simulate/random.h"
+
+namespace chequer {
+namespace {
+
+void ThrowIf(const std::string& wrong) {
+  if (!wrong.empty()) throw std::runtime_error(wrong);
+}
+
+RenderOptions Checked(RenderOptions options) {
+  ThrowIf(options.Check());
+  return options;
+}
+
+bool IsPlanarYuv(PixelFormat format) {
+  return format == PixelFormat::kYuv420p || format == PixelFormat::kYuv422p || format == PixelFormat::kYuv444p;
+}
+
+/// Cameras that stream JPEG store it as 4:2:2; files are mostly 4:2:0.
+JpegChroma ChromaOf(PixelFormat format) {
+  if (format == PixelFormat::kYuv444p) return JpegChroma::k444;
+  return format == PixelFormat::kYuv422p ? JpegChroma::k422 : JpegChroma::k420;
+}
+
+LinearImage Light(const LinearImage& background, int rim, const std::vector<SceneMarker>& markers,
+                  const RenderOptions& options, const PointSpread& spread) {
+  LinearImage light = SeeThroughLens(background, rim, MakeLayers(markers, options.camera), spread);
+  if (options.motion_px > 0) light = Smear(light, options.motion_px, options.motion_angle_rad);
+  return light;
+}
+
+/// What the camera does after the sensor: conversion and coding.
+Image Deliver(Image image, const RenderOptions& options) {
+  if (options.jpeg_quality)
+    return DecodeJpeg(EncodeJpeg(image.view(), *options.jpeg_quality, ChromaOf(options.format)), options.format,
+                      options.tone_curve);
+  if (!IsYuv(options.format)) return image;
+  const YuvRange range = IsPlanarYuv(options.format) ? YuvRange::kFull : options.yuv_range;
+  return ConvertFromBgr(image.view(), options.format, range);
+}
+
+}  // namespace
+
+std::string RenderOptions::Check() const {
+  if (camera.width < 1 || camera.height < 1 || camera.width > kMaxImageSide || camera.height > kMaxImageSide)
+    return "the camera's width and height must be from 1 to " + std::to_string(kMaxImageSide);
+  if (!SizeIsValid(format, camera.width, camera.height))
+    return std::string(PixelFormatName(format)) + " needs an even width, NV12 also an even height";
+  if (!(camera.fx > 0 && camera.fy > 0)) return "the camera's fx and fy must be above 0";
+  if (!(blur_sigma_px >= 0 && blur_sigma_px <= 20)) return "blur_sigma_px must be from 0 to 20";
+  if (!(motion_px >= 0 && motion_px <= 200)) return "motion_px must be from 0 to 200";
+  if (jpeg_quality && (*jpeg_quality < 1 || *jpeg_quality > 100)) return "jpeg_quality must be from 1 to 100";
+  if (jpeg_quality && (IsBayer(format) || (IsYuv(format) && !IsPlanarYuv(format))))
+    return "JPEG holds BGR8, RGB8, Mono8, YUV420P, YUV422P or YUV444P, not " + std::string(PixelFormatName(format));
+  if (std::string wrong = lighting.Check(); !wrong.empty()) return wrong;
+  return sensor.Check();
+}
+
+Renderer::Renderer(RenderOptions options, const Background& background)
+    : options_(Checked(std::move(options))),
+      spread_(options_.blur_sigma_px),
+      background_(background),
+      rim_(spread_.reach()) {
+  ThrowIf(background.Check());
+  drawn_ = DrawBackground(background, options_.camera.width + 2 * rim_, options_.camera.height + 2 * rim_);
+}
+
+Image Renderer::Render(const std::vector<SceneMarker>& markers, std::uint64_t seed) const {
+  ThrowIf(Scene{markers, background_}.Check());
+  LinearImage light = Light(drawn_, rim_, markers, options_, spread_);
+  Illuminate(light, options_.lighting);
+  const PixelFormat captured = IsYuv(options_.format) ? PixelFormat::kBgr8 : options_.format;
+  return Deliver(Expose(light, options_.sensor, captured, options_.tone_curve, seed), options_);
+}
+
+Image Render(const Scene& scene, const RenderOptions& options, std::uint64_t seed) {
+  return Renderer(options, scene.background).Render(scene.markers, seed);
+}
+
+LinearImage RenderLight(const Scene& scene, const RenderOptions& options) {
+  ThrowIf(options.Check());
+  ThrowIf(scene.Check());
+  const PointSpread spread(options.blur_sigma_px);
+  const int rim = spread.reach();
+  return Light(DrawBackground(scene.background, options.camera.width + 2 * rim, options.camera.height + 2 * rim), rim,
+               scene.markers, options, spread);
+}
+
+}  // namespace chequer

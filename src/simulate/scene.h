@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "chequer/camera_model.h"
+#include "chequer/geometry.h"
+#include "simulate/background.h"
+#include "simulate/board.h"
+#include "simulate/inks.h"
+
+namespace chequer {
+
+/// Something that lies on a marker. Given in fractions of the board from its top left: (0, 0) … (1, 1) hides it all; it
+/// may stand over the board's rim.
+struct Occluder {
+  Eigen::Vector2d from{0, 0};  ///< right, down
+  Eigen::Vector2d to{1, 1};
+  Eigen::Vector3f colour{0.25f, 0.2f, 0.15f};  ///< linear RGB
+  /// Patches of random colour along the longer side; 0: plain.
+  int patches = 0;
+  std::uint64_t seed = 0;  ///< of the patches
+};
+
+/// A marker that stands in the scene.
+struct SceneMarker {
+  RigidTransform camera_from_marker;  ///< see marker.md: origin at the board's centre, x right, y up, z out of the face
+  Board board;
+  double side_m = 0;  ///< of the longer counted side
+  InkSet inks;
+  double margin_cells = 0;  ///< plain border round the board
+  char margin_colour = 'W';
+  double ink_spread_cells = 0;  ///< by which dark cells grow on each side, 0..0.4; of checkerboards alone
+  bool mirrored = false;        ///< seen in a mirror: left and right of the board exchanged
+  /// Light falls from 1 at one rim of the board to 1 − gradient at the other; 0..1.
+  double gradient = 0;
+  double gradient_angle_rad = 0;  ///< where it falls to, in the image: 0 right, π/2 down
+  std::vector<Occluder> occluders;
+
+  double CellSize() const { return board.CellSize(side_m); }
+  /// The point of the marker frame at that many cells right and down of the board's top left.
+  Eigen::Vector3d PointAt(double col, double row) const;
+};
+
+/// What a camera sees. Later markers lie over earlier ones.
+struct Scene {
+  std::vector<SceneMarker> markers;
+  Background background;
+
+  /// Empty, or what is wrong and what would be right, naming the marker.
+  std::string Check() const;
+};
+
+/// Whether a marker can be drawn: it is seen from its printed side, all of it lies in front of the camera and where the
+/// lens model is valid. It may lie outside the frame.
+bool IsDrawable(const SceneMarker& marker, const CameraModel& camera);
+
+/// Pixel of the board's centre. @pre IsDrawable.
+Eigen::Vector2d CenterPx(const SceneMarker& marker, const CameraModel& camera);
+
+/// The smallest distance between neighbouring cell corners, pixels: what decides whether the marker can be read.
+/// @pre IsDrawable.
+double SmallestCellPx(const SceneMarker& marker, const CameraModel& camera);
+
+/// camera_from_marker of a marker that looks straight at the camera, then turned by `heading_rad` (clockwise in the
+/// image), then tilted by `tilt_rad` about the image axis at `tilt_axis_rad` (0: the x axis).
+RigidTransform FacingPose(const Eigen::Vector3d& position, double heading_rad, double tilt_rad = 0,
+                          double tilt_axis_rad = 0);
+
+}  // namespace chequer

@@ -1,0 +1,93 @@
+#include "simulate/background.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+namespace chequer {
+namespace {
+
+constexpr BackgroundKind kProcedural[] = {BackgroundKind::kNoise, BackgroundKind::kChess, BackgroundKind::kText,
+                                          BackgroundKind::kTiles, BackgroundKind::kWood,  BackgroundKind::kBlobs,
+                                          BackgroundKind::kMixed};
+
+Background Of(BackgroundKind kind, std::uint64_t seed) {
+  Background background;
+  background.kind = kind;
+  background.seed = seed;
+  return background;
+}
+
+TEST(DrawBackground, ProceduralKindsHangOnTheSeedAlone) {
+  for (const BackgroundKind kind : kProcedural) {
+    const LinearImage once = DrawBackground(Of(kind, 11), 320, 240);
+    EXPECT_EQ(once.rgb, DrawBackground(Of(kind, 11), 320, 240).rgb) << BackgroundName(kind);
+    EXPECT_NE(once.rgb, DrawBackground(Of(kind, 12), 320, 240).rgb) << BackgroundName(kind);
+  }
+}
+
+TEST(DrawBackground, ProceduralKindsAreReflectancesWithStructure) {
+  for (const BackgroundKind kind : kProcedural)
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      const LinearImage image = DrawBackground(Of(kind, seed), 320, 240);
+      const auto [low, high] = std::minmax_element(image.rgb.begin(), image.rgb.end());
+      EXPECT_GE(*low, 0) << BackgroundName(kind);
+      EXPECT_LE(*high, 0.9f) << BackgroundName(kind);
+      EXPECT_GT(*high - *low, 0.03f) << BackgroundName(kind) << " seed " << seed;
+    }
+}
+
+TEST(DrawBackground, AnySizeIsDrawn) {
+  for (const BackgroundKind kind : kProcedural)
+    for (const auto& [width, height] : {std::pair{1, 1}, {7, 300}, {500, 3}})
+      EXPECT_EQ(DrawBackground(Of(kind, 1), width, height).rgb.size(), static_cast<std::size_t>(3 * width * height));
+}
+
+TEST(DrawBackground, PlainIsItsColour) {
+  Background background;
+  background.colour = {0.1f, 0.2f, 0.3f};
+  const LinearImage image = DrawBackground(background, 4, 3);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(image.Pixel(3, 2)[c], background.colour[c]);
+}
+
+TEST(DrawBackground, ImageFillsTheFrameInLinearLight) {
+  const auto path = std::filesystem::temp_directory_path() / "chequer_background_test.png";
+  cv::imwrite(path.string(), cv::Mat(30, 60, CV_8UC3, cv::Scalar(0, 188, 255)));
+  Background background;
+  background.kind = BackgroundKind::kImage;
+  background.file = path.string();
+  const LinearImage image = DrawBackground(background, 50, 40);
+  std::filesystem::remove(path);
+  EXPECT_EQ(image.width, 50);
+  EXPECT_EQ(image.height, 40);
+  EXPECT_NEAR(image.Pixel(49, 39)[0], 0.9, 1e-4);
+  EXPECT_NEAR(image.Pixel(0, 0)[1], 0.9 * 0.503, 2e-3);  // 188 is half of the light
+  EXPECT_NEAR(image.Pixel(20, 20)[2], 0, 1e-6);
+}
+
+TEST(DrawBackground, UnreadableImageIsNamed) {
+  Background background;
+  background.kind = BackgroundKind::kImage;
+  background.file = "/nowhere/floor.png";
+  try {
+    DrawBackground(background, 10, 10);
+    FAIL() << "a missing file was accepted";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("/nowhere/floor.png"));
+  }
+}
+
+TEST(BackgroundName, RoundTrips) {
+  for (const BackgroundKind kind : kProcedural) {
+    EXPECT_EQ(ParseBackground(BackgroundName(kind)), kind);
+    EXPECT_THAT(BackgroundNames(), ::testing::HasSubstr(std::string(BackgroundName(kind))));
+  }
+  EXPECT_FALSE(ParseBackground("lava").has_value());
+}
+
+}  // namespace
+}  // namespace chequer
