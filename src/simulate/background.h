@@ -27,7 +27,7 @@ struct Background {
   BackgroundKind kind = BackgroundKind::kPlain;
   Eigen::Vector3f colour{0.35f, 0.35f, 0.35f};  ///< of kPlain: linear RGB, 0..1
   std::uint64_t seed = 0;                       ///< of the procedural kinds
-  std::string file;                             ///< of kImage
+  std::string file{};                           ///< of kImage
 
   /// Empty, or what is wrong and what would be right.
   std::string Check() const;

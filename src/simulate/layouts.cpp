@@ -88,6 +88,9 @@ std::vector<SceneMarker> PublicationTrack(TrackCase track, const MarkerCode& cod
 std::string SwarmOptions::Check() const {
   if (camera.width < 1 || camera.height < 1) return "the swarm's camera has no size";
   if (!(side_m > 0)) return "side_m must be above 0";
+  if (!sides_m.empty() && sides_m.size() != boards.size()) return "sides_m must be empty or one a board";
+  for (const double side : sides_m)
+    if (!(side > 0)) return "sides_m must be above 0";
   if (!(height_spread_m >= 0)) return "height_spread_m must be at least 0";
   if (!(distance_m > height_spread_m)) return "distance_m must be above height_spread_m";
   if (!(max_tilt_rad >= 0 && max_tilt_rad < 1.2)) return "max_tilt_rad must be from 0 to 1.2";
@@ -124,9 +127,10 @@ std::size_t Swarm::TryPlace(double roam_m, std::uint64_t seed) {
   Random random(seed);
   std::vector<Circle> taken;
   robots_.clear();
-  for (const Board& board : options_.boards) {
+  for (std::size_t i = 0; i < options_.boards.size(); ++i) {
+    const Board& board = options_.boards[i];
     const double cells = std::hypot(board.rows + 2 * options_.margin_cells, board.cols + 2 * options_.margin_cells);
-    const double radius = 0.5 * cells * board.CellSize(options_.side_m) + roam_m + 0.5 * options_.gap_m;
+    const double radius = 0.5 * cells * board.CellSize(options_.SideOf(i)) + roam_m + 0.5 * options_.gap_m;
     const auto circle = FindRoom(radius, taken, random);
     if (!circle) break;
     taken.push_back(*circle);
@@ -149,8 +153,8 @@ void Swarm::Place(std::uint64_t seed) {
     if (most == options_.boards.size()) return;
   }
   char text[160];
-  std::snprintf(text, sizeof text, "%zu markers do not fit into the frame; about %zu of %g m do at %g m",
-                options_.boards.size(), most, options_.side_m, options_.distance_m);
+  std::snprintf(text, sizeof text, "%zu markers do not fit into the frame; about %zu of them do, %g m away",
+                options_.boards.size(), most, options_.distance_m);
   throw std::runtime_error(text);
 }
 
@@ -168,7 +172,7 @@ SceneMarker Swarm::MarkerAt(std::size_t index, double time_s) const {
   }
   SceneMarker marker;
   marker.board = options_.boards[index];
-  marker.side_m = options_.side_m;
+  marker.side_m = options_.SideOf(index);
   marker.inks = options_.inks;
   marker.margin_cells = options_.margin_cells;
   marker.ink_spread_cells = options_.ink_spread_cells;

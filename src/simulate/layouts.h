@@ -31,9 +31,10 @@ struct SwarmOptions {
   CameraModel camera;
   std::vector<Board> boards;  ///< one a robot
   double side_m = 0.1;
-  double distance_m = 3;         ///< of the floor
-  double height_spread_m = 0.1;  ///< robots are up to so much nearer
-  double max_tilt_rad = 0.09;    ///< of a board against the floor
+  std::vector<double> sides_m{};  ///< one a board, where they differ; empty: all side_m
+  double distance_m = 3;          ///< of the floor
+  double height_spread_m = 0.1;   ///< robots are up to so much nearer
+  double max_tilt_rad = 0.09;     ///< of a board against the floor
   double max_speed_m_s = 0.5;
   double gap_m = 0.01;  ///< kept free between boards
   InkSet inks;
@@ -42,6 +43,7 @@ struct SwarmOptions {
 
   /// Empty, or what is wrong and what would be right.
   std::string Check() const;
+  double SideOf(std::size_t board) const { return sides_m.empty() ? side_m : sides_m[board]; }
 };
 
 /// Robots that move, each within a circle of its own, on straight lines to and fro or on arcs, so that boards never

@@ -87,6 +87,16 @@ TEST(Swarm, SameSeedSameSwarm) {
   EXPECT_NE(at(5), at(6));
 }
 
+TEST(Swarm, BoardsMayDifferInSide) {
+  SwarmOptions options = FiftyRobots();
+  for (std::size_t i = 0; i < options.boards.size(); ++i) options.sides_m.push_back(i % 2 == 0 ? 0.1 : 0.05);
+  const auto markers = Swarm(options, 2).At(std::chrono::seconds(0));
+  EXPECT_EQ(markers[4].side_m, 0.1);
+  EXPECT_EQ(markers[5].side_m, 0.05);
+  options.sides_m.pop_back();
+  EXPECT_THAT(options.Check(), ::testing::HasSubstr("sides_m"));
+}
+
 TEST(Swarm, SaysHowManyFitWhereNotAllDo) {
   SwarmOptions options = FiftyRobots();
   options.side_m = 0.8;
