@@ -74,7 +74,8 @@ std::optional<BackgroundKind> ParseBackground(std::string_view name) {
 
 std::string BackgroundNames() {
   std::string text;
-  for (const auto& [kind, name] : kNames) text.append(text.empty() ? "" : ", ").append(name);
+  for (const auto& [kind, name] : kNames)
+    if (kind != BackgroundKind::kImage) text.append(text.empty() ? "" : ", ").append(name);
   return text;
 }
 

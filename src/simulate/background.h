@@ -36,7 +36,7 @@ struct Background {
 /// "plain", "noise", "chess", "text", "tiles", "wood", "blobs", "mixed", "image".
 std::string_view BackgroundName(BackgroundKind kind);
 std::optional<BackgroundKind> ParseBackground(std::string_view name);
-/// All names, comma-separated, for messages.
+/// The names of the kinds that need no file, comma-separated, for messages.
 std::string BackgroundNames();
 
 /// What the background reflects, pixel by pixel. Throws std::runtime_error naming the file where it cannot be read.

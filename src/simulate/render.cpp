@@ -3,7 +3,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "chequer/check.h"
 #include "simulate/coding.h"
 #include "simulate/outline.h"
 #include "simulate/random.h"
@@ -37,6 +36,16 @@ LinearImage Light(const LinearImage& background, int rim, const std::vector<Scen
   return light;
 }
 
+/// What the camera does after the sensor: conversion and coding.
+Image Deliver(Image image, const RenderOptions& options) {
+  if (options.jpeg_quality)
+    return DecodeJpeg(EncodeJpeg(image.view(), *options.jpeg_quality, ChromaOf(options.format)), options.format,
+                      options.tone_curve);
+  if (!IsYuv(options.format)) return image;
+  const YuvRange range = IsPlanarYuv(options.format) ? YuvRange::kFull : options.yuv_range;
+  return ConvertFromBgr(image.view(), options.format, range);
+}
+
 }  // namespace
 
 std::string RenderOptions::Check() const {
@@ -63,25 +72,12 @@ Renderer::Renderer(RenderOptions options, const Background& background)
   drawn_ = DrawBackground(background, options_.camera.width + 2 * rim_, options_.camera.height + 2 * rim_);
 }
 
-Image Renderer::Capture(const std::vector<SceneMarker>& markers, std::uint64_t seed) const {
+Image Renderer::Render(const std::vector<SceneMarker>& markers, std::uint64_t seed) const {
   ThrowIf(Scene{markers, background_}.Check());
   LinearImage light = Light(drawn_, rim_, markers, options_, spread_);
   Illuminate(light, options_.lighting);
   const PixelFormat captured = IsYuv(options_.format) ? PixelFormat::kBgr8 : options_.format;
-  return Expose(light, options_.sensor, captured, options_.tone_curve, seed);
-}
-
-std::vector<std::uint8_t> Renderer::RenderJpeg(const std::vector<SceneMarker>& markers, std::uint64_t seed) const {
-  CHEQUER_CHECK(options_.jpeg_quality.has_value(), "the options ask for no JPEG");
-  return EncodeJpeg(Capture(markers, seed).view(), *options_.jpeg_quality, ChromaOf(options_.format));
-}
-
-Image Renderer::Render(const std::vector<SceneMarker>& markers, std::uint64_t seed) const {
-  if (options_.jpeg_quality) return DecodeJpeg(RenderJpeg(markers, seed), options_.format, options_.tone_curve);
-  Image image = Capture(markers, seed);
-  if (!IsYuv(options_.format)) return image;
-  return ConvertFromBgr(image.view(), options_.format,
-                        IsPlanarYuv(options_.format) ? YuvRange::kFull : options_.yuv_range);
+  return Deliver(Expose(light, options_.sensor, captured, options_.tone_curve, seed), options_);
 }
 
 Image Render(const Scene& scene, const RenderOptions& options, std::uint64_t seed) {

@@ -41,15 +41,9 @@ class Renderer {
   /// Throws std::runtime_error with Scene::Check's message.
   Image Render(const std::vector<SceneMarker>& markers, std::uint64_t seed) const;
 
-  /// The same frame as the JPEG that the camera sends. @pre options().jpeg_quality.
-  std::vector<std::uint8_t> RenderJpeg(const std::vector<SceneMarker>& markers, std::uint64_t seed) const;
-
   const RenderOptions& options() const { return options_; }
 
  private:
-  /// As the sensor gives it, before conversion and coding.
-  Image Capture(const std::vector<SceneMarker>& markers, std::uint64_t seed) const;
-
   RenderOptions options_;
   PointSpread spread_;
   Background background_;

@@ -7,7 +7,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "simulate/coding.h"
 #include "simulate/layouts.h"
 
 namespace chequer {
@@ -230,15 +229,6 @@ TEST(Render, JpegKeepsFormatAndCurve) {
     EXPECT_EQ(image.format(), format);
     EXPECT_EQ(image.view().tone_curve(), options.tone_curve);
   }
-}
-
-TEST(Renderer, JpegIsWhatRenderDecodes) {
-  RenderOptions options = Pinhole(64, 48);
-  options.jpeg_quality = 70;
-  const Renderer renderer(options, {});
-  const auto jpeg = renderer.RenderJpeg({}, 3);
-  const Image decoded = DecodeJpeg(jpeg, PixelFormat::kBgr8), rendered = renderer.Render({}, 3);
-  EXPECT_TRUE(std::equal(decoded.bytes().begin(), decoded.bytes().end(), rendered.bytes().begin()));
 }
 
 TEST(Render, SameArgumentsSameBytes) {
