@@ -1,0 +1,109 @@
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "capture/recording_writer.h"
+#include "core/camera_file.h"
+#include "simulate/random.h"
+#include "simulate/truth.h"
+#include "tools/commands.h"
+#include "tools/render_request.h"
+
+namespace chequer {
+namespace {
+
+constexpr const char* kCameraFile = "camera.toml";
+constexpr const char* kTruthFile = "truth.jsonl";
+
+/// 2024-01-01T00:00:00Z: the same frames are to have the same times whenever they are rendered.
+constexpr UtcTime kFirstUtc{std::chrono::seconds(1704067200)};
+/// Not 0, which reads like a time that was forgotten.
+constexpr MonotonicTime kFirstMonotonic{std::chrono::seconds(1)};
+
+/// Smallest pitch of cells that is read for sure; design measurements put the limit at 3.5 to 4 px.
+constexpr double kSafeCellPx = 4;
+
+/// What was written, for the summary.
+struct Written {
+  std::vector<FrameTruth> truth;
+  int markers_cut_off = 0;  ///< over all frames
+};
+
+RecordingInfo InfoOf(const RenderJob& job) {
+  RecordingInfo info;
+  info.camera = "simulated";
+  info.width = job.options.camera.width;
+  info.height = job.options.camera.height;
+  info.pixel_format = job.options.format;
+  info.tone_curve = job.options.tone_curve;
+  info.yuv_range = job.options.yuv_range;
+  info.fps = job.fps;
+  info.calibration = kCameraFile;
+  info.truth = kTruthFile;
+  return info;
+}
+
+Written WriteRecording(const RenderJob& job, const std::filesystem::path& folder) {
+  const Renderer renderer(job.options, job.background);
+  RecordingWriter writer(folder, InfoOf(job), job.files);
+  WriteCamera(folder / kCameraFile, job.options.camera);
+  Written written;
+  for (int i = 0; i < job.frames; ++i) {
+    const auto markers = job.markers_at(job.TimeOf(i));
+    const auto number = static_cast<std::uint64_t>(i);
+    const Image image = renderer.Render(markers, DeriveSeed(job.seed, number));
+    const auto since_first = std::chrono::round<std::chrono::microseconds>(job.TimeOf(i));
+    FrameTruth truth;
+    truth.file = writer.Add(image.view(), kFirstUtc + since_first, kFirstMonotonic + since_first, number);
+    truth.markers = TruthOf(markers, job.options.camera);
+    written.markers_cut_off += static_cast<int>(markers.size() - truth.markers.size());
+    written.truth.push_back(std::move(truth));
+  }
+  writer.Finish();
+  WriteTruth(folder / kTruthFile, written.truth);
+  return written;
+}
+
+void PrintSummary(const RenderJob& job, const Written& written, const std::string& folder) {
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  std::size_t markers = 0;
+  for (const FrameTruth& frame : written.truth)
+    for (const TrueMarker& marker : frame.markers) {
+      least = std::min(least, marker.cell_px);
+      most = std::max(most, marker.cell_px);
+      ++markers;
+    }
+  const CameraModel& camera = job.options.camera;
+  fmt::print("{} frame{} of {}x{} {} with {} markers in all: {}\n", job.frames, job.frames == 1 ? "" : "s",
+             camera.width, camera.height, PixelFormatName(job.options.format), markers, folder);
+  if (markers > 0) fmt::print("Cells are {:.2f} to {:.2f} px wide at their narrowest.\n", least, most);
+  if (least < kSafeCellPx)
+    fmt::print("Below {} px markers are missed: use larger ones, a longer lens or more pixels.\n", kSafeCellPx);
+  if (written.markers_cut_off > 0)
+    fmt::print("{} times a marker stood over the frame's rim; the truth leaves it out.\n", written.markers_cut_off);
+}
+
+void RunRender(const RenderRequest& request) {
+  const RenderJob job = PlanRender(request);
+  PrintSummary(job, WriteRecording(job, request.out), request.out);
+}
+
+}  // namespace
+
+void AddRenderCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("render", "Renders markers as a camera would see them, with the truth");
+  // Shared, as the callback outlives this function and std::function copies what it holds.
+  const auto request = std::make_shared<RenderRequest>();
+  AddRenderOptions(*command, *request);
+  command->footer(
+      "Writes a recording: a file a frame, recording.toml, camera.toml and truth.jsonl.\n\n"
+      "Will a 40 mm marker be read from 3 m with a 12 mm lens on pixels of 3.45 um?\n"
+      "  chequer render --marker 6x6:secded:0.04 --swarm 20 --distance 3 --lens 12 --pixel-pitch 3.45 --out plan\n"
+      "  chequer detect --marker 6x6:secded:0.04 --calibration plan/camera.toml plan/*.png");
+  command->callback([request] { RunRender(*request); });
+}
+
+}  // namespace chequer

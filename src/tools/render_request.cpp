@@ -1,0 +1,324 @@
+#include "tools/render_request.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string_view>
+#include <utility>
+
+#include "core/camera_file.h"
+#include "simulate/layouts.h"
+
+namespace chequer {
+namespace {
+
+double Radians(double degrees) { return degrees * M_PI / 180; }
+
+[[noreturn]] void Refuse(const char* option, const std::string& message) {
+  throw CLI::ValidationError(option, message);
+}
+
+/// "1920x1080" → width and height.
+std::pair<int, int> ParseSize(const std::string& text) {
+  const std::size_t times = text.find('x');
+  int width = 0, height = 0;
+  if (times != std::string::npos) {
+    std::from_chars(text.data(), text.data() + times, width);
+    std::from_chars(text.data() + times + 1, text.data() + text.size(), height);
+  }
+  if (text != std::to_string(width) + "x" + std::to_string(height) || width < 1 || height < 1 ||
+      width > kMaxImageSide || height > kMaxImageSide)
+    Refuse("--size", "'" + text + "' must be WIDTHxHEIGHT in pixels, such as 1920x1080, at most " +
+                         std::to_string(kMaxImageSide) + " each");
+  return {width, height};
+}
+
+double FocalPx(const RenderRequest& request, int width) {
+  if (request.focal_px && (request.lens_mm || request.pixel_pitch_um))
+    Refuse("--focal", "says the same as --lens with --pixel-pitch; give one of them");
+  if (request.lens_mm.has_value() != request.pixel_pitch_um.has_value())
+    Refuse("--lens", "needs --pixel-pitch, and the other way round: 6 mm with pixels of 3.45 um");
+  const double focal = request.focal_px  ? *request.focal_px
+                       : request.lens_mm ? *request.lens_mm * 1000 / *request.pixel_pitch_um
+                                         : 0.75 * width;
+  if (!(focal > 0 && std::isfinite(focal))) Refuse(request.lens_mm ? "--lens" : "--focal", "must be above 0");
+  return focal;
+}
+
+CameraModel PlanCamera(const RenderRequest& request) {
+  if (!request.camera_file.empty()) {
+    if (request.focal_px || request.lens_mm || request.pixel_pitch_um)
+      Refuse("--camera-file", "already says the focal length; leave out --focal, --lens and --pixel-pitch");
+    return LoadCamera(request.camera_file);
+  }
+  const auto [width, height] = ParseSize(request.size);
+  const double focal = FocalPx(request, width);
+  return {
+      .width = width, .height = height, .fx = focal, .fy = focal, .cx = 0.5 * (width - 1), .cy = 0.5 * (height - 1)};
+}
+
+Background PlanBackground(const std::string& text, std::uint64_t seed) {
+  Background background;
+  background.seed = seed;
+  if (const auto kind = ParseBackground(text); kind && *kind != BackgroundKind::kImage) {
+    background.kind = *kind;
+    return background;
+  }
+  if (!std::filesystem::exists(text))
+    Refuse("--background", "'" + text + "' is neither a file nor one of " + BackgroundNames());
+  background.kind = BackgroundKind::kImage;
+  background.file = text;
+  return background;
+}
+
+/// A board with its side.
+struct Print {
+  Board board;
+  double side_m = 0;
+};
+
+/// `count` different boards, the families taking turns.
+std::vector<Print> CheckerboardPrints(const RenderRequest& request, int count) {
+  const std::vector<MarkerFamily> families = ParseMarkerFamilies(request.markers, true);
+  std::vector<std::uint64_t> used(families.size(), 0);
+  std::vector<Print> prints;
+  for (int i = 0; i < count; ++i) {
+    const std::size_t index = static_cast<std::size_t>(i) % families.size();
+    const MarkerFamily& family = families[index];
+    const std::uint64_t number = used[index]++;
+    const bool enough = family.roster.empty() ? number <= family.code.max_id() : number < family.roster.size();
+    if (!enough)
+      Refuse(family.roster.empty() ? "--marker" : "--ids",
+             "has only " + std::to_string(number) + " ids of " + ToString(family.code.size()) + " " +
+                 std::string(VariantName(family.code.variant())) + "; --swarm " + std::to_string(request.swarm) +
+                 " needs one a marker");
+    const std::uint64_t id = family.roster.empty() ? number : family.roster[number];
+    prints.push_back({MakeBoard(family.code, id), family.side_m});
+  }
+  return prints;
+}
+
+std::vector<Print> PeerPrints(const RenderRequest& request, int count) {
+  if (request.peer != "tag36h11" && request.peer != "aruco4x4")
+    Refuse("--peer", "'" + request.peer + "' must be tag36h11 or aruco4x4");
+  if (!request.markers.side_m || !(*request.markers.side_m > 0))
+    Refuse("--side", "is missing: --peer needs the side of the black square in metres, such as --side 0.12");
+  std::vector<std::uint64_t> ids;
+  if (!request.markers.ids.empty()) ids = ParseRoster(request.markers.ids);
+  for (std::uint64_t id = 0; request.markers.ids.empty() && id < static_cast<std::uint64_t>(count); ++id)
+    ids.push_back(id);
+  if (ids.size() < static_cast<std::size_t>(count))
+    Refuse("--ids",
+           "names " + std::to_string(ids.size()) + " ids; --swarm " + std::to_string(count) + " needs one a marker");
+  std::vector<Print> prints;
+  for (int i = 0; i < count; ++i) {
+    const std::uint64_t id = ids[static_cast<std::size_t>(i)];
+    prints.push_back({request.peer == "tag36h11" ? AprilTag36h11(id) : Aruco4x4(id), *request.markers.side_m});
+  }
+  return prints;
+}
+
+InkSet PlanInks(const RenderRequest& request) {
+  const auto inks = NamedInks(request.ink);
+  if (!inks) Refuse("--ink", "'" + request.ink + "' is not known; known are " + InkNames());
+  return *inks;
+}
+
+/// One marker that stands still.
+RenderJob PlanOne(const RenderRequest& request, RenderJob job, Print print) {
+  SceneMarker marker;
+  marker.board = std::move(print.board);
+  marker.side_m = print.side_m;
+  marker.inks = PlanInks(request);
+  marker.margin_cells = request.margin_cells;
+  marker.ink_spread_cells = request.ink_spread_cells;
+  const Eigen::Vector3d position =
+      request.position_m.empty() ? Eigen::Vector3d(0, 0, request.distance_m)
+                                 : Eigen::Vector3d(request.position_m[0], request.position_m[1], request.position_m[2]);
+  marker.camera_from_marker =
+      FacingPose(position, Radians(request.heading_deg), Radians(request.tilt_deg), Radians(request.tilt_axis_deg));
+  if (!IsDrawable(marker, job.options.camera))
+    Refuse("--position", "and --tilt must leave the whole marker before the camera, with its face towards it");
+  job.markers_at = [marker](std::chrono::duration<double>) { return std::vector<SceneMarker>{marker}; };
+  return job;
+}
+
+RenderJob PlanSwarm(const RenderRequest& request, RenderJob job, std::vector<Print> prints) {
+  if (!request.position_m.empty()) Refuse("--position", "is for one marker; a swarm has --distance");
+  SwarmOptions options;
+  options.camera = job.options.camera;
+  for (Print& print : prints) {
+    options.boards.push_back(std::move(print.board));
+    options.sides_m.push_back(print.side_m);
+  }
+  options.distance_m = request.distance_m;
+  // Robots differ in height by little, and never by more than a tenth of the way to the camera.
+  options.height_spread_m = std::min(0.1, 0.1 * request.distance_m);
+  options.max_tilt_rad = request.tilt_deg > 0 ? Radians(request.tilt_deg) : options.max_tilt_rad;
+  options.max_speed_m_s = request.max_speed_m_s;
+  options.inks = PlanInks(request);
+  options.margin_cells = request.margin_cells;
+  options.ink_spread_cells = request.ink_spread_cells;
+  const auto swarm = std::make_shared<const Swarm>(options, request.seed);
+  // Shared, as std::function copies what it holds.
+  job.markers_at = [swarm](std::chrono::duration<double> time) { return swarm->At(time); };
+  return job;
+}
+
+/// The options that RenderOptions has under other names or units.
+RenderOptions PlanOptions(const RenderRequest& request) {
+  RenderOptions options = request.camera;
+  options.camera = PlanCamera(request);
+  options.motion_angle_rad = Radians(request.motion_angle_deg);
+  options.lighting.gradient_angle_rad = Radians(request.gradient_angle_deg);
+  std::copy(request.white_balance.begin(), request.white_balance.end(), options.sensor.white_balance.begin());
+  if (request.gamma) {
+    if (!(*request.gamma >= 0.2 && *request.gamma <= 5)) Refuse("--gamma", "must be from 0.2 to 5 (1 is linear)");
+    options.tone_curve = ToneCurve::Gamma(*request.gamma);
+  }
+  const auto format = ParsePixelFormat(request.pixel_format);
+  if (!format) Refuse("--pixel-format", "'" + request.pixel_format + "' is not known; known are " + PixelFormatNames());
+  options.format = *format;
+  if (std::string wrong = options.Check(); !wrong.empty()) throw CLI::ValidationError(wrong);
+  return options;
+}
+
+/// PNG where it can be: anything opens it.
+FrameFileOptions PlanFiles(const RenderRequest& request, const RenderOptions& options) {
+  FrameFileOptions files;
+  if (request.jpeg_quality) {
+    if (*request.jpeg_quality < 1 || *request.jpeg_quality > 100) Refuse("--jpeg", "must be a quality from 1 to 100");
+    files.kind = FrameFileKind::kJpeg;
+    files.jpeg.quality = *request.jpeg_quality;
+    const std::string wrong = CheckFrameFiles(files.kind, options.format, options.yuv_range);
+    if (!wrong.empty()) Refuse("--jpeg", "does not go with " + request.pixel_format + ": " + wrong);
+  } else if (!CheckFrameFiles(files.kind, options.format, options.yuv_range).empty()) {
+    files.kind = FrameFileKind::kRaw;
+  }
+  return files;
+}
+
+void AddCameraOptions(CLI::App& command, RenderRequest& request) {
+  const char* group = "Camera";
+  command.add_option("--camera-file", request.camera_file, "Calibration (TOML), instead of --size and a focal length")
+      ->type_name("FILE")
+      ->group(group);
+  command.add_option("--size", request.size, "Of the frames, pixels")
+      ->type_name("WIDTHxHEIGHT")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--focal", request.focal_px, "Focal length in pixels [0.75 of the width]")
+      ->type_name("PX")
+      ->group(group);
+  command.add_option("--lens", request.lens_mm, "Focal length in mm; needs --pixel-pitch")
+      ->type_name("MM")
+      ->group(group);
+  command.add_option("--pixel-pitch", request.pixel_pitch_um, "Of the sensor, in um")->type_name("UM")->group(group);
+}
+
+void AddSceneOptions(CLI::App& command, RenderRequest& request) {
+  const char* group = "Scene";
+  command.add_option("--swarm", request.swarm, "So many markers that move, at random places under a camera above them")
+      ->type_name("N")
+      ->group(group);
+  command.add_option("--distance", request.distance_m, "From the camera, metres")
+      ->type_name("M")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--position", request.position_m, "Of one marker, instead of --distance: metres right, down, away")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3)
+      ->group(group);
+  command.add_option("--heading", request.heading_deg, "Of one marker, degrees, clockwise")
+      ->type_name("DEG")
+      ->group(group);
+  command.add_option("--tilt", request.tilt_deg, "Of one marker; of a swarm, the largest [5]")
+      ->type_name("DEG")
+      ->group(group);
+  command.add_option("--tilt-axis", request.tilt_axis_deg, "About which one marker is tilted; 0 is the frame's x axis")
+      ->type_name("DEG")
+      ->group(group);
+  command.add_option("--speed", request.max_speed_m_s, "Largest speed in a swarm, m/s")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--frames", request.frames, "How many")->capture_default_str()->group(group);
+  command.add_option("--fps", request.fps, "Frames a second")->capture_default_str()->group(group);
+  command.add_option("--peer", request.peer, "Draw tag36h11 or aruco4x4 instead; --side is of the black square")
+      ->group(group);
+  command.add_option("--ink", request.ink, "Of the print: " + InkNames())->capture_default_str()->group(group);
+  command.add_option("--margin", request.margin_cells, "White margin round each board, in cells")->group(group);
+  command.add_option("--ink-spread", request.ink_spread_cells, "By which dark cells grow on each side, in cells")
+      ->group(group);
+  command.add_option("--background", request.background, "An image file, or one of " + BackgroundNames())
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--seed", request.seed, "Of everything random")->capture_default_str()->group(group);
+}
+
+void AddOpticsOptions(CLI::App& command, RenderRequest& request) {
+  const char* group = "Lens, light and sensor";
+  RenderOptions& camera = request.camera;
+  const auto number = [&](const char* name, auto& value, const char* text) {
+    command.add_option(name, value, text)->capture_default_str()->group(group);
+  };
+  number("--blur", camera.blur_sigma_px, "Of the lens: Gaussian sigma, pixels");
+  number("--motion", camera.motion_px, "During the exposure, pixels");
+  number("--motion-angle", request.motion_angle_deg, "Its direction: 0 right, 90 down");
+  number("--exposure", camera.sensor.exposure, "1 puts white paper at 85 % of full scale");
+  number("--gradient", camera.lighting.gradient, "Part of the light that is lost from side to side, 0..1");
+  number("--gradient-angle", request.gradient_angle_deg, "Where it gets darker: 0 right, 90 down");
+  number("--vignetting", camera.lighting.vignetting, "Part of the light that is lost in the corners, 0..1");
+  number("--haze", camera.lighting.haze, "Part of the light that is veil, 0..0.95");
+  command.add_option("--white-balance", request.white_balance, "Wrong factors of red, green and blue")
+      ->type_name("R,G,B")
+      ->delimiter(',')
+      ->expected(3)
+      ->group(group);
+  number("--full-well", camera.sensor.full_well_electrons, "Electrons at full scale: fewer make more noise");
+  number("--read-noise", camera.sensor.read_noise_electrons, "Electrons");
+  command.add_option("--gamma", request.gamma, "Curve of the values instead of sRGB; 1 is linear")->group(group);
+  command.add_option("--pixel-format", request.pixel_format, "Of the frames: " + PixelFormatNames())
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--jpeg", request.jpeg_quality, "Write JPEG of that quality, 1..100")
+      ->type_name("Q")
+      ->group(group);
+}
+
+}  // namespace
+
+void AddRenderOptions(CLI::App& command, RenderRequest& request) {
+  AddMarkerOptions(command, request.markers);
+  AddCameraOptions(command, request);
+  AddSceneOptions(command, request);
+  AddOpticsOptions(command, request);
+  command.add_option("--out", request.out, "Folder of the recording; made if need be")->type_name("DIR")->required();
+}
+
+RenderJob PlanRender(const RenderRequest& request) {
+  if (request.frames < 1) Refuse("--frames", "must be at least 1");
+  if (!(request.fps > 0 && request.fps <= 10000)) Refuse("--fps", "must be above 0, at most 10000");
+  if (!(request.distance_m > 0)) Refuse("--distance", "must be above 0");
+  if (request.swarm < 0) Refuse("--swarm", "must be at least 0");
+  RenderJob job;
+  job.options = PlanOptions(request);
+  job.files = PlanFiles(request, job.options);
+  job.background = PlanBackground(request.background, request.seed);
+  job.frames = request.frames;
+  job.fps = request.fps;
+  job.seed = request.seed;
+  const int count = std::max(1, request.swarm);
+  std::vector<Print> prints = request.peer.empty() ? CheckerboardPrints(request, count) : PeerPrints(request, count);
+  job = request.swarm > 0 ? PlanSwarm(request, std::move(job), std::move(prints))
+                          : PlanOne(request, std::move(job), std::move(prints[0]));
+  if (std::string wrong = Scene{job.markers_at({}), job.background}.Check(); !wrong.empty())
+    throw CLI::ValidationError(wrong);
+  return job;
+}
+
+}  // namespace chequer

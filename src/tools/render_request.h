@@ -1,0 +1,77 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/recording_writer.h"
+#include "simulate/render.h"
+#include "tools/marker_options.h"
+
+namespace chequer {
+
+/// What `chequer render` is asked for, as typed.
+struct RenderRequest {
+  // The camera.
+  std::string camera_file;
+  std::string size = "1920x1080";
+  std::optional<double> focal_px;
+  std::optional<double> lens_mm;
+  std::optional<double> pixel_pitch_um;
+
+  // What stands before it.
+  MarkerOptions markers;
+  std::string peer;  ///< "tag36h11" or "aruco4x4" instead of colour checkerboards
+  std::vector<double> position_m;
+  double distance_m = 3;
+  double heading_deg = 0;
+  double tilt_deg = 0;
+  double tilt_axis_deg = 0;
+  int swarm = 0;
+  double max_speed_m_s = 0.5;
+  int frames = 1;
+  double fps = 60;
+  std::string ink = "laser";
+  double margin_cells = 0;
+  double ink_spread_cells = 0;
+  std::string background = "plain";  ///< a kind, or an image file
+
+  // How it is seen.
+  RenderOptions camera;  ///< its camera model, tone curve and format are set from the other options
+  double motion_angle_deg = 0;
+  double gradient_angle_deg = 0;
+  std::optional<double> gamma;
+  std::string pixel_format = "BGR8";
+  std::optional<int> jpeg_quality;
+  std::vector<double> white_balance{1, 1, 1};
+  std::uint64_t seed = 1;
+
+  std::string out;  ///< folder
+};
+
+/// Adds the options of `chequer render`. `request` must outlive the parsing.
+void AddRenderOptions(CLI::App& command, RenderRequest& request);
+
+/// What a request means.
+struct RenderJob {
+  RenderOptions options;
+  FrameFileOptions files;
+  Background background;
+  int frames = 1;
+  double fps = 60;
+  std::uint64_t seed = 1;
+  std::function<std::vector<SceneMarker>(std::chrono::duration<double>)> markers_at;
+
+  /// Of a frame since the first.
+  std::chrono::duration<double> TimeOf(int frame) const { return std::chrono::duration<double>(frame / fps); }
+};
+
+/// Throws CLI::ValidationError naming the option, what is wrong and what would be right; std::runtime_error where a
+/// file cannot be read or where a swarm finds no room.
+RenderJob PlanRender(const RenderRequest& request);
+
+}  // namespace chequer

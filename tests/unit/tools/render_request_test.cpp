@@ -1,0 +1,139 @@
+#include "tools/render_request.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+#include <set>
+
+#include "core/camera_file.h"
+#include "support/temporary_directory.h"
+
+namespace chequer {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+/// What `chequer render` plans for these arguments.
+RenderJob Plan(std::vector<std::string> arguments) {
+  CLI::App app;
+  RenderRequest request;
+  AddRenderOptions(app, request);
+  arguments.insert(arguments.begin(), {"--out", "unused"});
+  std::reverse(arguments.begin(), arguments.end());
+  app.parse(arguments);
+  return PlanRender(request);
+}
+
+std::string Refusal(const std::vector<std::string>& arguments) {
+  try {
+    Plan(arguments);
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(PlanRender, OneMarkerStandsWhereAsked) {
+  const RenderJob job = Plan({"--marker", "6x6:secded:0.04", "--ids", "17", "--position", "0.1,-0.2,1.5", "--heading",
+                              "90", "--size", "640x480", "--focal", "500"});
+  const auto markers = job.markers_at(std::chrono::seconds(0));
+  ASSERT_EQ(markers.size(), 1u);
+  EXPECT_EQ(markers[0].board.id, 17u);
+  EXPECT_EQ(markers[0].side_m, 0.04);
+  EXPECT_EQ(markers[0].camera_from_marker.translation, Eigen::Vector3d(0.1, -0.2, 1.5));
+  // Clockwise by a quarter: the marker's x axis points down.
+  const Eigen::Vector3d x = markers[0].camera_from_marker.rotation * Eigen::Vector3d::UnitX();
+  EXPECT_NEAR(x.y(), 1, 1e-12);
+  EXPECT_EQ(job.options.camera.fx, 500);
+  EXPECT_EQ(job.options.camera.cx, 319.5);
+}
+
+TEST(PlanRender, LensAndPixelPitchGiveTheFocalLength) {
+  const RenderJob job = Plan({"--side", "0.1", "--lens", "6", "--pixel-pitch", "3"});
+  EXPECT_DOUBLE_EQ(job.options.camera.fx, 2000);
+}
+
+TEST(PlanRender, CameraFileIsUsedWhole) {
+  const test::TemporaryDirectory folder;
+  CameraModel camera{.width = 320, .height = 240, .fx = 300, .fy = 301, .cx = 160, .cy = 121};
+  camera.kind = CameraModel::Kind::kBrownConrady;
+  camera.distortion = {-0.2, 0.05, 0, 0, 0};
+  WriteCamera(folder / "camera.toml", camera);
+  const RenderJob job = Plan({"--side", "0.1", "--camera-file", (folder / "camera.toml").string()});
+  EXPECT_EQ(job.options.camera.distortion, camera.distortion);
+  EXPECT_EQ(job.options.camera.height, 240);
+  EXPECT_THAT(Refusal({"--side", "0.1", "--camera-file", (folder / "camera.toml").string(), "--focal", "3"}),
+              HasSubstr("--camera-file"));
+}
+
+TEST(PlanRender, SwarmTakesFamiliesInTurnAndIdsOnce) {
+  const RenderJob job = Plan({"--marker", "6x6:secded:0.1", "--marker", "8x8:golay:0.15", "--swarm", "10"});
+  const auto markers = job.markers_at(std::chrono::seconds(1));
+  ASSERT_EQ(markers.size(), 10u);
+  std::set<std::pair<std::string, std::uint64_t>> different;
+  for (std::size_t i = 0; i < markers.size(); ++i) {
+    EXPECT_EQ(markers[i].board.rows, i % 2 == 0 ? 6 : 8);
+    EXPECT_EQ(markers[i].side_m, i % 2 == 0 ? 0.1 : 0.15);
+    different.emplace(markers[i].board.variant, markers[i].board.id);
+  }
+  EXPECT_EQ(different.size(), 10u);
+}
+
+TEST(PlanRender, SwarmMovesWithTheFrames) {
+  const RenderJob job = Plan({"--side", "0.1", "--swarm", "5", "--fps", "10", "--frames", "3"});
+  EXPECT_DOUBLE_EQ(job.TimeOf(2).count(), 0.2);
+  const auto first = job.markers_at(job.TimeOf(0)), last = job.markers_at(job.TimeOf(2));
+  EXPECT_GT((first[0].camera_from_marker.translation - last[0].camera_from_marker.translation).norm(), 0.01);
+}
+
+TEST(PlanRender, OptionsReachTheCamera) {
+  const RenderJob job =
+      Plan({"--side",  "0.1", "--motion",       "3",        "--motion-angle", "90",    "--white-balance", "0.8,1,1.2",
+            "--gamma", "1",   "--pixel-format", "BayerGB8", "--ink",          "faded", "--background",    "wood",
+            "--haze",  "0.1", "--full-well",    "500"});
+  EXPECT_EQ(job.options.motion_px, 3);
+  EXPECT_NEAR(job.options.motion_angle_rad, std::numbers::pi / 2, 1e-12);
+  EXPECT_EQ(job.options.sensor.white_balance, (std::array<double, 3>{0.8, 1, 1.2}));
+  EXPECT_EQ(job.options.tone_curve, ToneCurve::Linear());
+  EXPECT_EQ(job.options.format, PixelFormat::kBayerGb8);
+  EXPECT_EQ(job.options.lighting.haze, 0.1);
+  EXPECT_EQ(job.options.sensor.full_well_electrons, 500);
+  EXPECT_EQ(job.background.kind, BackgroundKind::kWood);
+  EXPECT_EQ(job.markers_at({})[0].inks, *NamedInks("faded"));
+}
+
+TEST(PlanRender, FilesHoldTheFormat) {
+  EXPECT_EQ(Plan({"--side", "0.1"}).files.kind, FrameFileKind::kPng);
+  EXPECT_EQ(Plan({"--side", "0.1", "--pixel-format", "BayerRG8"}).files.kind, FrameFileKind::kPng);
+  EXPECT_EQ(Plan({"--side", "0.1", "--pixel-format", "NV12"}).files.kind, FrameFileKind::kRaw);
+  const RenderJob jpeg = Plan({"--side", "0.1", "--pixel-format", "YUV422P", "--jpeg", "70"});
+  EXPECT_EQ(jpeg.files.kind, FrameFileKind::kJpeg);
+  EXPECT_EQ(jpeg.files.jpeg.quality, 70);
+  // Once is enough: the files are the camera's JPEG.
+  EXPECT_FALSE(jpeg.options.jpeg_quality.has_value());
+}
+
+TEST(PlanRender, RefusalsNameTheOptionAndWhatWouldBeRight) {
+  EXPECT_THAT(Refusal({}), AllOf(HasSubstr("--side"), HasSubstr("0.12")));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--size", "640"}), AllOf(HasSubstr("--size"), HasSubstr("1920x1080")));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--lens", "6"}), HasSubstr("--pixel-pitch"));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--lens", "6", "--pixel-pitch", "3", "--focal", "9"}), HasSubstr("--focal"));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--ink", "crayon"}), AllOf(HasSubstr("--ink"), HasSubstr("laser")));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--background", "lava"}), AllOf(HasSubstr("lava"), HasSubstr("wood")));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--position", "0,0,-1"}), HasSubstr("--position"));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--ids", "1-3", "--swarm", "4"}),
+              AllOf(HasSubstr("--ids"), HasSubstr("--swarm 4")));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--frames", "0"}), HasSubstr("--frames"));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--pixel-format", "RAW"}), AllOf(HasSubstr("RAW"), HasSubstr("BayerRG8")));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--jpeg", "90", "--pixel-format", "BayerRG8"}), HasSubstr("--jpeg"));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--haze", "2"}), HasSubstr("haze"));
+  EXPECT_THAT(Refusal({"--side", "1", "--swarm", "100"}), HasSubstr("do not fit"));
+  EXPECT_THAT(Refusal({"--peer", "qr", "--side", "0.1"}), AllOf(HasSubstr("--peer"), HasSubstr("tag36h11")));
+}
+
+}  // namespace
+}  // namespace chequer
