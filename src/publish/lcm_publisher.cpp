@@ -1,0 +1,134 @@
+#include "publish/lcm_publisher.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cerrno>
+#include <cstring>
+#include <lcm/lcm-cpp.hpp>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "core/back_off.h"
+#include "core/repeated_cause.h"
+#include "publish/channels.h"
+#include "publish/lcm_url.h"
+#include "publish/wire.h"
+
+namespace chequer {
+namespace {
+
+using std::chrono::milliseconds;
+
+// The first retries come quickly, because at boot a route appears within seconds; later ones cost nothing noticeable.
+constexpr milliseconds kFirstRetry{250};
+constexpr milliseconds kLongestRetry{5000};
+
+/// Empty if the bytes went out, else why not.
+std::string Send(lcm::LCM& lcm, const std::string& channel, std::span<const std::uint8_t> bytes) {
+  // LCM 1.3.1 answers 0 for a message of several datagrams even where sending them failed; errno alone tells.
+  errno = 0;
+  const int status = lcm.publish(channel, bytes.data(), static_cast<unsigned>(bytes.size()));
+  const int error = errno;
+  const bool unreported = error == ENETUNREACH || error == EHOSTUNREACH || error == ENETDOWN || error == EINVAL ||
+                          error == EPERM || error == ENOBUFS || error == ENODEV;
+  if (status == 0 && !unreported) return {};
+  return error == 0 ? "LCM refused it" : std::strerror(error);
+}
+
+}  // namespace
+
+std::string LcmPublisherOptions::Check() const {
+  if (!IsValidPrefix(prefix))
+    return "channel prefix '" + prefix + "' must be 1 to " + std::to_string(kMaxPrefixLength) +
+           " of the characters A-Z a-z 0-9 _ -";
+  try {
+    ParseLcmUrl(url, LcmDirection::kPublish);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+struct LcmPublisher::Impl {
+  LcmUrl url;
+  std::string poses_channel;
+  std::string status_channel;
+  Clock clock;
+  WireEncoder encoder;
+  std::unique_ptr<lcm::LCM> lcm;
+  PublisherHealth health;
+  RepeatedCause trouble;
+  BackOff back_off{kFirstRetry, kLongestRetry};
+  MonotonicTime next_try{};
+
+  void Complain(PublisherState state, const std::string& message) {
+    health.state = state;
+    health.message = message;
+    const std::string log = trouble.Occurred(message, {}, clock.monotonic());
+    if (!log.empty()) spdlog::error("{}", log);
+  }
+
+  void Recovered() {
+    health.state = PublisherState::kReady;
+    health.message.clear();
+    back_off.Succeeded();
+    if (trouble.Ended() > 0) spdlog::info("LCM at {} works again; {} messages were lost", url.text, health.failed);
+  }
+
+  void Open() {
+    std::string problem = ProbeLcmUrl(url);
+    if (problem.empty()) {
+      lcm = std::make_unique<lcm::LCM>(url.text);
+      if (lcm->good()) return;
+      lcm.reset();
+      problem = "LCM at " + url.text + " cannot be opened; LCM's own message says why";
+    }
+    next_try = clock.monotonic() + back_off.Failed();
+    Complain(PublisherState::kWaiting, problem);
+  }
+
+  void SendFailed(const std::string& why) {
+    Complain(PublisherState::kFailing, "LCM at " + url.text + " did not take a message: " + why);
+    // A lost multicast route needs no new LCM: the same one works when the route is back. A lost TCP server does, and
+    // asking LCM itself would print lines at every message.
+    if (url.provider != LcmProvider::kTcpQueue) return;
+    lcm.reset();
+    next_try = clock.monotonic() + back_off.Failed();
+  }
+
+  template <typename Message>
+  bool Publish(const std::string& channel, const Message& message) {
+    if (!lcm && clock.monotonic() >= next_try) Open();
+    if (lcm) {
+      const std::string why = Send(*lcm, channel, encoder.Encode(message));
+      if (why.empty()) {
+        ++health.sent;
+        if (health.state != PublisherState::kReady) Recovered();
+        return true;
+      }
+      SendFailed(why);
+    }
+    ++health.failed;
+    return false;
+  }
+};
+
+LcmPublisher::LcmPublisher(LcmPublisherOptions options, Clock clock) : impl_(std::make_unique<Impl>()) {
+  if (const std::string wrong = options.Check(); !wrong.empty()) throw std::runtime_error(wrong);
+  impl_->url = ParseLcmUrl(options.url, LcmDirection::kPublish);
+  impl_->poses_channel = PosesChannel(options.prefix);
+  impl_->status_channel = StatusChannel(options.prefix);
+  impl_->clock = std::move(clock);
+  impl_->Open();
+}
+
+LcmPublisher::~LcmPublisher() = default;
+
+bool LcmPublisher::Publish(const PosesMessage& message) { return impl_->Publish(impl_->poses_channel, message); }
+
+bool LcmPublisher::Publish(const StatusMessage& message) { return impl_->Publish(impl_->status_channel, message); }
+
+const PublisherHealth& LcmPublisher::health() const { return impl_->health; }
+
+}  // namespace chequer

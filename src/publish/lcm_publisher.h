@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/clock.h"
+#include "publish/publisher.h"
+
+namespace chequer {
+
+struct LcmPublisherOptions {
+  std::string url{"udpm://239.255.76.67:7667?ttl=0"};
+  /// Channels are <prefix>_POSES and <prefix>_STATUS.
+  std::string prefix = "CHEQUER";
+
+  /// Empty, or what is wrong and what would be right.
+  std::string Check() const;
+};
+
+/// Publishes over LCM. While LCM cannot be opened (no multicast route, say) messages are lost and counted, one log
+/// message names the URL and the remedy, and opening is tried again with back-off as messages come.
+class LcmPublisher : public Publisher {
+ public:
+  /// Tries to open LCM; that it fails is no error. Throws std::runtime_error with Check's message if the options are
+  /// not valid.
+  explicit LcmPublisher(LcmPublisherOptions options, Clock clock = Clock::System());
+  ~LcmPublisher() override;
+
+  bool Publish(const PosesMessage& message) override;
+  bool Publish(const StatusMessage& message) override;
+  const PublisherHealth& health() const override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace chequer

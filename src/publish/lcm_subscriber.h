@@ -1,0 +1,49 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "publish/wire.h"
+
+namespace chequer {
+
+/// Which channels are listened to. All empty: every channel named like ours, *_POSES and *_STATUS.
+struct ChannelFilter {
+  std::string prefix;   ///< <prefix>_POSES and <prefix>_STATUS
+  std::string channel;  ///< this channel alone, whatever its name
+
+  /// Empty, or what is wrong and what would be right.
+  std::string Check() const;
+};
+
+/// The URL tools listen at unless told otherwise: the environment's LCM_DEFAULT_URL as with every LCM program, else
+/// LCM's own group with room for large messages in the receive buffer.
+std::string DefaultListenUrl();
+
+/// Receives what publishers send. One thread.
+class LcmSubscriber {
+ public:
+  using Handler = std::function<void(const std::string& channel, ReceivedMessage&& message)>;
+
+  /// Throws std::runtime_error naming the URL, what is wrong and the remedy where LCM cannot be opened there, or the
+  /// filter is not valid.
+  LcmSubscriber(const std::string& url, const ChannelFilter& filter, Handler handler);
+  ~LcmSubscriber();
+
+  enum class Outcome { kMessage, kTimeout, kClosed };
+  /// Waits for one message and hands it to the handler. kClosed: nothing more will come (a log is at its end, the
+  /// server is gone).
+  Outcome Wait(std::chrono::milliseconds timeout);
+
+  /// Messages on our channels that could not be understood, such as those of another version.
+  std::uint64_t unreadable() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace chequer

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "publish/messages.h"
+
+namespace chequer {
+
+/// Sends messages to whoever listens. One thread calls it. It never throws for trouble outside the program, never
+/// waits for it to pass, and tells of it in health().
+class Publisher {
+ public:
+  virtual ~Publisher() = default;
+
+  /// Whether the message was taken; if not, it is gone and counted.
+  virtual bool Publish(const PosesMessage& message) = 0;
+  virtual bool Publish(const StatusMessage& message) = 0;
+
+  virtual const PublisherHealth& health() const = 0;
+};
+
+}  // namespace chequer
