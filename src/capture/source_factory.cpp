@@ -1,0 +1,86 @@
+#include "capture/source_factory.h"
+
+#include <array>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "capture/fault.h"
+#include "capture/fault_source.h"
+#include "capture/replay_source.h"
+
+namespace chequer {
+namespace {
+
+template <typename Enum, std::size_t count>
+using Words = std::array<std::pair<std::string_view, Enum>, count>;
+
+constexpr Words<SourceKind, 1> kSources{{{"replay", SourceKind::kReplay}}};
+constexpr Words<ReplayPace, 3> kPaces{
+    {{"recorded", ReplayPace::kRecorded}, {"fixed", ReplayPace::kFixedRate}, {"unlimited", ReplayPace::kUnlimited}}};
+constexpr Words<Preload, 3> kPreloads{{{"auto", Preload::kAuto}, {"yes", Preload::kYes}, {"no", Preload::kNo}}};
+constexpr Words<ReplayTimes, 2> kTimes{{{"played", ReplayTimes::kPlayed}, {"recorded", ReplayTimes::kRecorded}}};
+constexpr Words<PixelFormat, 5> kOneChannel{{{"Mono8", PixelFormat::kMono8},
+                                             {"BayerRG8", PixelFormat::kBayerRg8},
+                                             {"BayerGB8", PixelFormat::kBayerGb8},
+                                             {"BayerGR8", PixelFormat::kBayerGr8},
+                                             {"BayerBG8", PixelFormat::kBayerBg8}}};
+constexpr NumberRange kFps{0.001, 10000};
+
+void ReadPlainImages(TomlTable& table, PlainImageOptions& plain) {
+  table.Read("fps", plain.fps, kFps);
+  table.Read("one_channel", plain.one_channel, kOneChannel);
+  double gamma = 0;
+  if (table.Read("gamma", gamma, NumberRange{0.2, 5})) plain.tone_curve = ToneCurve::Gamma(gamma);
+}
+
+void ReadWhatToReplay(TomlTable& table, const std::filesystem::path& base, ReplayOptions& replay) {
+  std::string path;
+  std::vector<std::string> images;
+  if (table.Read("path", path)) replay.path = base / path;
+  table.Read("images", images, LengthRange{1, 100000});
+  for (const std::string& image : images) replay.images.push_back(base / image);
+  if (replay.path.empty() && images.empty())
+    table.Fail("path", "is missing: must be a recording, a folder of images or one image; or give a list of images");
+  if (!replay.path.empty() && !images.empty()) table.Fail("images", "must not be given beside path");
+}
+
+void ReadReplay(TomlTable& table, const std::filesystem::path& base, ReplayOptions& replay) {
+  ReadWhatToReplay(table, base, replay);
+  ReadPlainImages(table, replay.plain);
+  table.Read("pace", replay.pace, kPaces);
+  table.Read("replay_fps", replay.fps, kFps);
+  table.Read("loop", replay.loop);
+  table.Read("preload", replay.preload, kPreloads);
+  std::uint64_t limit_mb = replay.preload_limit_bytes >> 20;
+  table.Read("preload_limit_mb", limit_mb, IntegerRange{1, 65536});
+  replay.preload_limit_bytes = limit_mb << 20;
+  table.Read("times", replay.times, kTimes);
+}
+
+}  // namespace
+
+CaptureOptions ReadCaptureOptions(TomlTable table, const std::filesystem::path& base) {
+  CaptureOptions options;
+  table.Read("source", options.source, kSources);
+  ReadReplay(table, base, options.replay);
+  table.Read("faults", options.faults, LengthRange{0, 1000});
+  try {
+    ParseFaults(options.faults);
+  } catch (const std::runtime_error& error) {
+    table.Fail("faults", error.what());
+  }
+  return options;
+}
+
+std::unique_ptr<FrameSource> MakeSource(const CaptureOptions& options, std::shared_ptr<WaitingClock> clock) {
+  std::unique_ptr<FrameSource> source = std::make_unique<ReplaySource>(options.replay, clock);
+  if (options.faults.empty()) return source;
+  return std::make_unique<FaultSource>(std::move(source), ParseFaults(options.faults), std::move(clock));
+}
+
+std::unique_ptr<FrameSource> MakeSource(const CaptureOptions& options) {
+  return MakeSource(options, MakeSystemClock());
+}
+
+}  // namespace chequer

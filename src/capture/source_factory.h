@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "capture/frame_source.h"
+#include "capture/replay_options.h"
+#include "capture/waiting_clock.h"
+#include "core/toml_reader.h"
+
+namespace chequer {
+
+/// Where frames come from.
+enum class SourceKind : std::uint8_t { kReplay };
+
+struct CaptureOptions {
+  SourceKind source = SourceKind::kReplay;
+  ReplayOptions replay;             ///< of kReplay
+  std::vector<std::string> faults;  ///< of any source: what it does wrong, for tests (capture/fault.h)
+};
+
+/// Reads the table [capture] of a configuration:
+///
+///   source = "replay"            # the only kind
+///   path = "swarm"               # a recording, a folder of images or one image; or
+///   images = ["a.png", …]        # these
+///   fps = 30                     # of images without a recording.toml, 0.001..10000
+///   one_channel = "Mono8"        # what grey images hold: Mono8, BayerRG8, BayerGB8, BayerGR8, BayerBG8
+///   gamma = 2.2                  # of images without a recording.toml; left out: sRGB; 1: linear
+///   pace = "recorded"            # or "fixed" (at replay_fps), "unlimited"
+///   replay_fps = 30              # 0.001..10000
+///   loop = false
+///   preload = "auto"             # or "yes", "no"
+///   preload_limit_mb = 256       # 1..65536
+///   times = "played"             # capture times of played frames: of playing, or "recorded"
+///   faults = []                  # such as ["stall 120 0.5s", "drop 200 3"]
+///
+/// Throws std::runtime_error naming file, line, key, value and what would be right.
+/// @param base the folder that paths not beginning with / are relative to.
+CaptureOptions ReadCaptureOptions(TomlTable table, const std::filesystem::path& base);
+
+/// The source that the options describe, not yet open. Throws std::runtime_error, saying what would be right, where
+/// they are not valid.
+/// @param clock shared because each layer of a source and the test that drives it wait on the same one.
+std::unique_ptr<FrameSource> MakeSource(const CaptureOptions& options, std::shared_ptr<WaitingClock> clock);
+/// The same on the host's clocks.
+std::unique_ptr<FrameSource> MakeSource(const CaptureOptions& options);
+
+}  // namespace chequer
