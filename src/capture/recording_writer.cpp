@@ -86,6 +86,9 @@ RecordingWriter::RecordingWriter(const fs::path& folder, const RecordingInfo& in
   const fs::path index = folder / kFrameIndexFile;
   if (fs::exists(folder / kRecordingFile, error) || fs::exists(index, error))
     throw std::runtime_error(folder.string() + ": already holds a recording; name a new folder");
+  // Frames are numbered files, and must not replace images that are called the same.
+  if (!fs::is_empty(folder, error) || error)
+    throw std::runtime_error(folder.string() + ": is not empty; name a new folder");
   WriteFileAtomically(folder / kRecordingFile, FormatRecordingInfo(info));
   index_ = UniqueFd(::open(index.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
   if (!index_.valid()) Fail(index, "cannot be written", errno);
@@ -112,6 +115,11 @@ std::string RecordingWriter::Add(const ImageView& image, UtcTime captured_utc, M
   const bool same_size = image.width() == info_.width && image.height() == info_.height;
   const bool same_range = !IsYuv(info_.pixel_format) || image.yuv_range() == info_.yuv_range;
   CHEQUER_CHECK(same_size && image.format() == info_.pixel_format && same_range, "a frame unlike its recording");
+  return AddEncoded(EncodeFrame(image, options_), captured_utc, captured_monotonic, sequence);
+}
+
+std::string RecordingWriter::AddEncoded(std::span<const std::uint8_t> file, UtcTime captured_utc,
+                                        MonotonicTime captured_monotonic, std::uint64_t sequence) {
   if (count_ > 0 && (captured_monotonic <= last_.captured_monotonic || sequence <= last_.sequence))
     throw std::runtime_error(folder_.string() + ": capture time and sequence must grow from frame to frame");
   if (count_ == kMaxRecordedFrames)
@@ -120,7 +128,7 @@ std::string RecordingWriter::Add(const ImageView& image, UtcTime captured_utc, M
   char name[32];
   std::snprintf(name, sizeof name, "%06zu%s", count_, Extension(options_.kind));
   const RecordedFrame frame{name, captured_utc, captured_monotonic, sequence};
-  WriteFileAtomically(folder_ / name, EncodeFrame(image, options_));
+  WriteFileAtomically(folder_ / name, file);
   AppendLine(FormatFrameLine(frame));
   last_ = frame;
   ++count_;

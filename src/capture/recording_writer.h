@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "capture/jpeg.h"
 #include "capture/recording.h"
@@ -30,7 +32,7 @@ std::vector<std::uint8_t> EncodeFrame(const ImageView& image, const FrameFileOpt
 class RecordingWriter {
  public:
   /// Makes the folder and writes recording.toml. Throws std::runtime_error naming path and cause; also where the folder
-  /// already holds a recording, and where info or file kind do not go together.
+  /// is not empty, and where info or file kind do not go together.
   RecordingWriter(const std::filesystem::path& folder, const RecordingInfo& info, const FrameFileOptions& options = {});
   ~RecordingWriter();
   RecordingWriter(RecordingWriter&&) noexcept = default;
@@ -40,6 +42,11 @@ class RecordingWriter {
   /// @pre size, format and range are those of the recording.
   std::string Add(const ImageView& image, UtcTime captured_utc, MonotonicTime captured_monotonic,
                   std::uint64_t sequence);
+
+  /// The same of a frame that is encoded already, so that copying loses nothing.
+  /// @pre a file of the recording's kind that holds an image of its size, format and range.
+  std::string AddEncoded(std::span<const std::uint8_t> file, UtcTime captured_utc, MonotonicTime captured_monotonic,
+                         std::uint64_t sequence);
 
   /// Forces the index to the disk. Throws std::runtime_error naming path and cause.
   void Finish();

@@ -188,6 +188,21 @@ TEST(RecordingWriter, DoesNotWriteOverARecording) {
   EXPECT_THAT(ErrorOf([&] { RecordingWriter(folder.path(), SmallInfo()); }), HasSubstr("already holds a recording"));
 }
 
+TEST(RecordingWriter, DoesNotWriteAmongOtherFiles) {
+  const test::TemporaryDirectory folder;
+  WriteFileAtomically(folder / "000000.png", "a picture");
+  EXPECT_THAT(ErrorOf([&] { RecordingWriter(folder.path(), SmallInfo()); }), HasSubstr("is not empty"));
+  EXPECT_EQ(ReadFile(folder / "000000.png", 100), "a picture");
+}
+
+TEST(RecordingWriter, CopiesEncodedFrames) {
+  const test::TemporaryDirectory folder;
+  RecordingWriter writer(folder.path(), SmallInfo());
+  const auto file = PngFromImage(Filled(PixelFormat::kBgr8, 4, 2, 77).view());
+  EXPECT_EQ(writer.AddEncoded(file, {}, MonotonicTime(microseconds(1)), 1), "000000.png");
+  EXPECT_EQ(LoadFrame(OpenRecording(folder.path()), 0).bytes()[5], 77);
+}
+
 TEST(RecordingWriter, NamesAFolderThatCannotBeMade) {
   const test::TemporaryDirectory folder;
   WriteFileAtomically(folder / "x", "");
