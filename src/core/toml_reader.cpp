@@ -12,16 +12,17 @@
 #include <stdexcept>
 
 #include "core/file.h"
-#include "core/toml_nesting.h"
+#include "core/toml_text.h"
 
 namespace chequer {
 namespace {
 
 constexpr int kMaxKeyParts = 8;
 
+constexpr std::size_t kMaxShown = 80;  ///< characters of a value in a message
+
 /// For messages: one line, not endless, no control characters.
 std::string Printable(std::string text) {
-  constexpr std::size_t kMaxShown = 80;
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
   if (text.size() <= kMaxShown) return text;
@@ -31,7 +32,13 @@ std::string Printable(std::string text) {
 }
 
 std::string Shown(const toml::node& node) {
+  std::string shown;
   if (node.is_table()) return "{…}";
+  if (const toml::array* list = node.as_array()) {
+    for (std::size_t i = 0; i < list->size() && shown.size() <= kMaxShown; ++i)
+      shown += (i == 0 ? "" : ", ") + Shown(*list->get(i));
+    return Printable("[" + shown + "]");
+  }
   std::ostringstream text;
   node.visit([&](const auto& value) { text << value; });
   return Printable(text.str());
@@ -269,13 +276,13 @@ TomlFile TomlFile::Load(const std::filesystem::path& path) {
 TomlFile TomlFile::Parse(std::string_view text, const std::string& name) {
   if (text.size() > kMaxTomlBytes)
     throw std::runtime_error(name + ": longer than the " + std::to_string(kMaxTomlBytes) + " bytes allowed here");
-  if (const int line = LineOfTooDeepKey(text, kMaxKeyParts); line > 0)
-    throw std::runtime_error(name + ":" + std::to_string(line) + ": a key must have at most " +
-                             std::to_string(kMaxKeyParts) + " parts");
+  const PreparedToml prepared = PrepareToml(text, kMaxKeyParts);
+  if (!prepared.wrong.empty())
+    throw std::runtime_error(name + ":" + std::to_string(prepared.line) + ": " + prepared.wrong);
   auto impl = std::make_unique<Impl>();
   impl->name = name;
   try {
-    impl->document = toml::parse(text);
+    impl->document = toml::parse(prepared.text);
   } catch (const toml::parse_error& error) {
     throw std::runtime_error(impl->Place(error.source()) +
                              "not valid TOML: " + Printable(std::string(error.description())));

@@ -93,7 +93,7 @@ TEST(ReadCaptureOptions, SaysWhatWouldBeRight) {
   EXPECT_THAT(ReadError("path = 'x'\nloop = 1"), HasSubstr("must be true or false"));
   EXPECT_THAT(ReadError("path = 'x'\ntimes = 'mine'"), HasSubstr("must be \"played\" or \"recorded\""));
   EXPECT_THAT(ReadError("path = 'x'\nfaults = ['melt 3']"),
-              HasSubstr("swarm.toml:3: capture.faults = [ 'melt 3' ]: fault \"melt 3\": must be"));
+              HasSubstr("swarm.toml:3: capture.faults = ['melt 3']: fault \"melt 3\": must be"));
 }
 
 TEST(MakeSource, PlaysWithFaults) {

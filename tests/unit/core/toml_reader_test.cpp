@@ -6,12 +6,13 @@
 #include <functional>
 #include <stdexcept>
 
-#include "core/toml_nesting.h"
+#include "core/toml_text.h"
 
 namespace chequer {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::Eq;
 using ::testing::HasSubstr;
 
 /// What reading a text throws.
@@ -197,7 +198,7 @@ TEST(TomlReader, RequiredKeysMustBeThere) {
 TEST(TomlReader, NamesTheLineOfASyntaxError) {
   EXPECT_THAT(ErrorOf("a = 1\nb = = 2"), HasSubstr("swarm.toml:2: not valid TOML: "));
   EXPECT_THAT(ErrorOf("a = 1\na = 2"), HasSubstr("swarm.toml:2: not valid TOML: "));
-  EXPECT_THAT(ErrorOf("a = \"\xff\""), HasSubstr("swarm.toml:1: not valid TOML: "));
+  EXPECT_THAT(ErrorOf("a = \"\xff\""), Eq("swarm.toml:1: the text is not UTF-8"));
 }
 
 TEST(TomlReader, SurvivesHostileText) {
@@ -212,19 +213,47 @@ TEST(TomlReader, SurvivesHostileText) {
   EXPECT_LT(long_text.size(), 200u);
 }
 
-TEST(TomlNesting, CountsPartsOfKeysOnly) {
-  EXPECT_EQ(LineOfTooDeepKey("a.b = 1\nc.d.e = 1", 2), 2);
-  EXPECT_EQ(LineOfTooDeepKey("a = [0.1, 0.2, 0.3]\n", 2), 0);
-  EXPECT_EQ(LineOfTooDeepKey("a = 'x.y.z' # a.b.c.d\n", 2), 0);
-  EXPECT_EQ(LineOfTooDeepKey("a = \"\"\"x.y.z\nx.y.z\\\"\"\"\"\nb = 1.0", 2), 0);
-  EXPECT_EQ(LineOfTooDeepKey("a = ''\nb.c.d = ''", 2), 2);
-  EXPECT_EQ(LineOfTooDeepKey("a = '''it's''' \nb.c.d = ''", 2), 2);
-  EXPECT_EQ(LineOfTooDeepKey("a = \"\"\"x\"\"\"\"\"\nb.c.d = ''", 2), 2);
-  EXPECT_EQ(LineOfTooDeepKey("\"a,b\".\",\".\"]\" = 1", 2), 1);
-  EXPECT_EQ(LineOfTooDeepKey("a = \"\\\"\"\nb.c.d = 1", 2), 2);
-  EXPECT_EQ(LineOfTooDeepKey("a = \"open\n", 2), 0);
-  EXPECT_EQ(LineOfTooDeepKey("a = \"\"\"open", 2), 0);
-  EXPECT_EQ(LineOfTooDeepKey("a = \"open\\", 2), 0);
+/// Where something is wrong; 0 where nothing is.
+int WrongLine(std::string_view text) { return PrepareToml(text, 2).line; }
+
+TEST(PrepareToml, CountsPartsOfKeysOnly) {
+  EXPECT_EQ(WrongLine("a.b = 1\nc.d.e = 1"), 2);
+  EXPECT_EQ(WrongLine("a = [0.1, 0.2, 0.3]\n"), 0);
+  EXPECT_EQ(WrongLine("a = 'x.y.z' # a.b.c.d\n"), 0);
+  EXPECT_EQ(WrongLine("a = ''\nb.c.d = ''"), 2);
+  EXPECT_EQ(WrongLine("\"a,b\".\",\".\"]\" = 1"), 1);
+  EXPECT_EQ(WrongLine("a = \"\\\"\"\nb.c.d = 1"), 2);
+  EXPECT_EQ(WrongLine("a = '\\'\nb.c.d = 1"), 2);
+  EXPECT_EQ(WrongLine("a = \"open.x.y.z\nb.c.d = 1"), 2);
+  EXPECT_EQ(WrongLine("a = \"open\\"), 0);
+  EXPECT_EQ(WrongLine("a = \""), 0);
+}
+
+TEST(PrepareToml, LeavesAsciiAlone) {
+  const char* text = "a = 'x' # y\n[b]\nc = \"\\\"\\\\\" \t\r\n";
+  EXPECT_EQ(PrepareToml(text, 2).text, text);
+}
+
+TEST(PrepareToml, EscapesOtherScriptsInDoubleQuotes) {
+  EXPECT_EQ(PrepareToml("a = \"ö€😀\"", 2).text, "a = \"\\U000000f6\\U000020ac\\U0001f600\"");
+  EXPECT_EQ(PrepareToml("\xef\xbb\xbf# with a byte order mark: ö", 2).text, "# with a byte order mark: ??");
+  EXPECT_EQ(WrongLine("a = 'ö'"), 1);
+  EXPECT_EQ(WrongLine("a = 1\nGröße = 2"), 2);
+  EXPECT_EQ(WrongLine("a = 1 \xef\xbb\xbd"), 1);
+  EXPECT_EQ(ErrorOf("Größe = 2"), "swarm.toml:1: characters beyond ASCII must stand in double quotes or comments");
+}
+
+TEST(PrepareToml, RefusesWhatIsNotUtf8) {
+  for (const char* bytes : {"\xff", "\x80", "\xc3", "\xc0\x80", "\xe0\x80\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80",
+                            "\xf5\x80\x80\x80", "\xc3("})
+    EXPECT_EQ(PrepareToml("a = \"" + std::string(bytes) + "\"", 2).wrong, "the text is not UTF-8");
+}
+
+TEST(PrepareToml, RefusesThreeQuotes) {
+  EXPECT_EQ(WrongLine("a = ''\nb = \"\"\"x\"\"\""), 2);
+  EXPECT_EQ(WrongLine("b = '''x'''"), 1);
+  EXPECT_EQ(WrongLine("b = ['', \"\"] # '''"), 0);
+  EXPECT_EQ(ErrorOf("b = '''x'''"), "swarm.toml:1: texts in three quotes are not read here: use one");
 }
 
 }  // namespace
