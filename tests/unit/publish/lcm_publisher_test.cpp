@@ -2,15 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "publish/lcm_log.h"
 #include "publish/lcm_subscriber.h"
+#include "support/log_capture.h"
+#include "support/stepped_clock.h"
 #include "support/temporary_directory.h"
 #include "unit/publish/messages.h"
 
@@ -24,37 +23,6 @@ using test::SampleStatus;
 using test::TemporaryDirectory;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-/// What is logged while it lives.
-class LogCapture {
- public:
-  LogCapture() : before_(spdlog::default_logger()) {
-    auto sink = std::make_shared<spdlog::sinks::ostream_sink_st>(text_);
-    auto logger = std::make_shared<spdlog::logger>("test", sink);
-    logger->set_pattern("%l %v");
-    spdlog::set_default_logger(logger);
-  }
-  ~LogCapture() { spdlog::set_default_logger(before_); }
-
-  std::vector<std::string> lines() const {
-    std::istringstream text(text_.str());
-    std::vector<std::string> lines;
-    for (std::string line; std::getline(text, line);) lines.push_back(line);
-    return lines;
-  }
-
- private:
-  std::ostringstream text_;
-  std::shared_ptr<spdlog::logger> before_;
-};
-
-/// A clock that stands until it is moved.
-struct ManualClock {
-  MonotonicTime now{seconds(1000)};
-  Clock clock() {
-    return {[] { return UtcTime{}; }, [this] { return now; }};
-  }
-};
 
 std::string FileUrl(const std::filesystem::path& path) { return "file://" + path.string() + "?mode=w"; }
 
@@ -97,12 +65,12 @@ TEST(LcmPublisher, WaitsForWhatCannotBeOpenedAndComplainsOnce) {
   const TemporaryDirectory folder;
   const std::filesystem::path missing = folder / "missing";
   const std::string url = FileUrl(missing / "log");
-  ManualClock time;
-  LogCapture log;
+  test::SteppedClock time;
+  test::LogCapture log;
   LcmPublisher publisher({url, "CHEQUER"}, time.clock());
   for (int i = 0; i < 20; ++i) {
     EXPECT_FALSE(publisher.Publish(SamplePoses(1)));
-    time.now += seconds(1);
+    time.Advance(seconds(1));
   }
   EXPECT_EQ(publisher.health().state, PublisherState::kWaiting);
   EXPECT_THAT(publisher.health().message, HasSubstr(url));
@@ -111,7 +79,7 @@ TEST(LcmPublisher, WaitsForWhatCannotBeOpenedAndComplainsOnce) {
   EXPECT_THAT(log.lines()[0], HasSubstr("error LCM at " + url));
 
   std::filesystem::create_directory(missing);
-  time.now += seconds(60);
+  time.Advance(seconds(60));
   EXPECT_TRUE(publisher.Publish(SamplePoses(1)));
   EXPECT_EQ(publisher.health().state, PublisherState::kReady);
   EXPECT_THAT(publisher.health().message, IsEmpty());
@@ -122,13 +90,13 @@ TEST(LcmPublisher, WaitsForWhatCannotBeOpenedAndComplainsOnce) {
 TEST(LcmPublisher, TriesAgainWithBackOffOnly) {
   const TemporaryDirectory folder;
   const std::filesystem::path missing = folder / "missing";
-  ManualClock time;
-  LogCapture log;
+  test::SteppedClock time;
+  test::LogCapture log;
   LcmPublisher publisher({FileUrl(missing / "log"), "CHEQUER"}, time.clock());  // fails: next try in 250 ms
   std::filesystem::create_directory(missing);
-  time.now += milliseconds(249);
+  time.Advance(milliseconds(249));
   EXPECT_FALSE(publisher.Publish(SamplePoses(1)));
-  time.now += milliseconds(1);
+  time.Advance(milliseconds(1));
   EXPECT_TRUE(publisher.Publish(SamplePoses(1)));
 }
 

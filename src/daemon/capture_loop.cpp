@@ -1,0 +1,129 @@
+#include "daemon/capture_loop.h"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+namespace chequer {
+namespace {
+
+/// How long one wait for a frame lasts; a stop interrupts it.
+constexpr std::chrono::milliseconds kFrameTimeout{250};
+
+std::string Text(FrameSize size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
+
+}  // namespace
+
+CaptureLoop::CaptureLoop(CaptureLoopOptions options, FrameSource& source, std::function<bool(CapturedFrame)> pass,
+                         Shared<CaptureReport>& report, Clock clock)
+    : options_(std::move(options)),
+      source_(source),
+      pass_(std::move(pass)),
+      report_(report),
+      clock_(std::move(clock)),
+      back_off_(options_.first_reopen, options_.longest_reopen) {}
+
+void CaptureLoop::Run(std::stop_token stop) {
+  while (!stop.stop_requested()) {
+    Next next = Next::kReopen;
+    if (Open(stop)) do {
+        next = Take(source_.Next(kFrameTimeout));
+      } while (next == Next::kGoOn && !stop.stop_requested());
+    if (next == Next::kFinish) return;
+    if (next == Next::kReopen) WaitToReopen(stop);
+  }
+}
+
+bool CaptureLoop::Open(const std::stop_token& stop) {
+  const std::string problem = source_.Open();
+  if (stop.stop_requested()) return false;
+  if (!problem.empty()) {
+    Complain("the camera cannot be opened", problem);
+    return false;
+  }
+  last_frame_ = clock_.monotonic();
+  const std::string description = source_.Describe();
+  report_.Update([&](CaptureReport& report) {
+    report.state = CameraState::kRunning;
+    report.source = description;
+    report.message.clear();
+  });
+  return true;
+}
+
+CaptureLoop::Next CaptureLoop::Take(CaptureResult result) {
+  switch (result.status) {
+    case CaptureStatus::kFrame: return TakeFrame(std::move(result.frame));
+    case CaptureStatus::kTimeout: NoFrame(); return Next::kGoOn;
+    case CaptureStatus::kCorrupt:
+      sequence_.UnusableFrame();
+      report_.Update([](CaptureReport& report) { ++report.corrupt; });
+      if (const std::string log = bad_frames_.Occurred("a frame is unusable", result.message, clock_.monotonic());
+          !log.empty())
+        spdlog::warn("{}", log);
+      return Next::kGoOn;
+    case CaptureStatus::kDisconnected: Complain("the camera is gone", result.message); return Next::kReopen;
+    case CaptureStatus::kEnd:
+      report_.Update([](CaptureReport& report) { report.state = CameraState::kEnded; });
+      return Next::kFinish;
+  }
+  return Next::kReopen;
+}
+
+CaptureLoop::Next CaptureLoop::TakeFrame(Frame frame) {
+  last_frame_ = clock_.monotonic();
+  Recover();
+  const FrameSize size{frame.image.width(), frame.image.height()};
+  if (options_.size && size != *options_.size) {
+    sequence_.UnusableFrame();
+    const std::string message = "the camera delivers " + Text(size) + ", its calibration is for " +
+                                Text(*options_.size) + "; calibrate at that size, or set the camera to that size";
+    report_.Update([&](CaptureReport& report) {
+      ++report.wrong_size;
+      report.message = message;
+    });
+    if (const std::string log = bad_frames_.Occurred(message, {}, clock_.monotonic()); !log.empty())
+      spdlog::error("{}", log);
+    return Next::kGoOn;
+  }
+  const SequenceCounter::Counted counted = sequence_.Frame(frame.sequence);
+  frame.sequence = counted.sequence;
+  CapturedFrame captured{std::move(frame), last_frame_, 0};
+  report_.Update([&](CaptureReport& report) {
+    ++report.captured;
+    report.lost_before += counted.lost;
+    report.message.clear();
+    captured.dropped_before = report.unusable();
+  });
+  return pass_(std::move(captured)) ? Next::kGoOn : Next::kFinish;
+}
+
+void CaptureLoop::NoFrame() {
+  const auto silent = clock_.monotonic() - last_frame_;
+  if (silent < options_.stall) return;
+  const std::string message = "no frame comes from " + source_.Describe();
+  report_.Update([&](CaptureReport& report) { report.message = message; });
+  if (const std::string log = trouble_.Occurred(message, {}, clock_.monotonic()); !log.empty())
+    spdlog::error("{}", log);
+}
+
+void CaptureLoop::Recover() {
+  back_off_.Succeeded();
+  if (trouble_.Ended() > 0) spdlog::info("frames come from {}", source_.Describe());
+}
+
+void CaptureLoop::Complain(std::string_view cause, std::string_view detail) {
+  const std::string log = trouble_.Occurred(cause, detail, clock_.monotonic());
+  report_.Update([&](CaptureReport& report) {
+    report.state = CameraState::kWaiting;
+    report.message = std::string(cause).append(": ").append(detail);
+  });
+  if (!log.empty()) spdlog::error("{}; trying again", log);
+}
+
+void CaptureLoop::WaitToReopen(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  wake_.wait_for(lock, stop, back_off_.Failed(), [] { return false; });
+}
+
+}  // namespace chequer

@@ -1,0 +1,52 @@
+#include "daemon/logging.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/sinks/systemd_sink.h>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <memory>
+#include <string>
+
+namespace chequer {
+namespace {
+
+spdlog::level::level_enum SpdlogLevel(LogLevel level) {
+  switch (level) {
+    case LogLevel::kDebug: return spdlog::level::debug;
+    case LogLevel::kInfo: return spdlog::level::info;
+    case LogLevel::kWarning: return spdlog::level::warn;
+    case LogLevel::kError: return spdlog::level::err;
+  }
+  return spdlog::level::info;
+}
+
+}  // namespace
+
+bool StandardErrorIsJournal() {
+  const char* stream = std::getenv("JOURNAL_STREAM");
+  struct stat status {};
+  // A child inherits the variable, but maybe not the stream: device and inode must be those of standard error.
+  return stream != nullptr && fstat(STDERR_FILENO, &status) == 0 &&
+         std::string(stream) == std::to_string(status.st_dev) + ":" + std::to_string(status.st_ino);
+}
+
+void SetUpLogging(const LogOptions& options) {
+  const bool journal =
+      options.target == LogTarget::kJournal || (options.target == LogTarget::kAuto && StandardErrorIsJournal());
+  std::shared_ptr<spdlog::logger> logger;
+  if (journal) {
+    logger = std::make_shared<spdlog::logger>("chequerd", std::make_shared<spdlog::sinks::systemd_sink_mt>("chequerd"));
+    logger->set_pattern("%v");  // the journal adds time and level itself
+  } else {
+    logger = std::make_shared<spdlog::logger>("chequerd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+    logger->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
+  }
+  logger->set_level(SpdlogLevel(options.level));
+  logger->flush_on(spdlog::level::info);
+  spdlog::set_default_logger(std::move(logger));
+}
+
+}  // namespace chequer

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/frame_source.h"
+#include "chequer/detector.h"
+#include "core/clock.h"
+#include "daemon/capture_loop.h"
+#include "publish/publisher.h"
+
+namespace chequer {
+
+/// What happens to a frame that comes while another still waits for a worker.
+enum class WhenBusy : std::uint8_t {
+  kNewest,  ///< it replaces the waiting one, which is dropped and counted: a live camera
+  kWait,    ///< the source is not asked for more until the waiting one was taken: a recording as fast as it goes
+};
+
+struct PipelineOptions {
+  int workers = 1;  ///< 1..64
+  WhenBusy when_busy = WhenBusy::kNewest;
+  /// Whether capture times are of this host's clock now; if not (a recording with its own times), latencies are
+  /// measured from a frame's arrival.
+  bool capture_times_are_live = true;
+  CaptureLoopOptions capture;
+  std::string camera = "camera";
+  std::string version;
+  std::chrono::milliseconds status_period{1000};
+};
+
+/// What a detector made of one frame.
+struct DetectedFrame {
+  std::vector<MarkerPose> markers;
+  DetectStats stats;
+};
+
+/// Finds the markers of one image. Belongs to one worker, so it may hold scratch memory.
+using DetectFrame = std::function<void(const ImageView& image, DetectedFrame& found)>;
+
+/// What the owner of a pipeline may want to know. Called on the pipeline's threads; must return quickly.
+struct PipelineEvents {
+  /// Once: a frame has gone all the way to the publisher, or there is a camera to wait for.
+  std::function<void()> ready;
+  /// With each status, as published.
+  std::function<void(const StatusMessage& status)> status;
+  /// Once, at the very end: all is published. Only joining is left. Must not throw.
+  std::function<void()> finished;
+};
+
+/// Frames from a source through the workers to a publisher, in the order of capture:
+///
+///   capture thread ──▶ NewestQueue ──▶ workers ──▶ ReorderBuffer ──▶ publish thread
+///
+/// Runs from construction until the recording is over or Stop is called. At the end every frame that a worker had begun
+/// is published whole, then one last status.
+class Pipeline {
+ public:
+  /// @param make_detect called once a worker, before any runs. @pre options in range.
+  Pipeline(PipelineOptions options, std::unique_ptr<FrameSource> source,
+           const std::function<DetectFrame()>& make_detect, std::unique_ptr<Publisher> publisher,
+           PipelineEvents events = {}, Clock clock = Clock::System());
+  /// Stops and joins.
+  ~Pipeline();
+  Pipeline(const Pipeline&) = delete;
+  Pipeline& operator=(const Pipeline&) = delete;
+
+  /// Ends capturing; does not wait. Any thread, also several times.
+  void Stop();
+
+  /// Waits for the end. Throws what ended it, if that was an error: a source that can never work, or what a detector
+  /// threw. Call it once, from the thread that owns the pipeline.
+  void Join();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace chequer

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "chequer/detector.h"
+#include "daemon/capture_report.h"
+#include "daemon/latency_histogram.h"
+#include "publish/messages.h"
+
+namespace chequer {
+
+/// When a frame passed the stages of the pipeline.
+struct FrameTimes {
+  MonotonicTime captured{};  ///< where latencies begin
+  MonotonicTime started{};   ///< taken by a worker
+  MonotonicTime detected{};
+  MonotonicTime ordered{};  ///< its turn came
+  MonotonicTime published{};
+};
+
+/// What status_t tells that never changes.
+struct StatusConstants {
+  std::string version;
+  std::string camera;
+  int queue_capacity = 1;
+  int workers = 1;
+};
+
+/// Adds up what status_t tells of the time since the last one, in fixed memory. One thread.
+class Statistics {
+ public:
+  Statistics(StatusConstants constants, MonotonicTime start);
+
+  /// A frame was handed to the publisher.
+  void Published(const FrameTimes& times, std::size_t markers, const DetectStats& detect);
+
+  /// The status since the last one; a new window begins. Publisher health and UTC are left to the caller.
+  StatusMessage Finish(const CaptureReport& capture, std::uint64_t superseded, int queue_depth, MonotonicTime now);
+
+  std::uint64_t published() const { return published_; }
+
+ private:
+  struct Stage {
+    const char* name;
+    LatencyHistogram times;
+  };
+  enum StageIndex : std::size_t { kQueue, kDetect, kOrder, kPublish, kTotal };
+
+  StatusConstants constants_;
+  MonotonicTime start_;
+  MonotonicTime window_start_;
+  std::uint64_t published_ = 0;
+  std::uint64_t published_before_ = 0;  ///< the window
+  std::uint64_t captured_before_ = 0;
+  std::uint64_t markers_ = 0;  ///< in the window, as all below
+  std::size_t markers_min_ = 0;
+  std::size_t markers_max_ = 0;
+  DetectStats detect_;
+  std::array<Stage, 5> stages_{{{"queue", {}}, {"detect", {}}, {"order", {}}, {"publish", {}}, {"total", {}}}};
+};
+
+}  // namespace chequer

@@ -1,0 +1,318 @@
+#include "daemon/pipeline.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <latch>
+#include <semaphore>
+#include <thread>
+
+#include "support/recording_publisher.h"
+#include "support/scripted_source.h"
+#include "support/stepped_clock.h"
+
+namespace chequer {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using test::FrameNumber;
+using test::Frames;
+using test::Gives;
+using test::OpenFails;
+using test::OpenThrows;
+using test::Published;
+using test::RecordingPublisher;
+using test::ScriptedSource;
+using test::Step;
+using test::operator+;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+const Step kEnd = Gives(CaptureStatus::kEnd);
+
+/// Finds one marker, whose id is the frame's sequence number.
+DetectFrame FindSequence() {
+  return [](const ImageView& image, DetectedFrame& found) {
+    MarkerPose marker;
+    marker.id = test::SequenceIn(image);
+    found.markers.push_back(marker);
+    found.stats.boards = 1;
+  };
+}
+
+class PipelineTest : public ::testing::Test {
+ protected:
+  /// The pipeline over a script, with options_ and events_.
+  void Start(std::vector<Step> script, const std::function<DetectFrame()>& make_detect = FindSequence) {
+    auto source = std::make_unique<ScriptedSource>(std::move(script));
+    leases_ = source->leases();
+    options_.capture.first_reopen = options_.capture.longest_reopen = milliseconds(1);
+    pipeline_ = std::make_unique<Pipeline>(options_, std::move(source), make_detect,
+                                           std::make_unique<RecordingPublisher>(published_), events_, clock_.clock());
+  }
+
+  std::vector<std::uint64_t> PublishedSequences() const {
+    std::vector<std::uint64_t> sequences;
+    for (const PosesMessage& message : published_->poses()) sequences.push_back(message.sequence);
+    return sequences;
+  }
+
+  StatusMessage LastStatus() const { return published_->statuses().back(); }
+
+  PipelineOptions options_;
+  PipelineEvents events_;
+  test::SteppedClock clock_;
+  std::shared_ptr<Published> published_ = std::make_shared<Published>();
+  std::shared_ptr<std::atomic<int>> leases_;
+  std::unique_ptr<Pipeline> pipeline_;
+};
+
+TEST_F(PipelineTest, PublishesEveryFrameInOrderWithManyWorkers) {
+  options_.workers = 4;
+  options_.when_busy = WhenBusy::kWait;
+  constexpr std::uint64_t kLast = 2000;
+  Start(Frames(1, kLast) + std::vector{kEnd}, [] {
+    return [detect = FindSequence()](const ImageView& image, DetectedFrame& found) {
+      if (test::SequenceIn(image) % 5 == 0) std::this_thread::yield();
+      detect(image, found);
+    };
+  });
+  pipeline_->Join();
+  const auto poses = published_->poses();
+  ASSERT_EQ(poses.size(), kLast);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    ASSERT_EQ(poses[i].sequence, i + 1);
+    ASSERT_EQ(poses[i].markers.size(), 1u);
+    ASSERT_EQ(poses[i].markers[0].id, i + 1);
+    ASSERT_EQ(poses[i].frames_dropped, 0u);
+  }
+  EXPECT_EQ(*leases_, 0);
+}
+
+TEST_F(PipelineTest, SaysWhenAndWhereAFrameWasCaptured) {
+  options_.camera = "ceiling";
+  Start({FrameNumber(7), kEnd});
+  pipeline_->Join();
+  const PosesMessage message = published_->poses().at(0);
+  EXPECT_EQ(message.captured_monotonic, MonotonicTime(milliseconds(7)));
+  EXPECT_EQ(message.captured_utc, UtcTime(seconds(1'700'000'000) + milliseconds(7)));
+  EXPECT_EQ(message.instant, ExposureInstant::kMiddle);
+  EXPECT_EQ(message.published_monotonic, clock_.clock().monotonic());
+  EXPECT_EQ(message.published_utc, clock_.clock().utc());
+  EXPECT_EQ(message.camera, "ceiling");
+  EXPECT_EQ(message.frame, "camera");
+  EXPECT_EQ(message.image_width, 4);
+  EXPECT_EQ(message.image_height, 2);
+}
+
+/// Lets the test decide when a worker goes on.
+struct Gate {
+  std::counting_semaphore<1000> entered{0};
+  std::counting_semaphore<1000> open{0};
+
+  DetectFrame Detector() {
+    return [this, detect = FindSequence()](const ImageView& image, DetectedFrame& found) {
+      entered.release();
+      open.acquire();
+      detect(image, found);
+    };
+  }
+};
+
+TEST_F(PipelineTest, ReplacesWaitingFramesByTheNewestAndCountsThem) {
+  Gate gate;
+  // Frames 2 to 6 are there before the worker is let go: the camera's end shows that they all came.
+  std::atomic<bool> all_came{false};
+  class Watched final : public FrameSource {
+   public:
+    Watched(Gate& gate, std::atomic<bool>& all_came)
+        : behind_(Frames(1, 6) + std::vector{kEnd}), gate_(gate), all_came_(all_came) {}
+    std::string Open() override { return behind_.Open(); }
+    CaptureResult Next(milliseconds timeout) override {
+      if (++calls_ == 2) gate_.entered.acquire();  // the worker has frame 1
+      CaptureResult result = behind_.Next(timeout);
+      if (result.status == CaptureStatus::kEnd) all_came_ = true;
+      return result;
+    }
+    void Interrupt() override { behind_.Interrupt(); }
+    std::string Describe() const override { return behind_.Describe(); }
+
+   private:
+    ScriptedSource behind_;
+    Gate& gate_;
+    std::atomic<bool>& all_came_;
+    int calls_ = 0;
+  };
+  Pipeline pipeline(
+      options_, std::make_unique<Watched>(gate, all_came), [&] { return gate.Detector(); },
+      std::make_unique<RecordingPublisher>(published_), events_, clock_.clock());
+  while (!all_came) std::this_thread::yield();
+  gate.open.release(10);
+  pipeline.Join();
+  EXPECT_THAT(PublishedSequences(), ElementsAre(1, 6));
+  EXPECT_EQ(published_->poses()[0].frames_dropped, 0u);
+  EXPECT_EQ(published_->poses()[1].frames_dropped, 4u);
+  EXPECT_EQ(LastStatus().frames_dropped, 4u);
+}
+
+TEST_F(PipelineTest, SurvivesEveryTroubleOfACamera) {
+  options_.when_busy = WhenBusy::kWait;
+  Start({OpenFails("not there"), FrameNumber(1), Gives(CaptureStatus::kTimeout),
+         Gives(CaptureStatus::kCorrupt, "cut off"), FrameNumber(3), Gives(CaptureStatus::kDisconnected, "unplugged"),
+         OpenFails("not there"), FrameNumber(0), FrameNumber(4), kEnd});
+  pipeline_->Join();
+  EXPECT_THAT(PublishedSequences(), ElementsAre(1, 3, 4, 8));
+  EXPECT_EQ(published_->poses().back().frames_dropped, 4u);
+  const StatusMessage status = LastStatus();
+  EXPECT_EQ(status.camera_state, CameraState::kEnded);
+  EXPECT_EQ(status.frames_captured, 4u);
+  EXPECT_EQ(status.frames_published, 4u);
+  EXPECT_EQ(status.frames_dropped, 4u);
+}
+
+TEST_F(PipelineTest, SendsAStatusOnceASecondAndAtTheEnd) {
+  options_.when_busy = WhenBusy::kWait;
+  Start(Frames(1, 10) + std::vector{kEnd},
+        [this] { return [this](const ImageView&, DetectedFrame&) { clock_.Advance(milliseconds(250)); }; });
+  pipeline_->Join();
+  const auto statuses = published_->statuses();
+  ASSERT_GE(statuses.size(), 2u);
+  ASSERT_LE(statuses.size(), 3u);  // 2.5 s: one or two full seconds seen, and the end
+  EXPECT_GE(statuses[0].window, seconds(1));
+  EXPECT_EQ(statuses.back().frames_published, 10u);
+  EXPECT_EQ(statuses.back().publisher.state, PublisherState::kReady);
+}
+
+TEST_F(PipelineTest, SendsItsStatusWithoutFramesToo) {
+  options_.status_period = milliseconds(1);
+  Start({});
+  clock_.Advance(seconds(1));
+  EXPECT_TRUE(published_->WaitForStatuses(1));
+  pipeline_->Stop();
+  pipeline_->Join();
+  EXPECT_EQ(LastStatus().frames_published, 0u);
+}
+
+TEST_F(PipelineTest, FinishesWhatWorkersHaveBegunWhenStopped) {
+  options_.workers = 2;
+  Gate gate;
+  Start(Frames(1, 3), [&] { return gate.Detector(); });
+  gate.entered.acquire();
+  pipeline_->Stop();
+  gate.open.release(10);
+  pipeline_->Join();
+  const auto poses = published_->poses();
+  ASSERT_GE(poses.size(), 1u);
+  for (const PosesMessage& message : poses) EXPECT_EQ(message.markers.size(), 1u);
+  const StatusMessage status = LastStatus();
+  EXPECT_EQ(status.frames_captured, status.frames_published + status.frames_dropped);
+  EXPECT_EQ(*leases_, 0);
+}
+
+TEST_F(PipelineTest, StopsWhileTheCameraIsSilent) {
+  Start(Frames(1, 1));
+  EXPECT_TRUE(published_->WaitForPoses(1));
+  pipeline_->Stop();
+  pipeline_->Join();
+  EXPECT_THAT(PublishedSequences(), ElementsAre(1));
+}
+
+TEST_F(PipelineTest, StopsWhileItWaitsForTheCamera) {
+  options_.status_period = milliseconds(1);
+  Start(std::vector<Step>(100000, OpenFails("not there")));
+  clock_.Advance(seconds(1));
+  EXPECT_TRUE(published_->WaitForStatuses(1));
+  pipeline_->Stop();
+  pipeline_->Join();
+  EXPECT_TRUE(PublishedSequences().empty());
+}
+
+TEST_F(PipelineTest, StopsWhenDestroyed) {
+  Start(Frames(1, 1));
+  pipeline_.reset();
+  EXPECT_EQ(*leases_, 0);
+}
+
+TEST_F(PipelineTest, TellsWhenItIsReadyAndWhenItIsOver) {
+  std::atomic<int> ready{0};
+  std::latch finished(1);
+  events_.ready = [&] { ++ready; };
+  events_.finished = [&] { finished.count_down(); };
+  options_.when_busy = WhenBusy::kWait;
+  Start(Frames(1, 5) + std::vector{kEnd});
+  finished.wait();
+  EXPECT_EQ(ready, 1);
+  EXPECT_EQ(published_->poses().size(), 5u);
+}
+
+TEST_F(PipelineTest, IsReadyWhenThereIsACameraToWaitFor) {
+  std::latch ready(1);
+  events_.ready = [&] { ready.count_down(); };
+  options_.status_period = milliseconds(1);
+  auto source = std::make_unique<ScriptedSource>(std::vector<Step>(100000, OpenFails("not there")));
+  options_.capture.first_reopen = options_.capture.longest_reopen = milliseconds(1);
+  // The host's clock: a status comes whenever one is due.
+  Pipeline pipeline(options_, std::move(source), FindSequence, std::make_unique<RecordingPublisher>(published_),
+                    events_);
+  ready.wait();
+  EXPECT_TRUE(PublishedSequences().empty());
+}
+
+TEST_F(PipelineTest, ThrowsWhatMakesASourceUseless) {
+  Start({OpenThrows("recording /nowhere is not there")});
+  try {
+    pipeline_->Join();
+    FAIL() << "nothing was thrown";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/nowhere"));
+  }
+}
+
+TEST_F(PipelineTest, ThrowsWhatADetectorThrew) {
+  options_.workers = 3;
+  std::latch finished(1);
+  events_.finished = [&] { finished.count_down(); };
+  Start(Frames(1, 100), [] {
+    return [](const ImageView& image, DetectedFrame&) {
+      if (test::SequenceIn(image) >= 3) throw std::logic_error("a bug");
+    };
+  });
+  finished.wait();
+  EXPECT_THROW(pipeline_->Join(), std::logic_error);
+  EXPECT_EQ(*leases_, 0);
+}
+
+const StageLatency& TotalLatency(const StatusMessage& status) {
+  return *std::find_if(status.stages.begin(), status.stages.end(),
+                       [](const StageLatency& stage) { return stage.stage == "total"; });
+}
+
+TEST_F(PipelineTest, MeasuresLatencyFromTheCapture) {
+  // Frames are captured at `sequence` ms; the clock stands at 1000 s.
+  Start({FrameNumber(400'000), kEnd});
+  pipeline_->Join();
+  EXPECT_EQ(TotalLatency(LastStatus()).worst, seconds(600));
+}
+
+TEST_F(PipelineTest, MeasuresLatencyFromTheArrivalWhereCaptureTimesAreOfAnotherDay) {
+  options_.capture_times_are_live = false;
+  Start({FrameNumber(400'000), kEnd});
+  pipeline_->Join();
+  EXPECT_EQ(TotalLatency(LastStatus()).worst, seconds(0));
+  EXPECT_EQ(published_->poses().at(0).captured_monotonic, MonotonicTime(seconds(400)));
+}
+
+TEST_F(PipelineTest, DropsFramesOfAnotherSizeThanTheCalibrations) {
+  options_.capture.size = FrameSize{4, 2};
+  options_.when_busy = WhenBusy::kWait;
+  Start({FrameNumber(1, 4), FrameNumber(2, 6), FrameNumber(3, 4), kEnd});
+  pipeline_->Join();
+  EXPECT_THAT(PublishedSequences(), ElementsAre(1, 3));
+  EXPECT_EQ(LastStatus().frames_dropped, 1u);
+}
+
+}  // namespace
+}  // namespace chequer
