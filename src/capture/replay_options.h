@@ -38,7 +38,7 @@ struct ReplayOptions {
   double fps = 30;    ///< of kFixedRate, 0.001..10000
   bool loop = false;  ///< begin again after the last frame
   Preload preload = Preload::kAuto;
-  std::size_t preload_limit_bytes = std::size_t{256} << 20;
+  std::size_t preload_limit_bytes = std::size_t{128} << 20;  ///< keeps a daemon at 1080p below 200 MB
   ReplayTimes times = ReplayTimes::kPlayed;
 
   /// Empty, or what is wrong and what would be right.

@@ -34,7 +34,7 @@ struct CaptureOptions {
 ///   replay_fps = 30              # 0.001..10000
 ///   loop = false
 ///   preload = "auto"             # or "yes", "no"
-///   preload_limit_mb = 256       # 1..65536
+///   preload_limit_mb = 128       # 1..65536
 ///   times = "played"             # capture times of played frames: of playing, or "recorded"
 ///   faults = []                  # such as ["stall 120 0.5s", "drop 200 3"]
 ///
