@@ -1,0 +1,43 @@
+#include "bench/contestants.h"
+#include "chequer/detector.h"
+
+namespace chequer::bench {
+namespace {
+
+DetectorOptions OptionsFor(const Suite& suite) {
+  DetectorOptions options;
+  options.families = {MarkerFamily{MarkerCode(MarkerSize{6, 6}, Variant::kSecded), suite.side_m, {}}};
+  options.camera = suite.camera;
+  options.threads = 1;
+  return options;
+}
+
+class ChequerContestant final : public Contestant {
+ public:
+  ChequerContestant(const Suite& suite, bool bayer) : bayer_(bayer), detector_(OptionsFor(suite)) {}
+
+  std::string name() const override { return bayer_ ? "chequer Bayer" : "chequer BGR"; }
+  Pattern pattern() const override { return Pattern::kChequer; }
+  bool Takes(const BenchFrame& frame) const override { return !bayer_ || frame.bayer.has_value(); }
+  void Detect(const BenchFrame& frame) override {
+    detector_.Detect(bayer_ ? frame.bayer->view() : frame.colour.view(), markers_);
+  }
+  std::vector<Detection> Detections() override {
+    std::vector<Detection> detections;
+    for (const MarkerPose& marker : markers_) detections.push_back({marker.id, marker.camera_from_marker});
+    return detections;
+  }
+
+ private:
+  bool bayer_;
+  Detector detector_;
+  std::vector<MarkerPose> markers_;
+};
+
+}  // namespace
+
+std::unique_ptr<Contestant> MakeChequer(const Suite& suite, bool bayer) {
+  return std::make_unique<ChequerContestant>(suite, bayer);
+}
+
+}  // namespace chequer::bench

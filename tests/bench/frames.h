@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bench/score.h"
+#include "chequer/camera_model.h"
+#include "chequer/image.h"
+
+namespace chequer::bench {
+
+/// What is printed on the boards of a frame.
+enum class Pattern : std::uint8_t { kChequer, kAprilTag, kAruco };
+inline constexpr std::array kAllPatterns{Pattern::kChequer, Pattern::kAprilTag, Pattern::kAruco};
+
+/// The name of a pattern's folder: "secded", "tag36h11", "aruco4".
+std::string_view PatternFolder(Pattern pattern);
+
+/// A frame in memory, with what is truly to be seen.
+struct BenchFrame {
+  std::string condition;       ///< frames of one condition are scored together
+  Image colour;                ///< BGR8
+  std::optional<Image> bayer;  ///< the same exposure, raw
+  std::vector<TrueMarker> truth;
+};
+
+/// The same kind of scene for every pattern.
+struct Suite {
+  std::string name;
+  double side_m = 0;  ///< of the boards' sides as the patterns define them
+  CameraModel camera;
+  bool straight_tracks = false;  ///< the markers of a condition stand on a straight line, in one orientation
+  std::map<Pattern, std::vector<BenchFrame>> frames;
+
+  bool HasMarkers() const;
+};
+
+/// Side of the markers of the suites that have a name here: paper, stress 0.12 m, swarm50, swarm100 0.1 m,
+/// swarm200 0.08 m; 0.12 m otherwise.
+double DefaultSide(std::string_view suite);
+
+/// Reads FOLDER/PATTERN/{camera.json,truth.jsonl,*.png,raw_*.png}; patterns without a folder are left out. raw_X.png is
+/// the BayerRG8 exposure of X.png. Throws std::runtime_error naming the file and what is wrong.
+Suite LoadSuite(const std::filesystem::path& folder, double side_m);
+
+/// Names that RenderSuite knows.
+std::vector<std::string> RenderedSuites();
+
+/// Renders a suite: the same scenes for all patterns that can be drawn, colour and raw. Throws std::runtime_error on
+/// an unknown name, listing those that exist.
+Suite RenderSuite(std::string_view name, std::uint64_t seed);
+
+}  // namespace chequer::bench

@@ -1,0 +1,207 @@
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+
+#include "bench/frames.h"
+#include "simulate/board.h"
+#include "simulate/layouts.h"
+#include "simulate/random.h"
+#include "simulate/render.h"
+#include "simulate/stress.h"
+
+namespace chequer::bench {
+namespace {
+
+constexpr std::uint64_t kAprilTags = 587;
+constexpr std::uint64_t kArucoTags = 1000;
+constexpr double kGapM = 0.01;
+
+MarkerCode ChequerCode() { return MarkerCode(MarkerSize{6, 6}, Variant::kSecded); }
+
+RenderOptions OptionsFor(const CameraModel& camera) {
+  RenderOptions options;
+  options.camera = camera;
+  return options;
+}
+
+std::vector<Pattern> DrawablePatterns() {
+  std::vector<Pattern> patterns{Pattern::kChequer};
+  if (HasAprilTag()) patterns.push_back(Pattern::kAprilTag);
+  if (HasAruco()) patterns.push_back(Pattern::kAruco);
+  return patterns;
+}
+
+/// The board of a pattern that stands for robot `number`.
+Board BoardOf(Pattern pattern, std::uint64_t number) {
+  switch (pattern) {
+    case Pattern::kAprilTag: return AprilTag36h11(number % kAprilTags);
+    case Pattern::kAruco: return Aruco4x4(number % kArucoTags);
+    case Pattern::kChequer: break;
+  }
+  const MarkerCode code = ChequerCode();
+  return MakeBoard(code, number % (code.max_id() + 1));
+}
+
+/// The same markers in another print. Both peers carry a white rim, so the colour boards get a margin as well.
+std::vector<SceneMarker> InPattern(std::vector<SceneMarker> markers, Pattern pattern) {
+  for (SceneMarker& marker : markers) {
+    marker.board = BoardOf(pattern, marker.board.id);
+    marker.margin_cells = pattern == Pattern::kChequer ? 1 : 0;
+  }
+  return markers;
+}
+
+std::vector<TrueMarker> Truth(const std::vector<SceneMarker>& markers, const CameraModel& camera) {
+  std::vector<TrueMarker> truth;
+  for (const SceneMarker& marker : markers) {
+    truth.push_back(
+        {marker.board.id, marker.camera_from_marker, CenterPx(marker, camera), SmallestCellPx(marker, camera)});
+  }
+  return truth;
+}
+
+BenchFrame MakeFrame(const std::string& condition, const Scene& scene, RenderOptions options, std::uint64_t seed) {
+  BenchFrame frame;
+  frame.condition = condition;
+  frame.truth = Truth(scene.markers, options.camera);
+  frame.colour = Render(scene, options, seed);
+  options.format = PixelFormat::kBayerRg8;
+  if (!options.jpeg_quality) frame.bayer = Render(scene, options, seed);
+  return frame;
+}
+
+void AddFrames(Suite& suite, const std::string& condition, const Scene& scene, const RenderOptions& options,
+               std::uint64_t seed) {
+  for (const Pattern pattern : DrawablePatterns()) {
+    Scene printed = scene;
+    printed.markers = InPattern(scene.markers, pattern);
+    suite.frames[pattern].push_back(MakeFrame(condition, printed, options, seed));
+  }
+}
+
+Suite RenderPaper(std::uint64_t seed) {
+  Suite suite;
+  suite.straight_tracks = true;
+  suite.camera = PublicationCamera();
+  const RenderOptions options = OptionsFor(suite.camera);
+  for (const TrackCase track : {TrackCase::kCloseDist, TrackCase::kMedDist, TrackCase::kFarDist, TrackCase::kInc30d}) {
+    for (int run = 1; run <= 2; ++run) {
+      const std::string condition = std::string(TrackName(track)) + std::to_string(run);
+      for (const SceneMarker& marker :
+           PublicationTrack(track, ChequerCode(), DeriveSeed(seed, static_cast<std::uint64_t>(run)))) {
+        Scene scene;
+        scene.markers = {marker};
+        scene.background = {.kind = BackgroundKind::kNoise, .seed = seed};
+        AddFrames(suite, condition, scene, options, seed + suite.frames[Pattern::kChequer].size());
+      }
+    }
+  }
+  return suite;
+}
+
+Suite RenderSwarm(const CameraModel& camera, int robots, double side_m, int frame_count, std::uint64_t seed) {
+  Suite suite;
+  suite.camera = camera;
+  SwarmOptions swarm_options;
+  swarm_options.camera = camera;
+  swarm_options.side_m = side_m;
+  swarm_options.gap_m = kGapM;
+  // Room is made for the boards with the widest rims, then each is printed in every pattern.
+  const Pattern widest = HasAruco() ? Pattern::kAruco : Pattern::kChequer;
+  for (int i = 0; i < robots; ++i) swarm_options.boards.push_back(BoardOf(widest, static_cast<std::uint64_t>(i)));
+  const Swarm swarm(swarm_options, seed);
+  const RenderOptions options = OptionsFor(camera);
+  for (int i = 0; i < frame_count; ++i) {
+    Scene scene;
+    scene.markers = swarm.At(std::chrono::duration<double>(i));
+    scene.background = {.kind = BackgroundKind::kTiles, .seed = seed};
+    AddFrames(suite, "swarm", scene, options, seed + static_cast<std::uint64_t>(i));
+  }
+  return suite;
+}
+
+CameraModel FullHdCamera() {
+  return {.width = 1920,
+          .height = 1080,
+          .fx = 1400,
+          .fy = 1400,
+          .cx = 955,
+          .cy = 546,
+          .kind = CameraModel::Kind::kBrownConrady,
+          .distortion = {-0.12, 0.03, 0.0005, -0.0003, 0}};
+}
+
+CameraModel FiveMegapixelCamera() {
+  return {.width = 2448,
+          .height = 2048,
+          .fx = 2400,
+          .fy = 2400,
+          .cx = 1230,
+          .cy = 1015,
+          .kind = CameraModel::Kind::kBrownConrady,
+          .distortion = {-0.1, 0.02, 0, 0, 0}};
+}
+
+Suite RenderStress(std::uint64_t seed) {
+  Suite suite;
+  const std::vector<StressCase> cases = StressCases(ChequerCode(), seed);
+  suite.camera = cases.front().options.camera;
+  for (const StressCase& stress : cases) AddFrames(suite, stress.tag, stress.scene, stress.options, seed);
+  return suite;
+}
+
+Suite RenderEmpty(std::uint64_t seed) {
+  Suite suite;
+  suite.camera = PublicationCamera();
+  const RenderOptions options = OptionsFor(suite.camera);
+  for (const BackgroundKind kind : {BackgroundKind::kNoise, BackgroundKind::kChess, BackgroundKind::kText,
+                                    BackgroundKind::kTiles, BackgroundKind::kBlobs, BackgroundKind::kMixed}) {
+    Scene scene;
+    scene.background = {.kind = kind, .seed = seed};
+    suite.frames[Pattern::kChequer].push_back(MakeFrame(std::string(BackgroundName(kind)), scene, options, seed));
+  }
+  return suite;
+}
+
+struct Recipe {
+  const char* name;
+  std::function<Suite(std::uint64_t)> render;
+};
+
+const std::vector<Recipe>& Recipes() {
+  static const std::vector<Recipe> recipes{
+      {"paper", RenderPaper},
+      {"swarm50", [](std::uint64_t seed) { return RenderSwarm(FullHdCamera(), 50, DefaultSide("swarm50"), 4, seed); }},
+      {"swarm100",
+       [](std::uint64_t seed) { return RenderSwarm(FullHdCamera(), 100, DefaultSide("swarm100"), 3, seed); }},
+      {"swarm200",
+       [](std::uint64_t seed) { return RenderSwarm(FiveMegapixelCamera(), 200, DefaultSide("swarm200"), 2, seed); }},
+      {"stress", RenderStress},
+      {"empty", RenderEmpty},
+  };
+  return recipes;
+}
+
+}  // namespace
+
+std::vector<std::string> RenderedSuites() {
+  std::vector<std::string> names;
+  for (const Recipe& recipe : Recipes()) names.emplace_back(recipe.name);
+  return names;
+}
+
+Suite RenderSuite(std::string_view name, std::uint64_t seed) {
+  std::string known;
+  for (const Recipe& recipe : Recipes()) {
+    if (recipe.name == name) {
+      Suite suite = recipe.render(seed);
+      suite.name = name;
+      suite.side_m = DefaultSide(name);
+      return suite;
+    }
+    known += known.empty() ? recipe.name : std::string(", ") + recipe.name;
+  }
+  throw std::runtime_error("no suite is called \"" + std::string(name) + "\"; there are " + known);
+}
+
+}  // namespace chequer::bench

@@ -1,0 +1,101 @@
+#include "bench/report.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <opencv2/core/version.hpp>
+
+namespace chequer::bench {
+namespace {
+
+using nlohmann::json;
+
+std::string Processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  }
+  return "unknown";
+}
+
+std::string FormatScore(const Score& score, bool with_track) {
+  std::string text =
+      fmt::format("{:8d} {:7.4f} {:6d} {:6d}", score.markers, score.Recall(), score.wrong, score.undecided);
+  if (score.pose) {
+    const PoseErrors& pose = *score.pose;
+    text += fmt::format(" {:9.3f} {:9.3f} {:9.3f} {:8.3f} {:8.3f}", pose.position_rms_mm, pose.lateral_rms_mm,
+                        pose.depth_rms_mm, pose.angle_rms_deg, pose.angle_median_deg);
+  }
+  if (with_track && score.track) {
+    text += fmt::format(" {:8.3f} {:8.3f} {:8.3f} {:8.3f}", score.track->linear_rms_mm, score.track->linear_mean_mm,
+                        score.track->angular_rms_deg, score.track->angular_mean_deg);
+  }
+  return text + "\n";
+}
+
+json ToJson(const Score& score, bool with_track) {
+  json result{
+      {"markers", score.markers}, {"recall", score.Recall()}, {"wrong", score.wrong}, {"undecided", score.undecided}};
+  if (score.pose) {
+    const PoseErrors& pose = *score.pose;
+    result["pose"] = {{"position_rms_mm", pose.position_rms_mm}, {"position_median_mm", pose.position_median_mm},
+                      {"lateral_rms_mm", pose.lateral_rms_mm},   {"depth_rms_mm", pose.depth_rms_mm},
+                      {"angle_rms_deg", pose.angle_rms_deg},     {"angle_median_deg", pose.angle_median_deg}};
+  }
+  if (with_track && score.track) {
+    result["track"] = {{"linear_rms_mm", score.track->linear_rms_mm},
+                       {"linear_mean_mm", score.track->linear_mean_mm},
+                       {"angular_rms_deg", score.track->angular_rms_deg},
+                       {"angular_mean_deg", score.track->angular_mean_deg}};
+  }
+  return result;
+}
+
+}  // namespace
+
+std::string FormatTable(const Suite& suite, const std::vector<Result>& results, bool by_condition) {
+  std::string table =
+      fmt::format("{}: {} x {}, side {} m\n", suite.name, suite.camera.width, suite.camera.height, suite.side_m);
+  table += fmt::format("{:24} {:>6} {:>9} {:>8} {:>7} {:>6} {:>6} {:>9} {:>9} {:>9} {:>8} {:>8}", "", "frames", "ms",
+                       "markers", "recall", "wrong", "undec.", "pos mm", "lat mm", "depth mm", "ang deg", "ang med");
+  if (suite.straight_tracks)
+    table += fmt::format(" {:>8} {:>8} {:>8} {:>8}", "line rms", "mean mm", "turn rms", "mean deg");
+  table += "\n";
+  for (const Result& result : results) {
+    table += fmt::format("{:24} {:6d} {:9.3f} ", result.contestant, result.frames, result.median_ms);
+    table += FormatScore(result.total, false);
+    if (!by_condition) continue;
+    for (const auto& [condition, score] : result.conditions) {
+      table += fmt::format("  {:22} {:6} {:9} ", condition, "", "") + FormatScore(score, suite.straight_tracks);
+    }
+  }
+  return table;
+}
+
+json ToJson(const Suite& suite, const std::vector<Result>& results) {
+  json detectors = json::array();
+  for (const Result& result : results) {
+    json detector = ToJson(result.total, false);
+    detector["name"] = result.contestant;
+    detector["frames"] = result.frames;
+    detector["ms"] = result.median_ms;
+    detector["conditions"] = json::array();
+    for (const auto& [condition, score] : result.conditions) {
+      json entry = ToJson(score, suite.straight_tracks);
+      entry["condition"] = condition;
+      detector["conditions"].push_back(std::move(entry));
+    }
+    detectors.push_back(std::move(detector));
+  }
+  return {{"suite", suite.name},
+          {"side_m", suite.side_m},
+          {"width", suite.camera.width},
+          {"height", suite.camera.height},
+          {"detectors", std::move(detectors)}};
+}
+
+json DescribeMachine() {
+  return {{"processor", Processor()}, {"opencv", CV_VERSION}, {"apriltag", CHEQUER_APRILTAG_VERSION}};
+}
+
+}  // namespace chequer::bench
