@@ -214,7 +214,8 @@ std::string Bmp(int width, int height, int bits, const std::string& palette, con
                 int compression = 0) {
   const auto le = [](int value, int count) {
     std::string text;
-    for (int i = 0; i < count; ++i) text += static_cast<char>(static_cast<unsigned>(value) >> (8 * i) & 255u);
+    for (int i = 0; i < count; ++i)
+      text += static_cast<char>(i < 4 ? static_cast<unsigned>(value) >> (8 * i) & 255u : 0u);
     return text;
   };
   const int entries = static_cast<int>(palette.size() / 4);
