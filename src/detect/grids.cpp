@@ -11,6 +11,9 @@ constexpr float kLeastCosine = 0.906f;
 /// How much more a candidate that lies off the ray has to be nearer.
 constexpr float kOffAxisCost = 3;
 
+/// How much opposite sides of a square may differ: perspective of cells makes 1.2.
+constexpr float kMostRatio = 1.6f;
+
 /// Steps in the lattice along directions 0 … 3.
 constexpr std::array<int, 4> kStepX{1, 0, -1, 0};
 constexpr std::array<int, 4> kStepY{0, 1, 0, -1};
@@ -138,6 +141,34 @@ void GridLinker::KeepMutual(const DetectionPlane& plane, const std::vector<Corne
     }
 }
 
+void GridLinker::KeepSquares(const std::vector<Corner>& corners) {
+  // Chance corners link to a board's rim as often as not, but hardly ever close a square with it.
+  const auto length = [&](int a, int b) {
+    return (corners[static_cast<std::size_t>(a)].position - corners[static_cast<std::size_t>(b)].position).norm();
+  };
+  const auto similar = [](float a, float b) { return a < kMostRatio * b && b < kMostRatio * a; };
+  for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
+    Links& at = links_[static_cast<std::size_t>(i)];
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::size_t next = (k + 1) % 4;
+      const int a = at.corner[k], b = at.corner[next];
+      if (a < 0 || b < 0) continue;
+      // The ray back from a lies opposite to direction k; the one that runs along direction k + 1 is three on from it.
+      const std::size_t ray_a = static_cast<std::size_t>(at.ray[k] + 3) % 4, ray_b = static_cast<std::size_t>(at.ray[next] + 1) % 4;
+      Links& links_a = links_[static_cast<std::size_t>(a)];
+      Links& links_b = links_[static_cast<std::size_t>(b)];
+      const int c = links_a.corner[ray_a];
+      if (c < 0 || c != links_b.corner[ray_b]) continue;
+      if (!similar(length(i, a), length(b, c)) || !similar(length(i, b), length(a, c))) continue;
+      at.squares = static_cast<std::uint8_t>(at.squares | 1u << k | 1u << next);
+      links_a.squares = static_cast<std::uint8_t>(links_a.squares | 1u << at.ray[k] | 1u << ray_a);
+      links_b.squares = static_cast<std::uint8_t>(links_b.squares | 1u << at.ray[next] | 1u << ray_b);
+      Links& links_c = links_[static_cast<std::size_t>(c)];
+      links_c.squares = static_cast<std::uint8_t>(links_c.squares | 1u << links_a.ray[ray_a] | 1u << links_b.ray[ray_b]);
+    }
+  }
+}
+
 void GridLinker::Walk(int seed, Grids& out) {
   queue_.clear();
   queue_.push_back({0, 0, seed});
@@ -154,7 +185,7 @@ void GridLinker::Walk(int seed, Grids& out) {
     for (int direction = 0; direction < 4; ++direction) {
       const std::size_t k = static_cast<std::size_t>((turn_[static_cast<std::size_t>(at.corner)] + direction) % 4);
       const int j = links.corner[k];
-      if (j < 0 || state_[static_cast<std::size_t>(j)]) continue;
+      if (j < 0 || !(links.squares >> k & 1) || state_[static_cast<std::size_t>(j)]) continue;
       state_[static_cast<std::size_t>(j)] = 1;
       // The ray that leads back is direction + 2 of the neighbour.
       turn_[static_cast<std::size_t>(j)] = (links.ray[k] - direction + 2) & 3;
@@ -178,6 +209,7 @@ void GridLinker::Link(const DetectionPlane& plane, std::vector<Corner>& corners,
   links_.assign(corners.size(), Links{});
   for (int i = 0; i < count; ++i) FindNearest(corners, i);
   KeepMutual(plane, corners);
+  KeepSquares(corners);
   state_.assign(corners.size(), 0);
   turn_.resize(corners.size());
   for (int i = 0; i < count; ++i)

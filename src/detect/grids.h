@@ -17,7 +17,7 @@ struct LatticeCorner {
   int corner = 0;  ///< index into the corners
 };
 
-/// Corners that hang together by links. The lattice's origin and direction are arbitrary, except that the cell
+/// Corners that hang together by links that are sides of closed squares of four corners. The lattice's origin and direction are arbitrary, except that the cell
 /// between (0, 0) and (1, 1) is light.
 struct Grid {
   int first = 0;  ///< its corners are Grids::corners[first, first + count)
@@ -51,11 +51,13 @@ class GridLinker {
   struct Links {
     std::array<int, 4> corner{-1, -1, -1, -1};  ///< at the end of each ray
     std::array<int, 4> ray{};                   ///< of that corner, that leads back
+    std::uint8_t squares = 0;                   ///< bit k: the link of ray k is a side of a closed square
   };
 
   void DropCoarserTwins(std::vector<Corner>& corners, int width, int height);
   void FindNearest(const std::vector<Corner>& corners, int index);
   void KeepMutual(const DetectionPlane& plane, const std::vector<Corner>& corners);
+  void KeepSquares(const std::vector<Corner>& corners);
   void Walk(int seed, Grids& out);
 
   Buckets buckets_;
