@@ -9,13 +9,16 @@ namespace {
 
 class ArucoContestant final : public Contestant {
  public:
-  explicit ArucoContestant(const Suite& suite)
-      : side_m_(suite.side_m),
+  ArucoContestant(const Suite& suite, bool refine)
+      : refine_(refine),
+        side_m_(suite.side_m),
         camera_(suite.camera),
         dictionary_(cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_1000)),
-        parameters_(cv::aruco::DetectorParameters::create()) {}
+        parameters_(cv::aruco::DetectorParameters::create()) {
+    if (refine) parameters_->cornerRefinementMethod = cv::aruco::CORNER_REFINE_SUBPIX;
+  }
 
-  std::string name() const override { return "ArUco"; }
+  std::string name() const override { return refine_ ? "ArUco subpixel" : "ArUco"; }
   Pattern pattern() const override { return Pattern::kAruco; }
 
   void Detect(const BenchFrame& frame) override {
@@ -36,6 +39,7 @@ class ArucoContestant final : public Contestant {
   }
 
  private:
+  bool refine_;
   double side_m_;
   CameraModel camera_;
   cv::Ptr<cv::aruco::Dictionary> dictionary_;
@@ -47,6 +51,8 @@ class ArucoContestant final : public Contestant {
 
 }  // namespace
 
-std::unique_ptr<Contestant> MakeAruco(const Suite& suite) { return std::make_unique<ArucoContestant>(suite); }
+std::unique_ptr<Contestant> MakeAruco(const Suite& suite, bool refine) {
+  return std::make_unique<ArucoContestant>(suite, refine);
+}
 
 }  // namespace chequer::bench

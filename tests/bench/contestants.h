@@ -32,8 +32,9 @@ std::unique_ptr<Contestant> MakeChequer(const Suite& suite, bool bayer);
 /// AprilTag 3, family 36h11; the grey conversion is timed, the pose is not.
 std::unique_ptr<Contestant> MakeAprilTag(const Suite& suite, float quad_decimate);
 
-/// OpenCV's ArUco, DICT_4X4_1000; the grey conversion is timed, the pose is not.
-std::unique_ptr<Contestant> MakeAruco(const Suite& suite);
+/// OpenCV's ArUco, DICT_4X4_1000; the grey conversion is timed, the pose is not. Without refinement it is
+/// quickest, with its sub-pixel refinement poses are better.
+std::unique_ptr<Contestant> MakeAruco(const Suite& suite, bool refine);
 
 /// Pose of a square of that side from its corners: top left, top right, bottom right, bottom left. Shared by the peers.
 RigidTransform PoseOfSquare(std::span<const Eigen::Vector2d> corners_px, double side_m, const CameraModel& camera);

@@ -73,7 +73,8 @@ std::vector<Lane> MakeLanes(const Suite& suite) {
   lanes.emplace_back(MakeChequer(suite, true), suite);
   lanes.emplace_back(MakeAprilTag(suite, 1), suite);
   lanes.emplace_back(MakeAprilTag(suite, 2), suite);
-  lanes.emplace_back(MakeAruco(suite), suite);
+  lanes.emplace_back(MakeAruco(suite, false), suite);
+  lanes.emplace_back(MakeAruco(suite, true), suite);
   std::erase_if(lanes, [](const Lane& lane) { return lane.frame_count() == 0; });
   return lanes;
 }

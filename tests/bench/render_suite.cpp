@@ -114,7 +114,7 @@ Suite RenderSwarm(const CameraModel& camera, int robots, double side_m, int fram
   for (int i = 0; i < frame_count; ++i) {
     Scene scene;
     scene.markers = swarm.At(std::chrono::duration<double>(i));
-    scene.background = {.kind = BackgroundKind::kTiles, .seed = seed};
+    scene.background = {.kind = BackgroundKind::kNoise, .seed = seed};
     AddFrames(suite, "swarm", scene, options, seed + static_cast<std::uint64_t>(i));
   }
   return suite;
