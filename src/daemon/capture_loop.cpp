@@ -62,7 +62,7 @@ CaptureLoop::Next CaptureLoop::Take(CaptureResult result) {
           !log.empty())
         spdlog::warn("{}", log);
       return Next::kGoOn;
-    case CaptureStatus::kDisconnected: Complain("the camera is gone", result.message); return Next::kReopen;
+    case CaptureStatus::kDisconnected: Complain("the camera was lost", result.message); return Next::kReopen;
     case CaptureStatus::kEnd:
       report_.Update([](CaptureReport& report) { report.state = CameraState::kEnded; });
       return Next::kFinish;

@@ -11,6 +11,7 @@
 #include <csignal>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -46,10 +47,25 @@ bool WaitForFirst(const UniqueFd& first, const UniqueFd& second) {
   return waiting[0].revents != 0;
 }
 
-PipelineEvents MakeEvents(const UniqueFd& finished) {
+/// What the log says of a whole run.
+std::string Summary(const StatusMessage& status) {
+  std::string text = std::to_string(status.frames_published) + " frames published, " +
+                     std::to_string(status.frames_dropped) + " dropped";
+  const char* separator = ": ";
+  for (const NamedCount& drop : status.drops) {
+    if (drop.count == 0) continue;
+    text += separator + drop.name + " " + std::to_string(drop.count);
+    separator = ", ";
+  }
+  return text;
+}
+
+/// @param last gets each status; to be read when the pipeline has ended.
+PipelineEvents MakeEvents(const UniqueFd& finished, StatusMessage& last) {
   PipelineEvents events;
   events.ready = NotifyReady;
-  events.status = [](const StatusMessage& status) {
+  events.status = [&last](const StatusMessage& status) {
+    last = status;
     NotifyStatus(StatusLine(status));
     NotifyAlive();
   };
@@ -88,13 +104,14 @@ DetectFrame MakeDetectFrame(const DetectorOptions& options) {
 void RunDaemon(const DaemonConfig& config, const std::string& version) {
   const UniqueFd signals = TakeSignals();
   const UniqueFd finished = Checked(eventfd(0, EFD_CLOEXEC), "eventfd");
+  StatusMessage last_status;
   const PipelineOptions options = MakePipelineOptions(config, version, std::thread::hardware_concurrency());
   std::unique_ptr<FrameSource> source = MakeSource(config.capture);
   spdlog::info("chequerd {}: camera {} from {}, {} workers, LCM at {} as {}_POSES", version, config.camera_name,
                source->Describe(), options.workers, config.publish.url, config.publish.prefix);
   Pipeline pipeline(
       options, std::move(source), [&] { return MakeDetectFrame(config.detector); },
-      std::make_unique<LcmPublisher>(config.publish), MakeEvents(finished));
+      std::make_unique<LcmPublisher>(config.publish), MakeEvents(finished, last_status));
   if (WaitForFirst(signals, finished)) {
     signalfd_siginfo info{};
     const bool known = read(signals.get(), &info, sizeof info) == sizeof info;
@@ -103,7 +120,7 @@ void RunDaemon(const DaemonConfig& config, const std::string& version) {
   NotifyStopping();
   pipeline.Stop();
   pipeline.Join();
-  spdlog::info("stopped");
+  spdlog::info("stopped; {}", Summary(last_status));
 }
 
 }  // namespace chequer

@@ -61,6 +61,7 @@ struct LcmPublisher::Impl {
   RepeatedCause trouble;
   BackOff back_off{kFirstRetry, kLongestRetry};
   MonotonicTime next_try{};
+  std::uint64_t failed_before = 0;  ///< the present trouble
 
   void Complain(PublisherState state, const std::string& message) {
     health.state = state;
@@ -73,7 +74,9 @@ struct LcmPublisher::Impl {
     health.state = PublisherState::kReady;
     health.message.clear();
     back_off.Succeeded();
-    if (trouble.Ended() > 0) spdlog::info("LCM at {} works again; {} messages were lost", url.text, health.failed);
+    if (trouble.Ended() > 0)
+      spdlog::info("LCM at {} works again; {} messages were lost", url.text, health.failed - failed_before);
+    failed_before = health.failed;
   }
 
   void Open() {

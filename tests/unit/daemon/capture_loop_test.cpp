@@ -90,7 +90,7 @@ TEST_F(CaptureLoopTest, OpensAgainAfterADisconnection) {
   Run({FrameNumber(1), kGone, OpenFails("not there"), OpenFails("not there"), Opens(), FrameNumber(0), kEnd});
   EXPECT_THAT(sequences_, ElementsAre(1, 2));
   EXPECT_EQ(opened_, 4);
-  EXPECT_THAT(log_.lines(), ElementsAre(HasSubstr("the camera is gone: unplugged"), HasSubstr("not there"),
+  EXPECT_THAT(log_.lines(), ElementsAre(HasSubstr("the camera was lost: unplugged"), HasSubstr("not there"),
                                         HasSubstr("frames come from scripted camera")));
 }
 
