@@ -1,0 +1,161 @@
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "core/clock.h"
+#include "publish/lcm_subscriber.h"
+#include "tools/commands.h"
+#include "tools/live_table.h"
+#include "tools/message_text.h"
+#include "tools/truth_check.h"
+
+namespace chequer {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// How often the live table is drawn anew.
+constexpr milliseconds kRedraw{100};
+
+struct ListenRequest {
+  std::string url;
+  ChannelFilter filter;
+  bool json = false;
+  std::uint64_t count = 0;  ///< frames; 0: no limit
+  double seconds = 0;       ///< 0: no limit
+  std::string truth;        ///< a recording; empty: none
+};
+
+enum class Output { kTable, kPlain, kJson };
+
+int TerminalLines() {
+  winsize size{};
+  return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row >= 4 ? size.ws_row - 1 : 24;
+}
+
+/// Prints what arrives and knows when it is enough.
+class Listener {
+ public:
+  explicit Listener(const ListenRequest& request)
+      : request_(request),
+        output_(request.json                 ? Output::kJson
+                : isatty(STDOUT_FILENO) != 0 ? Output::kTable
+                                             : Output::kPlain) {
+    if (!request.truth.empty()) truth_.emplace(request.truth);
+  }
+
+  void Run() {
+    LcmSubscriber subscriber(request_.url, request_.filter,
+                             [this](const std::string& channel, ReceivedMessage&& message) {
+                               std::visit([&](const auto& received) { Take(channel, received); }, message);
+                             });
+    std::fprintf(stderr, "listening at %s\n", request_.url.c_str());
+    const MonotonicTime begin = clock_.monotonic();
+    while (!IsEnough(clock_.monotonic() - begin)) {
+      if (subscriber.Wait(kRedraw) == LcmSubscriber::Outcome::kClosed) break;
+      if (output_ == Output::kTable) Redraw();
+    }
+    if (subscriber.unreadable() > 0)
+      std::fprintf(stderr, "chequer listen: %llu messages were of another version or damaged\n",
+                   static_cast<unsigned long long>(subscriber.unreadable()));
+    Conclude();
+  }
+
+ private:
+  bool IsEnough(std::chrono::microseconds listened) const {
+    return ended_ || (request_.count > 0 && frames_ >= request_.count) ||
+           (request_.seconds > 0 && listened > std::chrono::duration<double>(request_.seconds));
+  }
+
+  void Take(const std::string& channel, const PosesMessage& message) {
+    // One call to the subscriber is one message, but a slow terminal must not make more of them than was asked for.
+    ++frames_;
+    if (truth_) truth_->Add(message);
+    if (output_ == Output::kTable)
+      table_.Add(channel, message, clock_.monotonic());
+    else
+      PrintLine(output_ == Output::kJson ? JsonLine(channel, message) : PlainLine(message));
+  }
+
+  void Take(const std::string& channel, const StatusMessage& message) {
+    if (truth_ && message.camera_state == CameraState::kEnded) ended_ = true;
+    if (output_ != Output::kTable)
+      PrintLine(output_ == Output::kJson ? JsonLine(channel, message) : PlainLine(message));
+  }
+
+  /// Flushed at once: whoever reads wants it live.
+  static void PrintLine(const std::string& line) {
+    std::printf("%s\n", line.c_str());
+    std::fflush(stdout);
+  }
+
+  void Redraw() {
+    const MonotonicTime now = clock_.monotonic();
+    if (now < next_redraw_) return;
+    next_redraw_ = now + kRedraw;
+    // To the top left, the table, and what is left of the last one away.
+    std::printf("\x1b[H%s\x1b[J", table_.Text(now, TerminalLines()).c_str());
+    std::fflush(stdout);
+  }
+
+  void Conclude() const {
+    if (truth_) {
+      PrintLine(truth_->Summary());
+      if (!truth_->Passed()) throw CLI::RuntimeError(kExitInput);
+    }
+    if (request_.count > 0 && frames_ < request_.count)
+      throw std::runtime_error("only " + std::to_string(frames_) + " of " + std::to_string(request_.count) +
+                               " frames came from " + request_.url);
+  }
+
+  const ListenRequest& request_;
+  Output output_;
+  Clock clock_ = Clock::System();
+  LiveTable table_;
+  std::optional<TruthCheck> truth_;
+  std::uint64_t frames_ = 0;
+  bool ended_ = false;
+  MonotonicTime next_redraw_{};
+};
+
+}  // namespace
+
+void AddListenCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("listen", "Shows the poses that arrive over LCM");
+  // Shared, as the callback outlives this function and std::function copies what it holds.
+  const auto request = std::make_shared<ListenRequest>();
+  request->url = DefaultListenUrl();
+  command->add_option("--url", request->url, "LCM URL; the default is the environment's LCM_DEFAULT_URL, else this")
+      ->type_name("URL")
+      ->capture_default_str();
+  command->add_option("--prefix", request->filter.prefix, "Only the channels PREFIX_POSES and PREFIX_STATUS");
+  command->add_option("--channel", request->filter.channel, "Only this channel");
+  command->add_flag("--json", request->json, "One JSON object a line and message instead of a table");
+  command->add_option("--count", request->count, "End after so many frames; status 1 if fewer came")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--seconds", request->seconds, "End after so many seconds")->check(CLI::PositiveNumber);
+  command
+      ->add_option("--truth", request->truth,
+                   "Recording that chequerd replays: compare with its truth until it is over; status 1 if wrong")
+      ->type_name("FOLDER");
+  command->footer(
+      "On a terminal a table of what is seen now, otherwise a line a message. Positions are metres in the frame of "
+      "the\n"
+      "camera (x right, y down, z forward); the heading is the direction of the marker's x axis in its x-y plane,\n"
+      "degrees from x towards y; the age is the time since the capture.\n\n"
+      "Ten frames of the camera named ceiling, as JSON:\n"
+      "  chequer listen --prefix CHEQUER_ceiling --json --count 10");
+  command->callback([request] {
+    if (const std::string wrong = request->filter.Check(); !wrong.empty())
+      throw CLI::ValidationError("--prefix, --channel", wrong);
+    Listener(*request).Run();
+  });
+}
+
+}  // namespace chequer

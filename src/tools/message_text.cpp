@@ -1,0 +1,223 @@
+#include "tools/message_text.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+namespace chequer {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array kInstants{"unknown", "start", "middle", "end"};
+constexpr std::array kCameraStates{"waiting", "running", "ended"};
+constexpr std::array kPublisherStates{"waiting", "ready", "failing"};
+
+template <typename Enum, typename Names>
+const char* Name(Enum value, const Names& names) {
+  return names.at(static_cast<std::size_t>(value));
+}
+
+std::string Dump(const Json& json) {
+  // Names come from other programs and may be any bytes; JSON may not.
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Json UpperTriangle(const Matrix6d& covariance) {
+  Json numbers = Json::array();
+  for (int row = 0; row < 6; ++row)
+    for (int col = row; col < 6; ++col) numbers.push_back(covariance(row, col));
+  return numbers;
+}
+
+Json WarningNames(const MarkerPose& marker) {
+  Json names = Json::array();
+  for (const Warning warning : kAllWarnings)
+    if (marker.Has(warning)) names.push_back(WarningName(warning));
+  return names;
+}
+
+Json MarkerJson(const MarkerPose& marker) {
+  Json json;
+  json["id"] = marker.id ? Json(*marker.id) : Json();
+  json["variant"] = VariantName(marker.variant);
+  json["size"] = ToString(marker.size);
+  json["family"] = marker.family;
+  if (marker.has_pose) {
+    const Eigen::Vector3d& position = marker.camera_from_marker.translation;
+    const Eigen::Quaterniond rotation = Canonical(marker.camera_from_marker.rotation);
+    json["position"] = {position.x(), position.y(), position.z()};
+    json["orientation"] = {rotation.w(), rotation.x(), rotation.y(), rotation.z()};
+  }
+  json["center_px"] = {marker.center_px.x(), marker.center_px.y()};
+  json["corners_used"] = marker.corners_used;
+  json["reprojection_rms_px"] = marker.reprojection_rms_px;
+  if (marker.has_pose) {
+    json["covariance"] = UpperTriangle(marker.covariance);
+    json["ambiguity"] = marker.ambiguity;
+  }
+  json["luminance_overlap"] = marker.luminance_overlap;
+  json["saturation_overlap"] = marker.saturation_overlap;
+  json["bits_corrected"] = marker.bits_corrected;
+  json["warnings"] = WarningNames(marker);
+  return json;
+}
+
+template <typename Time>
+std::int64_t Microseconds(Time time) {
+  return time.time_since_epoch().count();
+}
+
+Json CountsJson(const std::vector<NamedCount>& counts) {
+  Json json = Json::object();
+  for (const NamedCount& count : counts) json[count.name] = count.count;
+  return json;
+}
+
+Json StagesJson(const std::vector<StageLatency>& stages) {
+  Json json = Json::object();
+  for (const StageLatency& stage : stages)
+    json[stage.stage] = {{"frames", stage.frames},
+                         {"median_us", stage.median.count()},
+                         {"p99_us", stage.p99.count()},
+                         {"worst_us", stage.worst.count()}};
+  return json;
+}
+
+std::string MarkerText(const MarkerPose& marker) {
+  const std::string id = marker.id ? std::to_string(*marker.id) : "?";
+  if (!marker.has_pose) return fmt::format("{} ({:.1f}, {:.1f}) px", id, marker.center_px.x(), marker.center_px.y());
+  const Eigen::Vector3d& position = marker.camera_from_marker.translation;
+  return fmt::format("{} ({:.3f}, {:.3f}, {:.3f}) m {:.1f} deg", id, position.x(), position.y(), position.z(),
+                     HeadingDegrees(marker));
+}
+
+std::string CsvPose(const MarkerPose& marker) {
+  if (!marker.has_pose) return ",,,,,,,";
+  const Eigen::Vector3d& t = marker.camera_from_marker.translation;
+  const Eigen::Quaterniond q = Canonical(marker.camera_from_marker.rotation);
+  return fmt::format("{},{},{},{},{},{},{},{:.3f}", t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z(),
+                     HeadingDegrees(marker));
+}
+
+std::string CsvWarnings(const MarkerPose& marker) {
+  std::string names;
+  for (const Warning warning : kAllWarnings)
+    if (marker.Has(warning)) names.append(names.empty() ? "" : " ").append(WarningName(warning));
+  return names;
+}
+
+/// Names come from other programs and may hold what separates fields.
+std::string CsvField(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
+  return quoted + "\"";
+}
+
+}  // namespace
+
+double HeadingDegrees(const MarkerPose& marker) {
+  const Eigen::Vector3d x_axis = marker.camera_from_marker.rotation * Eigen::Vector3d::UnitX();
+  return std::atan2(x_axis.y(), x_axis.x()) * 180 / std::numbers::pi;
+}
+
+std::string JsonLine(const std::string& channel, const PosesMessage& message) {
+  Json json;
+  json["type"] = "poses";
+  json["channel"] = channel;
+  json["camera"] = message.camera;
+  json["frame"] = message.frame;
+  json["sequence"] = message.sequence;
+  json["captured_utc_us"] = Microseconds(message.captured_utc);
+  json["captured_monotonic_us"] = Microseconds(message.captured_monotonic);
+  json["instant"] = Name(message.instant, kInstants);
+  json["published_utc_us"] = Microseconds(message.published_utc);
+  json["published_monotonic_us"] = Microseconds(message.published_monotonic);
+  json["frames_dropped"] = message.frames_dropped;
+  json["width"] = message.image_width;
+  json["height"] = message.image_height;
+  json["markers"] = Json::array();
+  for (const MarkerPose& marker : message.markers) json["markers"].push_back(MarkerJson(marker));
+  return Dump(json);
+}
+
+std::string JsonLine(const std::string& channel, const StatusMessage& message) {
+  Json json;
+  json["type"] = "status";
+  json["channel"] = channel;
+  json["utc_us"] = Microseconds(message.utc);
+  json["monotonic_us"] = Microseconds(message.monotonic);
+  json["uptime_us"] = message.uptime.count();
+  json["version"] = message.version;
+  json["camera"] = message.camera;
+  json["camera_state"] = Name(message.camera_state, kCameraStates);
+  json["camera_source"] = message.camera_source;
+  json["camera_message"] = message.camera_message;
+  json["publisher_state"] = Name(message.publisher.state, kPublisherStates);
+  json["publisher_message"] = message.publisher.message;
+  json["messages_sent"] = message.publisher.sent;
+  json["messages_failed"] = message.publisher.failed;
+  json["window_us"] = message.window.count();
+  json["capture_rate_hz"] = message.capture_rate_hz;
+  json["publish_rate_hz"] = message.publish_rate_hz;
+  json["frames_captured"] = message.frames_captured;
+  json["frames_published"] = message.frames_published;
+  json["frames_dropped"] = message.frames_dropped;
+  json["queue_depth"] = message.queue_depth;
+  json["queue_capacity"] = message.queue_capacity;
+  json["worker_count"] = message.workers;
+  json["markers_mean"] = message.markers_mean;
+  json["markers_min"] = message.markers_min;
+  json["markers_max"] = message.markers_max;
+  json["drops"] = CountsJson(message.drops);
+  json["stages"] = StagesJson(message.stages);
+  json["detections"] = CountsJson(message.detections);
+  return Dump(json);
+}
+
+std::string PlainLine(const PosesMessage& message) {
+  std::string text = fmt::format("{} frame {}: {} marker{}", message.camera, message.sequence, message.markers.size(),
+                                 message.markers.size() == 1 ? "" : "s");
+  for (const MarkerPose& marker : message.markers) text.append("  ").append(MarkerText(marker));
+  return text;
+}
+
+std::string PlainLine(const StatusMessage& message) {
+  std::string text = fmt::format("{} status: camera {}, {:.1f} frames/s, {:.1f} markers a frame, {} frames dropped",
+                                 message.camera, Name(message.camera_state, kCameraStates), message.publish_rate_hz,
+                                 message.markers_mean, message.frames_dropped);
+  for (const StageLatency& stage : message.stages)
+    if (stage.stage == "total" && stage.frames > 0)
+      text += fmt::format(", latency {:.1f} ms (worst {:.1f})", static_cast<double>(stage.median.count()) / 1000,
+                          static_cast<double>(stage.worst.count()) / 1000);
+  for (const std::string& trouble : {message.camera_message, message.publisher.message})
+    if (!trouble.empty()) text.append("; ").append(trouble);
+  return text;
+}
+
+std::string CsvHeader() {
+  return "channel,camera,sequence,captured_utc_us,captured_monotonic_us,published_utc_us,id,variant,size,x_m,y_m,z_m,"
+         "qw,qx,qy,qz,heading_deg,center_x_px,center_y_px,corners_used,reprojection_rms_px,ambiguity,"
+         "luminance_overlap,saturation_overlap,bits_corrected,warnings\n";
+}
+
+std::string CsvRows(const std::string& channel, const PosesMessage& message) {
+  const std::string frame = fmt::format("{},{},{},{},{},{}", CsvField(channel), CsvField(message.camera),
+                                        message.sequence, Microseconds(message.captured_utc),
+                                        Microseconds(message.captured_monotonic), Microseconds(message.published_utc));
+  if (message.markers.empty()) return frame + std::string(20, ',') + "\n";
+  std::string rows;
+  for (const MarkerPose& marker : message.markers)
+    rows += fmt::format(
+        "{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", frame, marker.id ? std::to_string(*marker.id) : "",
+        VariantName(marker.variant), ToString(marker.size), CsvPose(marker), marker.center_px.x(), marker.center_px.y(),
+        marker.corners_used, marker.reprojection_rms_px, marker.has_pose ? fmt::format("{}", marker.ambiguity) : "",
+        marker.luminance_overlap, marker.saturation_overlap, marker.bits_corrected, CsvWarnings(marker));
+  return rows;
+}
+
+}  // namespace chequer

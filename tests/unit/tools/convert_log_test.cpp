@@ -1,0 +1,81 @@
+#include "tools/convert_log.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "publish/lcm_publisher.h"
+#include "support/temporary_directory.h"
+#include "unit/publish/messages.h"
+
+namespace chequer {
+namespace {
+
+using ::testing::HasSubstr;
+
+class ConvertLogTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    LcmPublisher publisher({"file://" + log_.string() + "?mode=w", "CHEQUER"});
+    publisher.Publish(test::SamplePoses(2));
+    publisher.Publish(test::SampleStatus());
+  }
+
+  std::vector<std::string> Lines(const std::string& name) const {
+    std::ifstream file(folder_ / name);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(file, line);) lines.push_back(line);
+    return lines;
+  }
+
+  test::TemporaryDirectory folder_;
+  std::filesystem::path log_ = folder_ / "poses.lcm";
+};
+
+TEST_F(ConvertLogTest, KnowsALogByItsBeginning) {
+  EXPECT_TRUE(IsLcmLog(log_));
+  std::ofstream(folder_ / "text") << "no log";
+  EXPECT_FALSE(IsLcmLog(folder_ / "text"));
+  EXPECT_FALSE(IsLcmLog(folder_ / "missing"));
+  EXPECT_FALSE(IsLcmLog(folder_.path()));
+}
+
+TEST_F(ConvertLogTest, WritesAnObjectALine) {
+  ConvertLog(log_, (folder_ / "out.jsonl").string());
+  const auto lines = Lines("out.jsonl");
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(nlohmann::json::parse(lines[0])["markers"].size(), 2u);
+  EXPECT_EQ(nlohmann::json::parse(lines[1])["type"], "status");
+}
+
+TEST_F(ConvertLogTest, WritesARowAMarker) {
+  ConvertLog(log_, (folder_ / "out.csv").string());
+  EXPECT_EQ(Lines("out.csv").size(), 3u);
+}
+
+std::string Refusal(const std::filesystem::path& log, const std::string& out) {
+  try {
+    ConvertLog(log, out);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST_F(ConvertLogTest, SaysWhatIsWrong) {
+  const std::string out = (folder_ / "out.jsonl").string();
+  EXPECT_THAT(Refusal(folder_ / "missing", out), HasSubstr("missing"));
+  EXPECT_THAT(Refusal(log_, (folder_ / "none/out").string()), HasSubstr("none/out"));
+  EXPECT_THAT(Refusal(log_, "/dev/full"), HasSubstr("/dev/full cannot be written"));
+  std::filesystem::resize_file(log_, std::filesystem::file_size(log_) - 10);
+  EXPECT_THAT(Refusal(log_, out), HasSubstr("cut off or damaged after 1 messages"));
+  EXPECT_EQ(Lines("out.jsonl").size(), 1u);
+  std::ofstream(folder_ / "empty");
+  EXPECT_THAT(Refusal(folder_ / "empty", out), HasSubstr("no messages of chequer's"));
+}
+
+}  // namespace
+}  // namespace chequer

@@ -1,0 +1,141 @@
+#include "tools/message_text.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "unit/publish/messages.h"
+
+namespace chequer {
+namespace {
+
+using nlohmann::json;
+using test::SamplePoses;
+using test::SampleStatus;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(HeadingDegrees, IsTheDirectionOfTheMarkersXAxis) {
+  MarkerPose marker;
+  marker.has_pose = true;
+  EXPECT_NEAR(HeadingDegrees(marker), 0, 1e-9);
+  // A marker that faces the camera is turned about x by half a turn; its x axis stays.
+  const Eigen::Quaterniond facing = RotationFromVector({std::numbers::pi, 0, 0});
+  for (const double degrees : {-170.0, -90.0, 30.0, 179.0}) {
+    marker.camera_from_marker.rotation = RotationFromVector({0, 0, degrees * std::numbers::pi / 180}) * facing;
+    EXPECT_NEAR(HeadingDegrees(marker), degrees, 1e-9);
+  }
+}
+
+TEST(JsonLine, TellsAllOfAFrame) {
+  const json line = json::parse(JsonLine("C_POSES", SamplePoses(2)));
+  EXPECT_EQ(line["type"], "poses");
+  EXPECT_EQ(line["channel"], "C_POSES");
+  EXPECT_EQ(line["camera"], "ceiling");
+  EXPECT_EQ(line["frame"], "camera");
+  EXPECT_EQ(line["sequence"], 1234567);
+  EXPECT_EQ(line["captured_utc_us"], 1'700'000'000'123'456);
+  EXPECT_EQ(line["captured_monotonic_us"], 42'000'001);
+  EXPECT_EQ(line["instant"], "middle");
+  EXPECT_EQ(line["published_utc_us"], 1'700'000'000'130'000);
+  EXPECT_EQ(line["published_monotonic_us"], 42'006'545);
+  EXPECT_EQ(line["frames_dropped"], 89);
+  EXPECT_EQ(line["width"], 1920);
+  EXPECT_EQ(line["height"], 1080);
+  ASSERT_EQ(line["markers"].size(), 2u);
+}
+
+TEST(JsonLine, TellsAllOfAMarker) {
+  const json marker = json::parse(JsonLine("C", SamplePoses(2)))["markers"][1];
+  EXPECT_EQ(marker["id"], 1);
+  EXPECT_EQ(marker["variant"], "golay");
+  EXPECT_EQ(marker["size"], "8x7");
+  EXPECT_EQ(marker["family"], 3);
+  EXPECT_EQ(marker["position"], json({0.25, -0.5, 3.0}));
+  EXPECT_EQ(marker["orientation"].size(), 4u);
+  EXPECT_EQ(marker["covariance"].size(), 21u);
+  EXPECT_NEAR(marker["covariance"][20], 36e-9, 1e-12);
+  EXPECT_EQ(marker["ambiguity"], 0.125);
+  EXPECT_EQ(marker["center_px"], json({320.5, 240.25}));
+  EXPECT_EQ(marker["corners_used"], 41);
+  EXPECT_EQ(marker["reprojection_rms_px"], 0.0625);
+  EXPECT_EQ(marker["luminance_overlap"], 0.03125);
+  EXPECT_EQ(marker["saturation_overlap"], 0.015625);
+  EXPECT_EQ(marker["bits_corrected"], 2);
+  EXPECT_EQ(marker["warnings"], json({"partly_hidden", "ambiguous_pose"}));
+}
+
+TEST(JsonLine, LeavesOutWhatIsNotKnown) {
+  PosesMessage message = SamplePoses(1);
+  message.markers[0].id.reset();
+  message.markers[0].has_pose = false;
+  const json marker = json::parse(JsonLine("C", message))["markers"][0];
+  EXPECT_TRUE(marker["id"].is_null());
+  EXPECT_FALSE(marker.contains("position"));
+  EXPECT_FALSE(marker.contains("covariance"));
+}
+
+TEST(JsonLine, KeepsLargeIdsAndIsOneLine) {
+  PosesMessage message = SamplePoses(1);
+  message.markers[0].id = std::numeric_limits<std::uint64_t>::max();
+  message.camera = "two\nlines \xff";
+  const std::string line = JsonLine("C", message);
+  EXPECT_THAT(line, Not(HasSubstr("\n")));
+  EXPECT_EQ(json::parse(line)["markers"][0]["id"], std::numeric_limits<std::uint64_t>::max());
+}
+
+TEST(JsonLine, TellsAllOfTheStatus) {
+  const json line = json::parse(JsonLine("C_STATUS", SampleStatus()));
+  EXPECT_EQ(line["type"], "status");
+  EXPECT_EQ(line["version"], "1.2.3");
+  EXPECT_EQ(line["camera_state"], "ended");
+  EXPECT_EQ(line["publisher_state"], "failing");
+  EXPECT_EQ(line["messages_failed"], 12);
+  EXPECT_EQ(line["drops"]["superseded"], 3);
+  EXPECT_EQ(line["stages"]["detect"]["p99_us"], 7000);
+  EXPECT_EQ(line["detections"]["boards"], 3000);
+  EXPECT_EQ(line.size(), 29u);  // 28 fields of the status and the channel; the type included
+}
+
+TEST(PlainLine, NamesMarkersAndPlaces) {
+  EXPECT_THAT(PlainLine(SamplePoses(1)), HasSubstr("ceiling frame 1234567: 1 marker  0 (0.250, -0.500, 3.000) m"));
+  PosesMessage message = SamplePoses(1);
+  message.markers[0].id.reset();
+  message.markers[0].has_pose = false;
+  EXPECT_THAT(PlainLine(message), HasSubstr("? (320.5, 240.2) px"));
+}
+
+TEST(PlainLine, NamesTheTrouble) {
+  const std::string line = PlainLine(SampleStatus());
+  EXPECT_THAT(line, HasSubstr("camera ended, 59.5 frames/s"));
+  EXPECT_THAT(line, HasSubstr("; over; no route"));
+}
+
+int Columns(const std::string& line) { return 1 + static_cast<int>(std::count(line.begin(), line.end(), ',')); }
+
+TEST(Csv, HasTheColumnsOfItsHeaderInEveryRow) {
+  const int columns = Columns(CsvHeader());
+  PosesMessage message = SamplePoses(3);
+  message.markers[1].id.reset();
+  message.markers[2].has_pose = false;
+  std::istringstream rows(CsvRows("C", message));
+  int count = 0;
+  for (std::string row; std::getline(rows, row); ++count) EXPECT_EQ(Columns(row), columns) << row;
+  EXPECT_EQ(count, 3);
+  const std::string empty = CsvRows("C", SamplePoses(0));
+  EXPECT_EQ(Columns(empty), columns);
+  EXPECT_THAT(empty, ::testing::StartsWith("C,ceiling,1234567,"));
+}
+
+TEST(Csv, QuotesNamesThatHoldSeparators) {
+  PosesMessage message = SamplePoses(0);
+  message.camera = "a,\"b\"";
+  EXPECT_THAT(CsvRows("C", message), ::testing::StartsWith("C,\"a,\"\"b\"\"\","));
+}
+
+}  // namespace
+}  // namespace chequer
