@@ -49,13 +49,15 @@ float ParabolaPeak(int left, int middle, int right) {
 /// or opposite edges are not in line.
 std::optional<Corner> Saddle(const BytePlane& plane, const BytePlane& response, const Peak& peak) {
   std::array<int, kRing + 1> value;
-  std::array<int, kRing> sorted;
-  for (std::size_t i = 0; i < kRing; ++i)
-    value[i] = sorted[i] = plane.at(peak.x + kOffsets[i].x, peak.y + kOffsets[i].y);
+  int sum = 0;
+  for (std::size_t i = 0; i < kRing; ++i) sum += value[i] = plane.at(peak.x + kOffsets[i].x, peak.y + kOffsets[i].y);
   value[kRing] = value[0];
-  std::sort(sorted.begin(), sorted.end());
-  const float light = static_cast<float>(sorted[kRing - 2] + sorted[kRing - 3]) / 2;
-  const float dark = static_cast<float>(sorted[1] + sorted[2]) / 2;
+  int light_sum = 0, light_count = 0;
+  for (std::size_t i = 0; i < kRing; ++i)
+    if (kRing * value[i] > sum) light_sum += value[i], ++light_count;
+  if (light_count == 0 || light_count == kRing) return std::nullopt;
+  const float light = static_cast<float>(light_sum) / static_cast<float>(light_count);
+  const float dark = static_cast<float>(sum - light_sum) / static_cast<float>(kRing - light_count);
   const float contrast = light - dark;
   if (static_cast<float>(peak.response) < kLeastShare * contrast) return std::nullopt;
   const float middle = (light + dark) / 2;

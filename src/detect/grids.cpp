@@ -11,6 +11,10 @@ constexpr float kLeastCosine = 0.906f;
 /// How much more a candidate that lies off the ray has to be nearer.
 constexpr float kOffAxisCost = 3;
 
+/// Cells are empty but for noise: a neighbour is among the nearest corners, or there is none. In clutter, this bounds
+/// the work.
+constexpr int kMostConsidered = 40;
+
 /// How much opposite sides of a square may differ: perspective of cells makes 1.2.
 constexpr float kMostRatio = 1.6f;
 
@@ -72,8 +76,10 @@ void GridLinker::FindNearest(const std::vector<Corner>& corners, int index) {
   std::array<float, 4> best;
   best.fill(std::numeric_limits<float>::infinity());
 
+  int considered = 0;
   const auto consider = [&](int j) {
     if (j == index) return;
+    ++considered;
     const Corner& to = corners[static_cast<std::size_t>(j)];
     const Eigen::Vector2f step = to.position - from.position;
     const float distance = step.norm();
@@ -113,7 +119,7 @@ void GridLinker::FindNearest(const std::vector<Corner>& corners, int index) {
     const float searched = static_cast<float>(ring << Buckets::kShift);
     const float nearest = *std::min_element(best.begin(), best.end());
     const float farthest = *std::max_element(best.begin(), best.end());
-    if (searched >= farthest || searched >= 5 * nearest + 8) break;
+    if (searched >= farthest || searched >= 5 * nearest + 8 || considered >= kMostConsidered) break;
   }
 }
 
@@ -154,7 +160,8 @@ void GridLinker::KeepSquares(const std::vector<Corner>& corners) {
       const int a = at.corner[k], b = at.corner[next];
       if (a < 0 || b < 0) continue;
       // The ray back from a lies opposite to direction k; the one that runs along direction k + 1 is three on from it.
-      const std::size_t ray_a = static_cast<std::size_t>(at.ray[k] + 3) % 4, ray_b = static_cast<std::size_t>(at.ray[next] + 1) % 4;
+      const std::size_t ray_a = static_cast<std::size_t>(at.ray[k] + 3) % 4,
+                        ray_b = static_cast<std::size_t>(at.ray[next] + 1) % 4;
       Links& links_a = links_[static_cast<std::size_t>(a)];
       Links& links_b = links_[static_cast<std::size_t>(b)];
       const int c = links_a.corner[ray_a];
@@ -164,7 +171,8 @@ void GridLinker::KeepSquares(const std::vector<Corner>& corners) {
       links_a.squares = static_cast<std::uint8_t>(links_a.squares | 1u << at.ray[k] | 1u << ray_a);
       links_b.squares = static_cast<std::uint8_t>(links_b.squares | 1u << at.ray[next] | 1u << ray_b);
       Links& links_c = links_[static_cast<std::size_t>(c)];
-      links_c.squares = static_cast<std::uint8_t>(links_c.squares | 1u << links_a.ray[ray_a] | 1u << links_b.ray[ray_b]);
+      links_c.squares =
+          static_cast<std::uint8_t>(links_c.squares | 1u << links_a.ray[ray_a] | 1u << links_b.ray[ray_b]);
     }
   }
 }

@@ -17,8 +17,8 @@ struct LatticeCorner {
   int corner = 0;  ///< index into the corners
 };
 
-/// Corners that hang together by links that are sides of closed squares of four corners. The lattice's origin and direction are arbitrary, except that the cell
-/// between (0, 0) and (1, 1) is light.
+/// Corners that hang together by links that are sides of closed squares of four corners. The lattice's origin and
+/// direction are arbitrary, except that the cell between (0, 0) and (1, 1) is light.
 struct Grid {
   int first = 0;  ///< its corners are Grids::corners[first, first + count)
   int count = 0;

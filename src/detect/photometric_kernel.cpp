@@ -15,8 +15,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::ScalableTag<float>;
 using V = hn::Vec<D>;
 
-/// Reciprocal and reciprocal square root: the hardware's estimate and a step of Newton's (relative error below 1e-5 from
-/// 12 good bits), a third of what the exact ones cost.
+/// Reciprocal and reciprocal square root: the hardware's estimate and a step of Newton's (relative error below 1e-5
+/// from 12 good bits), a third of what the exact ones cost.
 HWY_INLINE V Reciprocal(D d, V x) {
   const V estimate = hn::ApproximateReciprocal(x);
   return hn::Mul(estimate, hn::NegMulAdd(x, estimate, hn::Set(d, 2.0f)));
@@ -105,7 +105,9 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
       counts[i] = static_cast<float>(block.counts()[first + i]);
     }
     const V count = hn::Load(d, counts);
-    const auto parameter = [&](LaneBlock::Parameter which) { return hn::LoadU(d, block.parameter_data(which) + first); };
+    const auto parameter = [&](LaneBlock::Parameter which) {
+      return hn::LoadU(d, block.parameter_data(which) + first);
+    };
     const V corner_x = parameter(LaneBlock::kCornerX), corner_y = parameter(LaneBlock::kCornerY);
     const V scale_x = hn::Mul(parameter(LaneBlock::kPxPerCellX), inverse_blur);
     const V scale_y = hn::Mul(parameter(LaneBlock::kPxPerCellY), inverse_blur);
@@ -121,7 +123,8 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
     V light_square = zero, light_light = zero, light_count = zero;
     int in_chunk = 0;
     for (int k = 0; k < most; k += input.stride) {
-      const std::size_t at = static_cast<std::size_t>(k) * static_cast<std::size_t>(padded) + static_cast<std::size_t>(first);
+      const std::size_t at =
+          static_cast<std::size_t>(k) * static_cast<std::size_t>(padded) + static_cast<std::size_t>(first);
       const auto inside = hn::Lt(hn::Set(d, static_cast<float>(k)), count);
       // Beyond a lane's count an earlier board's pixels may stand, which this homography may send to infinity.
       const V u = hn::IfThenElseZero(inside, hn::LoadU(d, block.u_data() + at));

@@ -43,7 +43,7 @@ struct DetectionPlane {
 /// Fills `out`; images smaller than 2 × 2 give an empty plane.
 void BuildDetectionPlane(const ImageView& image, DetectionPlane& out);
 
-/// Means of 2 × 2 pixels, halves rounded down. Pixel (x, y) of `half` lies at (2x + ½, 2y + ½) of `full`.
+/// Means of 2 × 2 pixels, rounded up by less than 1. Pixel (x, y) of `half` lies at (2x + ½, 2y + ½) of `full`.
 void HalvePlane(const BytePlane& full, BytePlane& half);
 
 inline float BytePlane::Bilinear(float x, float y) const {

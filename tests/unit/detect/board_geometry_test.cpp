@@ -1,0 +1,62 @@
+#include "detect/board_geometry.h"
+
+#include <gtest/gtest.h>
+
+namespace chequer {
+namespace {
+
+BoardGeometry Posed() {
+  return BoardGeometry::FromPose({RotationFromVector({0.3, -0.4, 1.0}), {0.1, -0.2, 1.5}}, 0.02, 900);
+}
+BoardGeometry Free() {
+  Eigen::Matrix3d h;
+  h << 20, 3, 300, -2, 18, 200, 0.01, -0.004, 1;
+  return BoardGeometry::FromHomography(h);
+}
+
+TEST(BoardGeometry, DerivativesAreThoseOfTheMap) {
+  for (const BoardGeometry& geometry : {Posed(), Free()}) {
+    const Eigen::Vector2d board(1.3, -2.1);
+    constexpr double h = 1e-6;
+    const Eigen::Matrix2d by_board = geometry.PlaneByBoard(board);
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::Vector2d step = h * Eigen::Vector2d::Unit(k);
+      const Eigen::Vector2d numeric = (geometry.ToPlane(board + step) - geometry.ToPlane(board - step)) / (2 * h);
+      EXPECT_LT((by_board.col(k) - numeric).norm(), 1e-4) << "board coordinate " << k;
+    }
+    const BoardGeometry::Derivative by_parameters = geometry.PlaneByParameters(board);
+    ASSERT_EQ(by_parameters.cols(), geometry.parameters());
+    for (int k = 0; k < geometry.parameters(); ++k) {
+      BoardGeometry::Parameters step = BoardGeometry::Parameters::Zero(geometry.parameters());
+      BoardGeometry plus = geometry, minus = geometry;
+      step[k] = h;
+      plus.Add(step);
+      minus.Add(-step);
+      const Eigen::Vector2d numeric = (plus.ToPlane(board) - minus.ToPlane(board)) / (2 * h);
+      EXPECT_LT((by_parameters.col(k) - numeric).norm(), 1e-3 * (1 + numeric.norm())) << "parameter " << k;
+    }
+  }
+}
+
+TEST(BoardGeometry, MarkerAxesAreTheBoardsTurnedAboutX) {
+  const RigidTransform camera_from_board{RotationFromVector({0.1, 0.2, 0.3}), {1, 2, 3}};
+  const RigidTransform camera_from_marker = CameraFromMarker(camera_from_board);
+  EXPECT_LT(
+      (camera_from_marker * Eigen::Vector3d(0.5, -0.25, 0) - camera_from_board * Eigen::Vector3d(0.5, 0.25, 0)).norm(),
+      1e-14);
+}
+
+TEST(Lens, GoesThereAndBack) {
+  CameraModel camera{.width = 640, .height = 480, .fx = 540, .fy = 545, .cx = 320, .cy = 240};
+  camera.kind = CameraModel::Kind::kBrownConrady;
+  camera.distortion = {-0.25, 0.08, 0.001, 0, 0};
+  for (const Lens& lens : {Lens(), Lens(camera)}) {
+    const Eigen::Vector2d pixel(100, 400);
+    const auto plane = lens.ToPlane(pixel);
+    ASSERT_TRUE(plane.has_value());
+    EXPECT_LT((lens.ToImage(*plane) - pixel).norm(), 1e-8);
+  }
+}
+
+}  // namespace
+}  // namespace chequer

@@ -1,0 +1,187 @@
+#include "chequer/detector.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "support/scenes.h"
+
+namespace chequer {
+namespace {
+
+const MarkerCode kSecded({6, 6}, Variant::kSecded);
+
+Detector DetectorFor(const test::KnownFrame& frame, const MarkerCode& code = kSecded) {
+  DetectorOptions options;
+  options.families = {
+      {.code = code, .side_m = frame.scene.markers.empty() ? 0.12 : frame.scene.markers[0].side_m, .roster = {}}};
+  options.camera = frame.options.camera;
+  return Detector(options);
+}
+
+/// Expects exactly that marker, at its pose to within `sigmas` of its own covariance.
+void ExpectRead(const test::KnownFrame& frame, std::uint64_t id, const MarkerCode& code = kSecded, double sigmas = 6) {
+  SCOPED_TRACE(frame.name + ", seed " + std::to_string(frame.seed));
+  Detector detector = DetectorFor(frame, code);
+  const Image image = frame.Draw();
+  const std::vector<MarkerPose> found = detector.Detect(image.view());
+  ASSERT_EQ(found.size(), 1u) << "corners " << detector.stats().corners << ", grids " << detector.stats().grids
+                              << ", boards " << detector.stats().boards;
+  ASSERT_TRUE(found[0].id.has_value());
+  EXPECT_EQ(*found[0].id, id);
+  ASSERT_TRUE(found[0].has_pose);
+  const RigidTransform& truth = frame.scene.markers[0].camera_from_marker;
+  const Eigen::Vector3d error = truth.translation - found[0].camera_from_marker.translation;
+  const Eigen::Vector3d turn = VectorFromRotation(truth.rotation * found[0].camera_from_marker.rotation.conjugate());
+  EXPECT_LT(error.dot(found[0].covariance.topLeftCorner<3, 3>().inverse() * error), sigmas * sigmas)
+      << "position off by " << error.transpose() << " m";
+  EXPECT_LT(turn.dot(found[0].covariance.bottomRightCorner<3, 3>().inverse() * turn), sigmas * sigmas)
+      << "rotation off by " << turn.transpose() << " rad";
+  EXPECT_LT(error.norm(), 0.01 * truth.translation.norm());
+}
+
+TEST(Detector, ReadsEveryPixelFormat) {
+  for (const PixelFormat format :
+       {PixelFormat::kBgr8, PixelFormat::kRgb8, PixelFormat::kBayerRg8, PixelFormat::kBayerGb8, PixelFormat::kBayerGr8,
+        PixelFormat::kBayerBg8, PixelFormat::kYuyv, PixelFormat::kUyvy, PixelFormat::kNv12, PixelFormat::kYuv420p,
+        PixelFormat::kYuv422p, PixelFormat::kYuv444p}) {
+    test::KnownFrame frame = test::OneMarker(kSecded, 1234, 12, 3);
+    frame.options.format = format;
+    frame.name = PixelFormatName(format);
+    // Demosaiced luma has correlated noise, which the covariance does not know of.
+    ExpectRead(frame, 1234, kSecded, IsYuv(format) ? 20 : 6);
+  }
+}
+
+TEST(Detector, ReadsCellsFromFivePixelsUp) {
+  for (const double cell_px : {5.0, 6.0, 8.0, 12.0, 20.0, 40.0})
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      test::KnownFrame frame = test::OneMarker(kSecded, 700 + seed, cell_px, seed);
+      frame.name = std::to_string(cell_px) + " px";
+      ExpectRead(frame, 700 + seed);
+    }
+}
+
+TEST(Detector, ReadsEveryVariantAndSize) {
+  for (const MarkerCode& code :
+       {MarkerCode({6, 6}, Variant::kUnconstrained), MarkerCode({6, 6}, Variant::kSaturationConstrained),
+        MarkerCode({6, 6}, Variant::kColorConstrained), MarkerCode({6, 6}, Variant::kReedMuller),
+        MarkerCode({6, 6}, Variant::kNordstromRobinson), MarkerCode({8, 8}, Variant::kGolay),
+        MarkerCode({8, 8}, Variant::kSecded), MarkerCode({5, 5}, Variant::kUnconstrained),
+        MarkerCode({4, 6}, Variant::kUnconstrained), MarkerCode({7, 6}, Variant::kSecded)}) {
+    test::KnownFrame frame = test::OneMarker(code, code.max_id() / 3, 11, 9);
+    frame.name = std::string(VariantName(code.variant())) + " " + ToString(code.size());
+    ExpectRead(frame, code.max_id() / 3, code);
+  }
+}
+
+TEST(Detector, CornersAreWhereTheyAre) {
+  test::KnownFrame frame = test::OneMarker(kSecded, 99, 12, 4);
+  Detector detector = DetectorFor(frame);
+  const Image image = frame.Draw();
+  const std::vector<MarkerPose> found = detector.Detect(image.view());
+  ASSERT_EQ(found.size(), 1u);
+  const std::vector<Eigen::Vector2d> truth = test::InnerCorners(frame.scene.markers[0], frame.options.camera);
+  EXPECT_EQ(found[0].corners_used, 25);
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    EXPECT_LT((found[0].corners[i].cast<double>() - truth[i]).norm(), 0.05) << "corner " << i;
+}
+
+TEST(Detector, WithoutACalibrationThereIsNoPoseButTheRest) {
+  const test::KnownFrame frame = test::OneMarker(kSecded, 321, 12, 4);
+  Detector detector(DetectorOptions{});
+  const Image image = frame.Draw();
+  const std::vector<MarkerPose> found = detector.Detect(image.view());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].id, 321u);
+  EXPECT_FALSE(found[0].has_pose);
+  EXPECT_LT((found[0].center_px - CenterPx(frame.scene.markers[0], frame.options.camera)).norm(), 0.05);
+}
+
+TEST(Detector, CovarianceIsHonest) {
+  double position = 0, rotation = 0;
+  int count = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    test::KnownFrame frame = test::OneMarker(kSecded, seed, 10, seed, 0.3);
+    frame.options.format = PixelFormat::kBayerRg8;
+    Detector detector = DetectorFor(frame);
+    const Image image = frame.Draw();
+    for (const MarkerPose& marker : detector.Detect(image.view())) {
+      const RigidTransform& truth = frame.scene.markers[0].camera_from_marker;
+      const Eigen::Vector3d error = truth.translation - marker.camera_from_marker.translation;
+      const Eigen::Vector3d turn = VectorFromRotation(truth.rotation * marker.camera_from_marker.rotation.conjugate());
+      position += error.dot(marker.covariance.topLeftCorner<3, 3>().inverse() * error);
+      rotation += turn.dot(marker.covariance.bottomRightCorner<3, 3>().inverse() * turn);
+      ++count;
+    }
+  }
+  ASSERT_EQ(count, 60);
+  // Three degrees of freedom each.
+  EXPECT_GT(position / count, 3 * 0.6);
+  EXPECT_LT(position / count, 3 * 1.6);
+  EXPECT_GT(rotation / count, 3 * 0.6);
+  EXPECT_LT(rotation / count, 3 * 1.6);
+}
+
+TEST(Detector, RefusesMirrorImages) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    test::KnownFrame frame = test::OneMarker(kSecded, 40 + seed, 14, seed);
+    frame.scene.markers[0].mirrored = true;
+    Detector detector = DetectorFor(frame);
+    const Image image = frame.Draw();
+    EXPECT_TRUE(detector.Detect(image.view()).empty()) << "seed " << seed;
+  }
+}
+
+TEST(Detector, FindsNothingInClutter) {
+  for (const test::KnownFrame& frame : test::ClutterFrames(28, 5)) {
+    Detector detector = DetectorFor(frame);
+    const Image image = frame.Draw();
+    EXPECT_TRUE(detector.Detect(image.view()).empty()) << frame.name;
+  }
+}
+
+TEST(Detector, NeverThrowsOnAnyImage) {
+  std::mt19937 random(17);
+  for (int i = 0; i <= static_cast<int>(PixelFormat::kYuv444p); ++i)
+    for (const auto& [width, height] : {std::pair{2, 2}, {16, 16}, {34, 18}, {200, 8}, {258, 130}}) {
+      Image image(static_cast<PixelFormat>(i), width, height);
+      for (std::uint8_t& byte : image.bytes()) byte = static_cast<std::uint8_t>(random());
+      Detector detector(DetectorOptions{});
+      EXPECT_NO_THROW({
+        EXPECT_TRUE(detector.Detect(image.view()).empty())
+            << PixelFormatName(image.format()) << " " << width << "x" << height;
+      });
+    }
+  Detector detector(DetectorOptions{});
+  EXPECT_TRUE(detector.Detect(ImageView()).empty());
+}
+
+TEST(Detector, ARosterKeepsOthersOut) {
+  const test::KnownFrame frame = test::OneMarker(kSecded, 500, 12, 4);
+  const Image image = frame.Draw();
+  for (const auto& [roster, expected] :
+       {std::pair{std::vector<std::uint64_t>{3, 500}, true}, {std::vector<std::uint64_t>{3, 4}, false}}) {
+    DetectorOptions options;
+    options.families = {{.code = kSecded, .side_m = 0.12, .roster = roster}};
+    Detector detector(options);
+    const std::vector<MarkerPose> found = detector.Detect(image.view());
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].id.has_value(), expected);
+    EXPECT_EQ(found[0].Has(Warning::kIdUndecided), !expected);
+  }
+}
+
+TEST(Detector, SaysWhatIsWrongWithOptions) {
+  DetectorOptions options;
+  options.camera = test::PlainCamera();
+  options.families[0].side_m = -1;
+  EXPECT_THAT(options.Check(), testing::HasSubstr("side"));
+  EXPECT_THROW(Detector{options}, std::runtime_error);
+  options.families.clear();
+  EXPECT_THAT(options.Check(), testing::HasSubstr("family"));
+}
+
+}  // namespace
+}  // namespace chequer
