@@ -16,4 +16,13 @@ inline constexpr int kExitUsage = 2;  ///< the command line itself is wrong
 //   - it throws any other std::exception: status 1, printed by main as `chequer COMMAND: message`. A command that has
 //     already printed its messages (one a file) throws CLI::RuntimeError(kExitInput), for which main prints nothing.
 
+/// `chequer convert`: recordings and images into each other, logs of poses into text.
+void AddConvertCommand(CLI::App& app);
+/// `chequer detect`: the markers in images.
+void AddDetectCommand(CLI::App& app);
+/// `chequer listen`: what arrives over LCM.
+void AddListenCommand(CLI::App& app);
+/// `chequer render`: frames of markers as a camera would see them, written as a recording with truth.
+void AddRenderCommand(CLI::App& app);
+
 }  // namespace chequer

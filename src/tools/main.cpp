@@ -18,6 +18,15 @@ int Fail(const CLI::App& app, const char* message, int status) {
   return status;
 }
 
+/// What to say where the first word is no command, or there is none.
+std::string UnknownCommand(const CLI::App& app) {
+  std::string known;
+  for (const CLI::App* command : app.get_subcommands({}))
+    known.append(known.empty() ? "" : ", ").append(command->get_name());
+  const auto words = app.remaining();
+  return (words.empty() ? "a command is missing" : "'" + words.front() + "' is not a command") + "; known are " + known;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -25,6 +34,10 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("chequer ") + CHEQUER_VERSION);
   app.require_subcommand(1);
   app.footer("chequer COMMAND --help says more, with an example.");
+  chequer::AddConvertCommand(app);
+  chequer::AddDetectCommand(app);
+  chequer::AddListenCommand(app);
+  chequer::AddRenderCommand(app);
 
   try {
     app.parse(argc, argv);
@@ -34,7 +47,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::RuntimeError& reported) {
     return reported.get_exit_code();
   } catch (const CLI::ParseError& error) {
-    return Fail(app, error.what(), chequer::kExitUsage);
+    const bool no_command = app.get_subcommands().empty();
+    return Fail(app, no_command ? UnknownCommand(app).c_str() : error.what(), chequer::kExitUsage);
   } catch (const std::exception& error) {
     return Fail(app, error.what(), chequer::kExitInput);
   }

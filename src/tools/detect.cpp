@@ -1,0 +1,202 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "capture/image_file.h"
+#include "capture/recording.h"
+#include "chequer/detector.h"
+#include "core/camera_file.h"
+#include "tools/commands.h"
+#include "tools/detection_report.h"
+#include "tools/marker_options.h"
+
+namespace chequer {
+namespace {
+
+/// The options as typed.
+struct DetectRequest {
+  std::vector<std::string> files;
+  MarkerOptions markers;
+  std::string calibration;
+  std::string pixel_format = "Mono8";
+  std::optional<double> gamma;
+  std::string color_space = "lab";
+  int threads = 1;
+  int repeat = 1;
+  bool json = false;
+};
+
+PixelFormat ParseOneChannel(const std::string& name) {
+  const auto format = ParsePixelFormat(name);
+  if (!format || (*format != PixelFormat::kMono8 && !IsBayer(*format)))
+    throw CLI::ValidationError("--pixel-format", "'" + name +
+                                                     "' is not what a one-channel file can hold; known are Mono8, "
+                                                     "BayerRG8, BayerGB8, BayerGR8, BayerBG8");
+  return *format;
+}
+
+std::optional<ToneCurve> ParseGamma(std::optional<double> gamma) {
+  if (!gamma) return std::nullopt;
+  if (!(*gamma >= 0.2 && *gamma <= 5))
+    throw CLI::ValidationError("--gamma", fmt::format("{} is outside 0.2 to 5; 1 is linear", *gamma));
+  return ToneCurve::Gamma(*gamma);
+}
+
+ColorSpace ParseColorSpace(const std::string& name) {
+  if (name == "lab") return ColorSpace::kLab;
+  if (name == "hsv") return ColorSpace::kHsv;
+  throw CLI::ValidationError("--color-space", "'" + name + "' is not known; it must be lab or hsv");
+}
+
+void CheckRange(const char* option, int value, int least, int most) {
+  if (value < least || value > most)
+    throw CLI::ValidationError(option, fmt::format("{} is outside {} to {}", value, least, most));
+}
+
+DetectorOptions MakeDetectorOptions(const DetectRequest& request) {
+  CheckRange("--threads", request.threads, 1, 64);
+  DetectorOptions options;
+  options.families = ParseMarkerFamilies(request.markers, !request.calibration.empty());
+  options.color_space = ParseColorSpace(request.color_space);
+  options.threads = request.threads;
+  if (!request.calibration.empty()) options.camera = LoadCamera(request.calibration);
+  return options;
+}
+
+/// The same pixels with another curve, where one was stated.
+ImageView WithToneCurve(const ImageView& image, const std::optional<ToneCurve>& curve) {
+  if (!curve) return image;
+  const Plane planes[] = {image.plane(0), image.plane(1), image.plane(2)};
+  return ImageView(image.format(), image.width(), image.height(), planes, *curve, image.yuv_range());
+}
+
+/// Goes through files and recordings and prints what the detector finds.
+class DetectRun {
+ public:
+  explicit DetectRun(const DetectRequest& request)
+      : request_(request),
+        one_channel_(ParseOneChannel(request.pixel_format)),
+        curve_(ParseGamma(request.gamma)),
+        detector_(MakeDetectorOptions(request)) {
+    CheckRange("--repeat", request.repeat, 1, std::numeric_limits<int>::max());
+  }
+
+  /// False if an image could not be used; each has had its message then.
+  bool Run() {
+    for (const std::string& file : request_.files) {
+      std::error_code not_there;
+      if (std::filesystem::is_directory(file, not_there))
+        Guarded([&] { TakeFolder(file); });
+      else
+        Guarded([&] { Take(file, LoadImage(file, {one_channel_, JpegColour::kYuv, ToneCurve::Srgb()})); });
+    }
+    if (std::ferror(stdout) != 0) throw std::runtime_error("standard output could not be written to the end");
+    return all_good_;
+  }
+
+ private:
+  /// Turns what is wrong with one image into a message; the others are still to be processed.
+  template <typename Action>
+  void Guarded(Action action) {
+    try {
+      action();
+    } catch (const std::runtime_error& error) {
+      fmt::print(stderr, "chequer detect: {}\n", error.what());
+      all_good_ = false;
+    }
+  }
+
+  void TakeFolder(const std::string& folder) {
+    const PlainImageOptions plain{.one_channel = one_channel_, .jpeg_colour = JpegColour::kYuv};
+    const Recording recording = OpenRecording(folder, plain);
+    for (std::size_t i = 0; i < recording.frames.size(); ++i)
+      Guarded(
+          [&] { Take((std::filesystem::path(folder) / recording.frames[i].file).string(), LoadFrame(recording, i)); });
+  }
+
+  void Take(const std::string& name, const Image& image) {
+    const auto& camera = detector_.options().camera;
+    if (camera && (camera->width != image.width() || camera->height != image.height()))
+      throw std::runtime_error(fmt::format(
+          "{}: the image is {}x{}, but the calibration {} is for {}x{}; give the one of this camera at this size", name,
+          image.width(), image.height(), request_.calibration, camera->width, camera->height));
+    const double detect_ms = Detect(WithToneCurve(image.view(), curve_));
+    const ImageReport report{name, image.width(), image.height(), detect_ms, markers_};
+    const std::string text = request_.json ? JsonLine(report) + "\n" : Table(report);
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    std::fflush(stdout);
+  }
+
+  /// Leaves the markers in markers_; milliseconds of the fastest run.
+  double Detect(const ImageView& image) {
+    using Clock = std::chrono::steady_clock;
+    auto fastest = Clock::duration::max();
+    for (int i = 0; i < request_.repeat; ++i) {
+      const auto start = Clock::now();
+      detector_.Detect(image, markers_);
+      fastest = std::min(fastest, Clock::now() - start);
+    }
+    return std::chrono::duration<double, std::milli>(fastest).count();
+  }
+
+  const DetectRequest& request_;
+  PixelFormat one_channel_;
+  std::optional<ToneCurve> curve_;
+  Detector detector_;
+  std::vector<MarkerPose> markers_;
+  bool all_good_ = true;
+};
+
+void AddDetectOptions(CLI::App& command, DetectRequest& request) {
+  command.add_option("FILE", request.files, "Images (PNG, JPEG, BMP, PGM, PPM), recordings, folders of images")
+      ->required();
+  AddMarkerOptions(command, request.markers);
+  command.add_option("--calibration", request.calibration, "Camera file; without it poses are left out")
+      ->type_name("FILE");
+  command
+      .add_option("--pixel-format", request.pixel_format,
+                  "What one-channel files hold: Mono8, BayerRG8, BayerGB8, BayerGR8, BayerBG8")
+      ->type_name("FORMAT")
+      ->capture_default_str();
+  command.add_option("--gamma", request.gamma, "Curve of the values, 1 is linear; without it sRGB, or the recording's")
+      ->type_name("G");
+  command.add_option("--color-space", request.color_space, "Where saturation is told from: lab or hsv")
+      ->type_name("SPACE")
+      ->capture_default_str();
+  command.add_option("--threads", request.threads, "Threads for one image")->type_name("N")->capture_default_str();
+  command.add_option("--repeat", request.repeat, "Detect N times an image and report the fastest time")
+      ->type_name("N")
+      ->capture_default_str();
+  command.add_flag("--json", request.json, "One JSON object a line and image instead of a table");
+}
+
+}  // namespace
+
+void AddDetectCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("detect", "Finds the markers in images");
+  // Shared, as the callback outlives this function and std::function copies what it holds.
+  const auto request = std::make_shared<DetectRequest>();
+  AddDetectOptions(*command, *request);
+  command->footer(
+      "Status 1 if an image could not be used; the others are processed all the same.\n\n"
+      "Markers of 12 cm, with their poses:\n"
+      "  chequer detect --calibration camera.toml --marker 6x6 --variant secded --side 0.12 --json a.png b.png\n"
+      "Two kinds at once, in raw frames of an industrial camera with linear values:\n"
+      "  chequer detect --marker 6x6:secded:0.12 --marker 8x8:golay:0.2 --calibration camera.toml \\\n"
+      "    --pixel-format BayerRG8 --gamma 1 frames/");
+  command->callback([request] {
+    if (!DetectRun(*request).Run()) throw CLI::RuntimeError(kExitInput);
+  });
+}
+
+}  // namespace chequer

@@ -1,0 +1,108 @@
+#include "tools/detection_report.h"
+
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+
+namespace chequer {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json Corners(const MarkerPose& marker) {
+  Json corners = Json::array();
+  for (int i = 0; i < CornerCount(marker.size); ++i) {
+    const Eigen::Vector2f& corner = marker.corners[static_cast<std::size_t>(i)];
+    corners.push_back(corner.allFinite() ? Json::array({corner.x(), corner.y()}) : Json());
+  }
+  return corners;
+}
+
+Json UpperTriangle(const Matrix6d& covariance) {
+  Json numbers = Json::array();
+  for (int row = 0; row < 6; ++row)
+    for (int col = row; col < 6; ++col) numbers.push_back(covariance(row, col));
+  return numbers;
+}
+
+Json Warnings(const MarkerPose& marker) {
+  Json names = Json::array();
+  for (const Warning warning : kAllWarnings)
+    if (marker.Has(warning)) names.push_back(WarningName(warning));
+  return names;
+}
+
+Json Marker(const MarkerPose& marker) {
+  Json json;
+  json["id"] = marker.id ? Json(*marker.id) : Json();
+  json["variant"] = VariantName(marker.variant);
+  if (marker.has_pose) {
+    const Eigen::Vector3d& position = marker.camera_from_marker.translation;
+    const Eigen::Quaterniond rotation = Canonical(marker.camera_from_marker.rotation);
+    json["position"] = {position.x(), position.y(), position.z()};
+    json["orientation"] = {rotation.w(), rotation.x(), rotation.y(), rotation.z()};
+  }
+  json["corners"] = Corners(marker);
+  json["corners_used"] = marker.corners_used;
+  json["reprojection_rms_px"] = marker.reprojection_rms_px;
+  if (marker.has_pose) {
+    json["covariance"] = UpperTriangle(marker.covariance);
+    json["ambiguity"] = marker.ambiguity;
+  }
+  json["luminance_overlap"] = marker.luminance_overlap;
+  json["saturation_overlap"] = marker.saturation_overlap;
+  json["bits_corrected"] = marker.bits_corrected;
+  json["warnings"] = Warnings(marker);
+  return json;
+}
+
+std::string WarningList(const MarkerPose& marker) {
+  std::string names;
+  for (const Warning warning : kAllWarnings)
+    if (marker.Has(warning)) names.append(names.empty() ? "" : ", ").append(WarningName(warning));
+  return names;
+}
+
+/// A row's text without the padding of an empty last column.
+std::string Row(std::string text) {
+  text.erase(text.find_last_not_of(' ') + 1);
+  return text + "\n";
+}
+
+/// Position in metres where there is one, else the centre in pixels.
+std::string Place(const MarkerPose& marker) {
+  if (!marker.has_pose) return fmt::format("({:.2f}, {:.2f}) px", marker.center_px.x(), marker.center_px.y());
+  const Eigen::Vector3d& position = marker.camera_from_marker.translation;
+  return fmt::format("({:.4f}, {:.4f}, {:.4f}) m", position.x(), position.y(), position.z());
+}
+
+}  // namespace
+
+std::string JsonLine(const ImageReport& report) {
+  Json json;
+  json["file"] = report.file;
+  json["width"] = report.width;
+  json["height"] = report.height;
+  json["detect_ms"] = report.detect_ms;
+  json["markers"] = Json::array();
+  for (const MarkerPose& marker : report.markers) json["markers"].push_back(Marker(marker));
+  // File names may be any bytes, JSON may not.
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string Table(const ImageReport& report) {
+  std::string text = fmt::format("{}: {}x{}, {} marker{}, {:.2f} ms\n", report.file, report.width, report.height,
+                                 report.markers.size(), report.markers.size() == 1 ? "" : "s", report.detect_ms);
+  if (report.markers.empty()) return text;
+  text += fmt::format("{:>20}  {:22}  {:34}  {:>7}  {:>8}  {}\n", "id", "variant", "position", "corners", "rms px",
+                      "warnings");
+  for (const MarkerPose& marker : report.markers)
+    text += Row(fmt::format("{:>20}  {:22}  {:34}  {:>7}  {:>8.3f}  {}", marker.id ? std::to_string(*marker.id) : "-",
+                            VariantName(marker.variant), Place(marker),
+                            fmt::format("{}/{}", marker.corners_used, CornerCount(marker.size)),
+                            marker.reprojection_rms_px, WarningList(marker)));
+  return text;
+}
+
+}  // namespace chequer

@@ -1,0 +1,173 @@
+#include "tools/marker_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+namespace chequer {
+namespace {
+
+/// More ids than any table of one's own; keeps a typing error such as 0-4900000000 from filling the memory.
+constexpr std::uint64_t kMaxRosterSize = 1'000'000;
+
+constexpr std::array kVariants{
+    Variant::kUnconstrained, Variant::kSaturationConstrained, Variant::kColorConstrained, Variant::kSecded,
+    Variant::kGolay,         Variant::kNordstromRobinson,     Variant::kReedMuller,       Variant::kTable};
+
+std::string VariantNames() {
+  std::string names;
+  for (const Variant variant : kVariants) names.append(names.empty() ? "" : ", ").append(VariantName(variant));
+  return names;
+}
+
+std::vector<std::string> Split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::size_t start = 0;
+  for (std::size_t end; (end = text.find(separator, start)) != std::string::npos; start = end + 1)
+    parts.push_back(text.substr(start, end - start));
+  parts.push_back(text.substr(start));
+  return parts;
+}
+
+template <typename Number>
+std::optional<Number> ParseNumber(std::string_view text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+void CheckSide(const char* option, double side_m, const std::string& typed) {
+  if (!std::isfinite(side_m) || side_m <= 0)
+    throw CLI::ValidationError(option,
+                               "the side " + typed + " is not a length; it must be positive metres, such as 0.12");
+}
+
+MarkerSize ParseSize(const std::string& text) {
+  const auto size = ParseMarkerSize(text);
+  if (!size)
+    throw CLI::ValidationError("--marker", "'" + text +
+                                               "' is not a marker size; it must be ROWSxCOLS such as 6x6, at least "
+                                               "3x3, with at most 64 cells inside the border");
+  return *size;
+}
+
+Variant ParseVariantOption(const char* option, const std::string& name) {
+  const auto variant = ParseVariant(name);
+  if (!variant) throw CLI::ValidationError(option, "'" + name + "' is not a variant; known are " + VariantNames());
+  return *variant;
+}
+
+MarkerCode MakeCode(MarkerSize size, Variant variant, const std::string& table) {
+  if (variant == Variant::kTable) {
+    if (table.empty()) throw CLI::ValidationError("--table", "the variant table needs --table FILE with its kernels");
+    return MarkerCode::LoadTable(size, table);
+  }
+  try {
+    return MarkerCode(size, variant);
+  } catch (const std::runtime_error& error) {
+    throw CLI::ValidationError("--marker", error.what());
+  }
+}
+
+MarkerFamily ParseFamily(const std::string& text, const MarkerOptions& options) {
+  const std::vector<std::string> parts = Split(text, ':');
+  if (parts.size() > 3)
+    throw CLI::ValidationError("--marker", "'" + text + "' must be SIZE or SIZE:VARIANT:SIDE, such as 6x6:secded:0.12");
+  const MarkerSize size = ParseSize(parts[0]);
+  const Variant variant =
+      parts.size() > 1 ? ParseVariantOption("--marker", parts[1]) : ParseVariantOption("--variant", options.variant);
+  MarkerFamily family{.code = MakeCode(size, variant, options.table), .side_m = 0, .roster = {}};
+  if (parts.size() > 2) {
+    family.side_m = ParseNumber<double>(parts[2]).value_or(-1);
+    CheckSide("--marker", family.side_m, "'" + parts[2] + "'");
+  } else if (options.side_m) {
+    family.side_m = *options.side_m;
+  }
+  return family;
+}
+
+/// "6x6 secded, ids 0 to 2047".
+std::string Describe(const MarkerCode& code) {
+  return ToString(code.size()) + " " + std::string(VariantName(code.variant())) + ", ids 0 to " +
+         std::to_string(code.max_id());
+}
+
+/// Gives each family the ids it has; an id that none has is a typing error.
+void LimitToRoster(std::vector<MarkerFamily>& families, const std::vector<std::uint64_t>& ids) {
+  std::string all_families;
+  std::uint64_t largest = 0;
+  for (MarkerFamily& family : families) {
+    all_families.append(all_families.empty() ? "" : "; ").append(Describe(family.code));
+    largest = std::max(largest, family.code.max_id());
+    std::copy_if(ids.begin(), ids.end(), std::back_inserter(family.roster),
+                 [&](std::uint64_t id) { return id <= family.code.max_id(); });
+    // An empty roster would mean all ids.
+    if (family.roster.empty()) throw CLI::ValidationError("--ids", "names no id of " + Describe(family.code));
+  }
+  const auto beyond = std::find_if(ids.begin(), ids.end(), [&](std::uint64_t id) { return id > largest; });
+  if (beyond != ids.end())
+    throw CLI::ValidationError("--ids", "no marker has the id " + std::to_string(*beyond) + " (" + all_families + ")");
+}
+
+}  // namespace
+
+void AddMarkerOptions(CLI::App& command, MarkerOptions& options) {
+  command
+      .add_option("--marker", options.markers,
+                  "Size ROWSxCOLS, or SIZE:VARIANT:SIDE in one; repeat it to seek several kinds")
+      ->type_name("SIZE[:VARIANT[:SIDE]]")
+      ->take_all()
+      ->expected(1)
+      ->capture_default_str();
+  command.add_option("--variant", options.variant, "How ids are coded: " + VariantNames())->capture_default_str();
+  command.add_option("--side", options.side_m, "Side of the whole board in metres (its longer side), cells included")
+      ->type_name("METRES");
+  command.add_option("--table", options.table, "File of kernels for the variant table: one a line, digits 0 and 1")
+      ->type_name("FILE");
+  command.add_option("--ids", options.ids, "Ids in use, such as 0-49,77; all others are not considered")
+      ->type_name("LIST");
+}
+
+std::vector<MarkerFamily> ParseMarkerFamilies(const MarkerOptions& options, bool need_sides) {
+  if (options.side_m) CheckSide("--side", *options.side_m, fmt::format("{}", *options.side_m));
+  std::vector<MarkerFamily> families;
+  for (const std::string& marker : options.markers) families.push_back(ParseFamily(marker, options));
+  for (const MarkerFamily& family : families)
+    if (need_sides && family.side_m == 0)
+      throw CLI::ValidationError("--side",
+                                 "a side is missing: poses need the side of the board in metres, such as --side 0.12");
+  const bool table_used = std::any_of(families.begin(), families.end(), [](const MarkerFamily& family) {
+    return family.code.variant() == Variant::kTable;
+  });
+  if (!options.table.empty() && !table_used)
+    throw CLI::ValidationError("--table", "is only for the variant table; add --variant table, or leave it out");
+  if (!options.ids.empty()) LimitToRoster(families, ParseRoster(options.ids));
+  return families;
+}
+
+std::vector<std::uint64_t> ParseRoster(const std::string& text) {
+  std::vector<std::uint64_t> ids;
+  for (const std::string& part : Split(text, ',')) {
+    const std::size_t dash = part.find('-');
+    const auto first = ParseNumber<std::uint64_t>(std::string_view(part).substr(0, dash));
+    const auto last =
+        dash == std::string::npos ? first : ParseNumber<std::uint64_t>(std::string_view(part).substr(dash + 1));
+    if (!first || !last || *last < *first)
+      throw CLI::ValidationError("--ids", "'" + part + "' is neither an id nor a range; write them as in 0-49,77");
+    if (*last - *first >= kMaxRosterSize - ids.size())
+      throw CLI::ValidationError("--ids", "names more than " + std::to_string(kMaxRosterSize) + " ids");
+    for (std::uint64_t id = *first;; ++id) {
+      ids.push_back(id);
+      if (id == *last) break;
+    }
+  }
+  return ids;
+}
+
+}  // namespace chequer

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chequer/detector.h"
+
+namespace chequer {
+
+/// The options that say which markers are meant, as typed. Several commands share them.
+struct MarkerOptions {
+  std::vector<std::string> markers{"6x6"};  ///< SIZE, or SIZE:VARIANT[:SIDE]
+  std::string variant = "secded";           ///< for those that do not name theirs
+  std::optional<double> side_m;             ///< for those that do not name theirs
+  std::string table;                        ///< file of the kernels of the variant `table`
+  std::string ids;                          ///< roster such as 0-49,77; empty: all
+};
+
+/// Adds --marker, --variant, --side, --table and --ids to a command. `options` must outlive the parsing.
+void AddMarkerOptions(CLI::App& command, MarkerOptions& options);
+
+/// The families that the options describe. Throws CLI::ValidationError naming the option, what is wrong and what would
+/// be right; std::runtime_error where the table file cannot be read.
+/// @param need_sides whether a family without a side is an error (poses or drawings are wanted).
+std::vector<MarkerFamily> ParseMarkerFamilies(const MarkerOptions& options, bool need_sides);
+
+/// "0-49,77" → 0, …, 49, 77. Throws CLI::ValidationError on anything else and on more than a million ids.
+std::vector<std::uint64_t> ParseRoster(const std::string& text);
+
+}  // namespace chequer
