@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#pragma GCC visibility push(default)  // part of libchequer's interface
+
 namespace chequer {
 
 /// A calibrated lens, with OpenCV's definitions. Pixels; the centre of the top-left pixel is (0, 0).
@@ -35,3 +37,5 @@ struct CameraModel {
 };
 
 }  // namespace chequer
+
+#pragma GCC visibility pop

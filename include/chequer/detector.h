@@ -16,6 +16,8 @@
 #include "chequer/image.h"
 #include "chequer/marker.h"
 
+#pragma GCC visibility push(default)  // part of libchequer's interface
+
 namespace chequer {
 
 /// What a detection is to be taken with care for; bits of MarkerPose::warnings.
@@ -130,3 +132,5 @@ class Detector {
 };
 
 }  // namespace chequer
+
+#pragma GCC visibility pop

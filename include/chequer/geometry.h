@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#pragma GCC visibility push(default)  // part of libchequer's interface
+
 namespace chequer {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
@@ -34,3 +36,5 @@ Eigen::Quaterniond RotationFromVector(const Eigen::Vector3d& theta);
 Eigen::Vector3d VectorFromRotation(const Eigen::Quaterniond& rotation);
 
 }  // namespace chequer
+
+#pragma GCC visibility pop

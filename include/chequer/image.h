@@ -11,6 +11,8 @@
 
 #include "chequer/tone_curve.h"
 
+#pragma GCC visibility push(default)  // part of libchequer's interface
+
 namespace chequer {
 
 /// How the bytes of an image are laid out. Eight bits a sample throughout.
@@ -135,3 +137,5 @@ class Image {
 };
 
 }  // namespace chequer
+
+#pragma GCC visibility pop

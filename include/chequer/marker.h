@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#pragma GCC visibility push(default)  // part of libchequer's interface
+
 namespace chequer {
 
 /// Cells of a board. rows and cols at least 3, at most 64 kernel cells.
@@ -166,3 +168,5 @@ class RosterDecoder {
 };
 
 }  // namespace chequer
+
+#pragma GCC visibility pop

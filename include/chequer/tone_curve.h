@@ -3,6 +3,8 @@
 #include <array>
 #include <string>
 
+#pragma GCC visibility push(default)  // part of libchequer's interface
+
 namespace chequer {
 
 /// The curve that turned light into an image's 8-bit values: sRGB (webcams, image files) or value = light^(1/gamma)
@@ -36,3 +38,5 @@ class ToneCurve {
 };
 
 }  // namespace chequer
+
+#pragma GCC visibility pop

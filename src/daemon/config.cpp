@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 #include "publish/channels.h"
 #include "publish/lcm_url.h"
 

@@ -8,7 +8,7 @@
 #include <system_error>
 #include <unordered_map>
 
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 #include "core/file.h"
 #include "core/toml_reader.h"
 #include "simulate/truth.h"

@@ -14,8 +14,8 @@
 
 #include "capture/image_file.h"
 #include "capture/recording.h"
+#include "chequer/camera_file.h"
 #include "chequer/detector.h"
-#include "core/camera_file.h"
 #include "tools/commands.h"
 #include "tools/detection_report.h"
 #include "tools/marker_options.h"

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "capture/recording_writer.h"
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 #include "simulate/random.h"
 #include "simulate/truth.h"
 #include "tools/commands.h"

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 #include "simulate/layouts.h"
 
 namespace chequer {

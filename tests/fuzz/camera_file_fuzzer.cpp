@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "chequer/check.h"
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 
 // Any text: a camera or a std::runtime_error, and what is read is written and read back the same.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -8,7 +8,7 @@
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 #include "simulate/layouts.h"
 #include "simulate/random.h"
 #include "simulate/render.h"

@@ -7,7 +7,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 #include "core/toml_reader.h"
 
 namespace chequer::golden {

@@ -1,4 +1,4 @@
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

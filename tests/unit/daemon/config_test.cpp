@@ -10,7 +10,7 @@
 #include <regex>
 #include <sstream>
 
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 #include "daemon/daemon.h"
 #include "support/temporary_directory.h"
 

@@ -6,7 +6,7 @@
 
 #include "capture/recording.h"
 #include "capture/recording_writer.h"
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 #include "core/file.h"
 #include "simulate/truth.h"
 #include "support/temporary_directory.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "capture/recording.h"
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 #include "simulate/truth.h"
 #include "support/temporary_directory.h"
 #include "tools/commands.h"

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <set>
 
-#include "core/camera_file.h"
+#include "chequer/camera_file.h"
 #include "support/temporary_directory.h"
 
 namespace chequer {

@@ -6,6 +6,8 @@
 
 #include "chequer/camera_model.h"
 
+#pragma GCC visibility push(default)  // part of libchequer's interface
+
 namespace chequer {
 
 /// A camera file: a TOML table [camera] with width, height, fx, fy, cx, cy, model ("pinhole", "brown_conrady" or
@@ -23,3 +25,5 @@ std::string FormatCamera(const CameraModel& camera);
 void WriteCamera(const std::filesystem::path& path, const CameraModel& camera);
 
 }  // namespace chequer
+
+#pragma GCC visibility pop
