@@ -69,8 +69,35 @@ bool BoardFinder::FitFootprint(int x, int y, int cols, int rows) {
     for (int dx = 0; dx < cols; ++dx)
       if (const int i = At(x + dx, y + dy); i >= 0)
         pairs_.push_back({{dx + 1.0, dy + 1.0}, positions_[static_cast<std::size_t>(i)]});
-  if (pairs_.size() < GridLinker::kFewest || static_cast<double>(pairs_.size()) < kLeastCorners * cols * rows)
+  if (pairs_.size() < GridLinker::kFewest || static_cast<double>(pairs_.size()) < kLeastCorners * cols * rows) {
     return false;
+  }
+  const bool all = pairs_.size() == positions_.size();
+  const Eigen::Vector2d shift(x - 1, y - 1);  // lattice from footprint
+  const Eigen::Matrix3d lattice_from_footprint =
+      (Eigen::Matrix3d() << 1, 0, shift.x(), 0, 1, shift.y(), 0, 0, 1).finished();
+  if (all && shared_) {
+    if (!shared_fits_) return false;
+    plane_from_lattice_ = plane_from_shared_ * lattice_from_footprint;
+    pairs_ = shared_pairs_;
+    for (PointPair& pair : pairs_) pair.from -= shift;
+    return true;
+  }
+  const bool fits = FitPairs(cols, rows);
+  if (all) {
+    shared_ = true;
+    shared_fits_ = fits;
+    plane_from_shared_ = plane_from_lattice_ * lattice_from_footprint.inverse();
+    shared_pairs_ = pairs_;
+    for (PointPair& pair : shared_pairs_) pair.from += shift;
+  } else {
+    std::fill(cached_.begin(), cached_.end(), std::uint8_t{0});
+    shared_ = false;
+  }
+  return fits;
+}
+
+bool BoardFinder::FitPairs(int cols, int rows) {
   // A corner that does not belong is found by how far it lies off the others' homography.
   for (int attempt = 0; attempt < 3; ++attempt) {
     const auto homography = FitHomography(pairs_);
@@ -93,10 +120,10 @@ bool BoardFinder::FitFootprint(int x, int y, int cols, int rows) {
   return false;
 }
 
-void BoardFinder::SampleCells(int cols, int rows, const LightReader& reader, const Lens& lens) {
+void BoardFinder::SampleCells(int x, int y, int cols, int rows, const LightReader& reader, const Lens& lens) {
   samples_.assign(static_cast<std::size_t>(cols * rows), CellSample{});
-  const auto image_at = [&](double x, double y) -> Eigen::Vector2d {
-    return lens.ToImage((plane_from_lattice_ * Eigen::Vector3d(x, y, 1)).hnormalized());
+  const auto image_at = [&](double col, double row) -> Eigen::Vector2d {
+    return lens.ToImage((plane_from_lattice_ * Eigen::Vector3d(col, row, 1)).hnormalized());
   };
   // The short side of a cell tells how much of it is clear of its neighbours.
   const Eigen::Vector2d center = image_at(cols / 2.0, rows / 2.0);
@@ -108,9 +135,17 @@ void BoardFinder::SampleCells(int cols, int rows, const LightReader& reader, con
   for (int row = 0; row < rows; ++row)
     for (int col = 0; col < cols; ++col) {
       CellSample& sample = samples_[static_cast<std::size_t>(row * cols + col)];
+      const int at_x = x - 1 + col - cache_x_, at_y = y - 1 + row - cache_y_;
+      const std::size_t slot = static_cast<std::size_t>(at_y * cache_cols_ + at_x);
+      if (cached_[slot]) {
+        sample = cache_[slot];
+        continue;
+      }
       const Eigen::Vector2d p = image_at(col + 0.5, row + 0.5);
       sample.inside = p.x() >= 0 && p.y() >= 0 && p.x() <= reader.width() - 1 && p.y() <= reader.height() - 1;
       if (sample.inside) sample.light = reader.Rgb(static_cast<float>(p.x()), static_cast<float>(p.y()), half_px);
+      cache_[slot] = sample;
+      cached_[slot] = 1;
     }
 }
 
@@ -223,10 +258,12 @@ void BoardFinder::TryFootprint(int pattern, int x, int y, bool turned, const Lig
   const MarkerSize size = patterns_[static_cast<std::size_t>(pattern)].size;
   const int cols = turned ? size.rows : size.cols, rows = turned ? size.cols : size.rows;
   if (!FitFootprint(x, y, cols - 1, rows - 1)) return;
-  SampleCells(cols, rows, reader, lens);
+  SampleCells(x, y, cols, rows, reader, lens);
   MarkVisible(cols, rows);
-  for (int half = 0; half < 2; ++half) {
-    Placement placement{.pattern = pattern, .x = x, .y = y, .turn = (turned ? 1 : 0) + 2 * half};
+  // A square board's footprint is the same for all turns.
+  const int step = size.rows == size.cols ? 1 : 2;
+  for (int turn = turned ? 1 : 0; turn < 4; turn += step) {
+    Placement placement{.pattern = pattern, .x = x, .y = y, .turn = turn};
     // The lattice's cell (i, j) is light where i + j is even; the board's first cell is dark.
     const Cell first = InFootprint(size, 0, 0, placement.turn);
     if ((x - 1 + first.col + y - 1 + first.row) % 2 == 0) continue;
@@ -242,7 +279,7 @@ AnchoredBoard BoardFinder::Build(const Placement& placement, const LightReader& 
   AnchoredBoard board;
   board.size = size;
   FitFootprint(placement.x, placement.y, cols - 1, rows - 1);
-  SampleCells(cols, rows, reader, lens);
+  SampleCells(placement.x, placement.y, cols, rows, reader, lens);
   MarkVisible(cols, rows);
   Placement judged = placement;
   JudgeBorder(judged, &board.saturated);
@@ -299,9 +336,20 @@ bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> lattice,
                        const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards) {
   if (!MapLattice(grid, lattice, corners, lens)) return false;
   placements_.clear();
+  shared_ = false;
+  // Cells that any footprint may reach.
+  int most = 0;
+  for (const BorderPattern& pattern : patterns_) most = std::max({most, pattern.size.rows, pattern.size.cols});
+  cache_x_ = min_x_ - most - 1;
+  cache_y_ = min_y_ - most - 1;
+  cache_cols_ = width_ + 2 * most + 3;
+  cache_rows_ = height_ + 2 * most + 3;
+  cache_.resize(static_cast<std::size_t>(cache_cols_ * cache_rows_));
+  cached_.assign(cache_.size(), 0);
   for (int pattern = 0; pattern < static_cast<int>(patterns_.size()); ++pattern) {
     const MarkerSize size = patterns_[static_cast<std::size_t>(pattern)].size;
     for (const bool turned : {false, true}) {
+      if (turned && size.rows == size.cols) continue;
       // In lattice corners.
       const int cols = (turned ? size.rows : size.cols) - 1, rows = (turned ? size.cols : size.rows) - 1;
       const int max_x = grid.max_x - cols + 1, max_y = grid.max_y - rows + 1;

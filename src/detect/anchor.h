@@ -66,7 +66,8 @@ class BoardFinder {
                   const Lens& lens);
   void TryFootprint(int pattern, int x, int y, bool turned, const LightReader& reader, const Lens& lens);
   bool FitFootprint(int x, int y, int cols, int rows);
-  void SampleCells(int cols, int rows, const LightReader& reader, const Lens& lens);
+  bool FitPairs(int cols, int rows);
+  void SampleCells(int x, int y, int cols, int rows, const LightReader& reader, const Lens& lens);
   void MarkVisible(int cols, int rows);
   bool JudgeBorder(Placement& placement, std::vector<bool>* saturated) const;
   void TakeBest(const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards);
@@ -89,6 +90,13 @@ class BoardFinder {
   std::vector<CellSample> samples_;  ///< of the footprint, row by row in lattice orientation
   std::vector<float> lead_;          ///< of each, how much lighter it is than its neighbours
   std::vector<PointPair> pairs_;
+  /// Footprints that hold all corners of a grid share their homography, over the lattice, and their cells.
+  bool shared_ = false, shared_fits_ = false;
+  Eigen::Matrix3d plane_from_shared_ = Eigen::Matrix3d::Identity();
+  std::vector<PointPair> shared_pairs_;
+  std::vector<CellSample> cache_;
+  std::vector<std::uint8_t> cached_;
+  int cache_x_ = 0, cache_y_ = 0, cache_cols_ = 0, cache_rows_ = 0;
   Eigen::Matrix3d plane_from_lattice_ = Eigen::Matrix3d::Identity();
 };
 

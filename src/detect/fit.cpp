@@ -258,12 +258,13 @@ void PhotometricFit::AssembleGeometry() {
   for (int corner = 0; corner < corners_; ++corner) {
     const Eigen::Vector2d& board = places_[static_cast<std::size_t>(corner)].board;
     auto& local = local_by_geometry_[static_cast<std::size_t>(corner)];
-    local.resize(4, geometry.parameters());
+    local.setZero();
+    const int p = geometry.parameters();
     const BoardGeometry::Derivative center = move(board);
-    local.row(kShiftX) = center.row(0);
-    local.row(kShiftXAlongY) = (move(board + Eigen::Vector2d(0, h)).row(0) - center.row(0)) / h;
-    local.row(kShiftY) = center.row(1);
-    local.row(kShiftYAlongX) = (move(board + Eigen::Vector2d(h, 0)).row(1) - center.row(1)) / h;
+    local.row(kShiftX).head(p) = center.row(0);
+    local.row(kShiftXAlongY).head(p) = (move(board + Eigen::Vector2d(0, h)).row(0) - center.row(0)) / h;
+    local.row(kShiftY).head(p) = center.row(1);
+    local.row(kShiftYAlongX).head(p) = (move(board + Eigen::Vector2d(h, 0)).row(1) - center.row(1)) / h;
   }
 }
 
@@ -282,6 +283,8 @@ bool PhotometricFit::Step(double* largest_move_px) {
     if (a > b) std::swap(a, b);
     return a * kLaneParameters - a * (a - 1) / 2 + (b - a);
   };
+  Eigen::Matrix<double, 8, 8> geometry_normal = Eigen::Matrix<double, 8, 8>::Zero();
+  Eigen::Matrix<double, 8, 1> geometry_blur = Eigen::Matrix<double, 8, 1>::Zero(), geometry_gradient = geometry_blur;
   for (int corner = 0; corner < corners_; ++corner) {
     if (!places_[static_cast<std::size_t>(corner)].inside || hidden_[static_cast<std::size_t>(corner)]) continue;
     const auto& local = local_by_geometry_[static_cast<std::size_t>(corner)];
@@ -309,21 +312,25 @@ bool PhotometricFit::Step(double* largest_move_px) {
       }
     }
     shape.triangularView<Eigen::StrictlyLower>() = shape.transpose();
-    normal_.topLeftCorner(p, p).noalias() += local.transpose() * shape.topLeftCorner<4, 4>() * local;
-    normal_.block(0, p, p, 1).noalias() += local.transpose() * shape.block<4, 1>(0, 4);
+    const Eigen::Matrix<double, 4, 8> half = shape.topLeftCorner<4, 4>() * local;
+    geometry_normal.noalias() += local.transpose() * half;
+    geometry_blur.noalias() += local.transpose() * shape.block<4, 1>(0, 4);
     normal_(p, p) += shape(4, 4);
-    gradient_.head(p).noalias() += local.transpose() * shape_gradient.head<4>();
+    geometry_gradient.noalias() += local.transpose() * shape_gradient.head<4>();
     gradient_[p] += shape_gradient[4];
     for (int channel = 0; channel < channels_; ++channel) {
       BandedSystem& levels = level_systems_[static_cast<std::size_t>(channel)];
+      const Eigen::Matrix<double, 4, 8> by_geometry = cross[static_cast<std::size_t>(channel)].leftCols<4>() * local;
       for (int a = 0; a < 4; ++a) {
-        const Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, 8> row =
-            cross[static_cast<std::size_t>(channel)].block<1, 4>(a, 0) * local;
-        for (int c = 0; c < p; ++c) levels.Rhs(cell_of[static_cast<std::size_t>(a)], c) += row[c];
-        levels.Rhs(cell_of[static_cast<std::size_t>(a)], p) += cross[static_cast<std::size_t>(channel)](a, 4);
+        double* rhs = &levels.Rhs(cell_of[static_cast<std::size_t>(a)], 0);
+        for (int c = 0; c < p; ++c) rhs[c] += by_geometry(a, c);
+        rhs[p] += cross[static_cast<std::size_t>(channel)](a, 4);
       }
     }
   }
+  normal_.topLeftCorner(p, p) = geometry_normal.topLeftCorner(p, p);
+  normal_.block(0, p, p, 1) = geometry_blur.head(p);
+  gradient_.head(p) = geometry_gradient.head(p);
   normal_.block(p, 0, 1, p) = normal_.block(0, p, p, 1).transpose();
 
   // Eliminate the levels.
@@ -333,11 +340,12 @@ bool PhotometricFit::Step(double* largest_move_px) {
     levels.SolveLower();
     for (int cell = 0; cell < cells_; ++cell)
       for (int a = 0; a <= p; ++a) {
-        const double ca = levels.Rhs(cell, a);
-        for (int b = 0; b <= p; ++b) normal_(a, b) -= ca * levels.Rhs(cell, b);
-        gradient_[a] -= ca * levels.Rhs(cell, p + 1);
+        const double* rhs = &levels.Rhs(cell, 0);
+        for (int b = 0; b <= a; ++b) normal_(a, b) -= rhs[a] * rhs[b];
+        gradient_[a] -= rhs[a] * rhs[p + 1];
       }
   }
+  normal_.triangularView<Eigen::StrictlyUpper>() = normal_.transpose();
   const Eigen::LDLT<Eigen::MatrixXd> solver(normal_);
   if (solver.info() != Eigen::Success || !solver.isPositive()) return false;
   Eigen::VectorXd step = solver.solve(gradient_);
@@ -362,7 +370,8 @@ bool PhotometricFit::Step(double* largest_move_px) {
     const auto& local = local_by_geometry_[static_cast<std::size_t>(corner)];
     const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
     if (!place.inside) continue;
-    const Eigen::Vector2d board_move(local.row(kShiftX).dot(step.head(p)), local.row(kShiftY).dot(step.head(p)));
+    const Eigen::Vector2d board_move(local.row(kShiftX).head(p).dot(step.head(p)),
+                                     local.row(kShiftY).head(p).dot(step.head(p)));
     *largest_move_px = std::max(*largest_move_px, (place.pixel_by_board * board_move).norm());
   }
   return true;

@@ -86,8 +86,9 @@ class PhotometricFit {
   Eigen::MatrixXd normal_;
   Eigen::VectorXd gradient_;
   std::array<BandedSystem, 3> level_systems_;
-  /// By corner: the four local parameters by the geometry's parameters.
-  std::vector<Eigen::Matrix<double, 4, Eigen::Dynamic, 0, 4, 8>> local_by_geometry_;
+  /// By corner: the four local parameters by the geometry's parameters; zero beyond their number (fixed sizes are
+  /// several times quicker).
+  std::vector<Eigen::Matrix<double, 4, 8>> local_by_geometry_;
   FittedBoard result_;
 };
 
