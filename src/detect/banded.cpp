@@ -5,12 +5,11 @@
 
 namespace chequer {
 
-void BandedSystem::Reset(int size, int band, int columns) {
+void BandedSystem::Reset(int size, int band) {
   size_ = size;
   band_ = band;
-  columns_ = columns;
   matrix_.assign(static_cast<std::size_t>(size * (band + 1)), 0.0);
-  rhs_.assign(static_cast<std::size_t>(size * columns), 0.0);
+  rhs_.assign(static_cast<std::size_t>(size * kColumns), 0.0);
 }
 
 void BandedSystem::Factor(double least) {
@@ -30,23 +29,24 @@ void BandedSystem::Factor(double least) {
 void BandedSystem::SolveLower() {
   for (int i = 0; i < size_; ++i) {
     const double* row = &matrix_[static_cast<std::size_t>(i * (band_ + 1))];
-    double* out = &rhs_[static_cast<std::size_t>(i * columns_)];
-    for (int distance = 1; distance <= std::min(band_, i); ++distance) {
+    double* out = Rhs(i);
+    const int reach = std::min(band_, i);
+    for (int distance = 1; distance <= reach; ++distance) {
       const double factor = row[distance];
-      const double* in = out - distance * columns_;
-      for (int c = 0; c < columns_; ++c) out[c] -= factor * in[c];
+      const double* in = out - distance * kColumns;
+      for (int c = 0; c < kColumns; ++c) out[c] -= factor * in[c];
     }
     const double inverse = 1 / row[0];
-    for (int c = 0; c < columns_; ++c) out[c] *= inverse;
+    for (int c = 0; c < kColumns; ++c) out[c] *= inverse;
   }
 }
 
 void BandedSystem::SolveUpper(int column) {
   for (int i = size_ - 1; i >= 0; --i) {
-    double sum = Rhs(i, column);
+    double sum = Rhs(i)[column];
     for (int distance = 1; distance <= std::min(band_, size_ - 1 - i); ++distance)
-      sum -= matrix_[static_cast<std::size_t>((i + distance) * (band_ + 1) + distance)] * Rhs(i + distance, column);
-    Rhs(i, column) = sum / matrix_[static_cast<std::size_t>(i * (band_ + 1))];
+      sum -= matrix_[static_cast<std::size_t>((i + distance) * (band_ + 1) + distance)] * Rhs(i + distance)[column];
+    Rhs(i)[column] = sum / matrix_[static_cast<std::size_t>(i * (band_ + 1))];
   }
 }
 

@@ -9,15 +9,16 @@ namespace chequer {
 /// of which only neighbours touch. Keeps its memory.
 class BandedSystem {
  public:
-  /// All zero. @param band the farthest index distance of two unknowns that touch. @param columns right-hand sides.
-  void Reset(int size, int band, int columns);
+  /// Right-hand sides. Their number is fixed, so that loops over them unroll.
+  static constexpr int kColumns = 10;
+
+  /// All zero. @param band the farthest index distance of two unknowns that touch.
+  void Reset(int size, int band);
 
   int size() const { return size_; }
-  int columns() const { return columns_; }
   /// Entry of the lower triangle. @pre 0 ≤ row − col ≤ band.
   double& At(int row, int col) { return matrix_[static_cast<std::size_t>(row * (band_ + 1) + (row - col))]; }
-  double& Rhs(int row, int column) { return rhs_[static_cast<std::size_t>(row * columns_ + column)]; }
-  double Rhs(int row, int column) const { return rhs_[static_cast<std::size_t>(row * columns_ + column)]; }
+  double* Rhs(int row) { return &rhs_[static_cast<std::size_t>(row * kColumns)]; }
 
   /// Cholesky factor A = L Lᵀ in place. `least` is added to the diagonal first, for unknowns that nothing has seen.
   void Factor(double least);
@@ -27,7 +28,7 @@ class BandedSystem {
   void SolveUpper(int column);
 
  private:
-  int size_ = 0, band_ = 0, columns_ = 0;
+  int size_ = 0, band_ = 0;
   std::vector<double> matrix_, rhs_;
 };
 

@@ -63,7 +63,7 @@ Eigen::Matrix2d BoardGeometry::PlaneByBoard(const Eigen::Vector2d& board) const 
 }
 
 BoardGeometry::Derivative BoardGeometry::PlaneByParameters(const Eigen::Vector2d& board) const {
-  Derivative derivative(2, parameters());
+  Derivative derivative;
   if (!has_pose_) {
     const Eigen::Vector3d h = plane_from_board_ * board.homogeneous();
     const double w = 1 / h.z(), x = board.x() * w, y = board.y() * w;
@@ -77,8 +77,8 @@ BoardGeometry::Derivative BoardGeometry::PlaneByParameters(const Eigen::Vector2d
   const Eigen::Vector3d p = arm + camera_from_board_.translation;
   const double f = focal_ / p.z(), x = p.x() / p.z(), y = p.y() / p.z();
   // d plane / d p is f [1 0 −x; 0 1 −y]; d p / d θ is −[arm]×.
-  derivative << f, 0, -f * x, -f * x * arm.y(), f * (arm.z() + x * arm.x()), -f * arm.y(),  //
-      0, f, -f * y, -f * (arm.z() + y * arm.y()), f * y * arm.x(), f * arm.x();
+  derivative << f, 0, -f * x, -f * x * arm.y(), f * (arm.z() + x * arm.x()), -f * arm.y(), 0, 0,  //
+      0, f, -f * y, -f * (arm.z() + y * arm.y()), f * y * arm.x(), f * arm.x(), 0, 0;
   return derivative;
 }
 

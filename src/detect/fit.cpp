@@ -33,12 +33,28 @@ struct LocalLens {
   Eigen::Vector2d pixel, plane;
   Eigen::Matrix2d by_pixel;             ///< d plane / d pixel
   Eigen::Matrix2d by_xx_and_xy, by_yy;  ///< columns: ½ d²/dx², d²/dxdy; ½ d²/dy²  (by_yy uses its first column)
+};
 
-  Eigen::Vector2d operator()(double x, double y) const {
-    const double dx = x - pixel.x(), dy = y - pixel.y();
-    return plane + by_pixel * Eigen::Vector2d(dx, dy) + by_xx_and_xy * Eigen::Vector2d(dx * dx, dx * dy) +
-           by_yy.col(0) * (dy * dy);
+/// Plane coordinates, from an origin, of the pixels of one row as parabolas over the distance from the local lens's
+/// pixel.
+class RowOfPlane {
+ public:
+  RowOfPlane(const LocalLens& lens, const Eigen::Vector2d& origin, int y) {
+    const double dy = y - lens.pixel.y();
+    const Eigen::Vector2d at = lens.plane - origin + dy * lens.by_pixel.col(1) + dy * dy * lens.by_yy.col(0);
+    const Eigen::Vector2d slope = lens.by_pixel.col(0) + dy * lens.by_xx_and_xy.col(1);
+    const Eigen::Vector2d bend = lens.by_xx_and_xy.col(0);
+    for (int i = 0; i < 2; ++i) {
+      at_[i] = static_cast<float>(at[i]);
+      slope_[i] = static_cast<float>(slope[i]);
+      bend_[i] = static_cast<float>(bend[i]);
+    }
   }
+  float u(float dx) const { return at_[0] + dx * (slope_[0] + dx * bend_[0]); }
+  float v(float dx) const { return at_[1] + dx * (slope_[1] + dx * bend_[1]); }
+
+ private:
+  float at_[2], slope_[2], bend_[2];
 };
 
 /// Nothing where the lens has no inverse.
@@ -127,6 +143,9 @@ void PhotometricFit::CollectPixels(const LightReader& reader, const Lens& lens, 
   const double along = 2 * (band_x * (bottom - top) + band_y * (right - left)) * px_x * px_y / 4;
   const int edge_thinning = std::max(1, static_cast<int>(std::ceil(along / (kLaneCapacity * 0.85))));
 
+  const float pixel_x = static_cast<float>(place.pixel.x());
+  const float x_by_dx = static_cast<float>(board_by_pixel(0, 0)), x_by_dy = static_cast<float>(board_by_pixel(0, 1));
+  const float y_by_dx = static_cast<float>(board_by_pixel(1, 0)), y_by_dy = static_cast<float>(board_by_pixel(1, 1));
   double y_min = 1e9, y_max = -1e9;
   for (const double x : {left, right})
     for (const double y : {top, bottom}) {
@@ -156,17 +175,19 @@ void PhotometricFit::CollectPixels(const LightReader& reader, const Lens& lens, 
     const int first_col = std::max(0, static_cast<int>(std::ceil(std::max(from, -1e6) + place.pixel.x())));
     const int last_col =
         std::min(reader.width() - 1, static_cast<int>(std::floor(std::min(to, 1e6) + place.pixel.x())));
+    const LightReader::Row light = reader.RowAt(y);
+    const RowOfPlane plane(*plane_at, origin_, y);
+    const int lane = Lane(2 * (y & 1), corner);
     for (int x = first_col; x <= last_col; ++x) {
+      const float dx = static_cast<float>(x) - pixel_x;
       if (thinning > 1) {
-        const Eigen::Vector2d offset = board_by_pixel * Eigen::Vector2d(x - place.pixel.x(), dy);
-        const bool interior = std::abs(offset.x()) > band_x && std::abs(offset.y()) > band_y;
+        const bool interior = std::abs(x_by_dx * dx + x_by_dy * static_cast<float>(dy)) > static_cast<float>(band_x) &&
+                              std::abs(y_by_dx * dx + y_by_dy * static_cast<float>(dy)) > static_cast<float>(band_y);
         const int step = interior ? thinning * edge_thinning : edge_thinning;
         // Whole 2 × 2 tiles are kept, so that all parities stay balanced.
         if (step > 1 && (x / 2 + (y / 2) * 3) % step != 0) continue;
       }
-      const Eigen::Vector2d plane = (*plane_at)(x, y) - origin_;
-      block_.Add(Lane((x & 1) + 2 * (y & 1), corner), static_cast<float>(plane.x()), static_cast<float>(plane.y()),
-                 reader.Sample(x, y));
+      block_.Add(lane + (x & 1) * corners_, plane.u(dx), plane.v(dx), light[x]);
     }
   }
 }
@@ -258,13 +279,105 @@ void PhotometricFit::AssembleGeometry() {
   for (int corner = 0; corner < corners_; ++corner) {
     const Eigen::Vector2d& board = places_[static_cast<std::size_t>(corner)].board;
     auto& local = local_by_geometry_[static_cast<std::size_t>(corner)];
-    local.setZero();
-    const int p = geometry.parameters();
     const BoardGeometry::Derivative center = move(board);
-    local.row(kShiftX).head(p) = center.row(0);
-    local.row(kShiftXAlongY).head(p) = (move(board + Eigen::Vector2d(0, h)).row(0) - center.row(0)) / h;
-    local.row(kShiftY).head(p) = center.row(1);
-    local.row(kShiftYAlongX).head(p) = (move(board + Eigen::Vector2d(h, 0)).row(1) - center.row(1)) / h;
+    local.row(kShiftX) = center.row(0);
+    local.row(kShiftXAlongY) = (move(board + Eigen::Vector2d(0, h)).row(0) - center.row(0)) / h;
+    local.row(kShiftY) = center.row(1);
+    local.row(kShiftYAlongX) = (move(board + Eigen::Vector2d(h, 0)).row(1) - center.row(1)) / h;
+  }
+}
+
+void PhotometricFit::AddCorner(int corner) {
+  // Place of (a, b) in the upper triangle by rows.
+  static constexpr auto kIndex = [] {
+    std::array<std::array<int, kLaneParameters>, kLaneParameters> index{};
+    for (int a = 0, next = 0; a < kLaneParameters; ++a)
+      for (int b = a; b < kLaneParameters; ++b, ++next)
+        index[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)] =
+            index[static_cast<std::size_t>(b)][static_cast<std::size_t>(a)] = next;
+    return index;
+  }();
+  const auto& local = local_by_geometry_[static_cast<std::size_t>(corner)];
+  const int cell = corner / (size_.cols - 1) * size_.cols + corner % (size_.cols - 1);
+  const std::array<int, 4> cell_of{cell, cell + 1, cell + size_.cols, cell + size_.cols + 1};
+  // Geometry and blur: all lanes of the corner together.
+  Eigen::Matrix<double, 5, 5> shape = Eigen::Matrix<double, 5, 5>::Zero();
+  Eigen::Matrix<double, 5, 1> shape_gradient = Eigen::Matrix<double, 5, 1>::Zero();
+  std::array<Eigen::Matrix<double, 4, 5, Eigen::RowMajor>, 3> cross;
+  for (int channel = 0; channel < channels_; ++channel) cross[static_cast<std::size_t>(channel)].setZero();
+  for (int phase = 0; phase < 4; ++phase) {
+    const int lane = Lane(phase, corner);
+    const std::size_t channel = static_cast<std::size_t>(channel_of_phase_[static_cast<std::size_t>(phase)]);
+    BandedSystem& levels = level_systems_[channel];
+    for (std::size_t a = 0; a < 5; ++a) {
+      for (std::size_t b = a; b < 5; ++b)
+        shape(static_cast<int>(a), static_cast<int>(b)) += block_.sum(kIndex[a][b], lane);
+      shape_gradient[static_cast<int>(a)] += block_.sum(kGradient + static_cast<int>(a), lane);
+      for (std::size_t b = 0; b < 4; ++b)
+        cross[channel](static_cast<int>(b), static_cast<int>(a)) += block_.sum(kIndex[a][kLevel00 + b], lane);
+    }
+    for (std::size_t a = 0; a < 4; ++a) {
+      for (std::size_t b = 0; b <= a; ++b)
+        levels.At(cell_of[a], cell_of[b]) += block_.sum(kIndex[kLevel00 + a][kLevel00 + b], lane);
+      levels.Rhs(cell_of[a])[kResidualColumn] += block_.sum(kGradient + int{kLevel00} + static_cast<int>(a), lane);
+    }
+  }
+  shape.triangularView<Eigen::StrictlyLower>() = shape.transpose();
+  constexpr int kGeometry = BoardGeometry::kMaxParameters;
+  const Eigen::Matrix<double, 4, kGeometry> half = shape.topLeftCorner<4, 4>() * local;
+  normal_.topLeftCorner<kGeometry, kGeometry>().noalias() += local.transpose() * half;
+  normal_.block<1, kGeometry>(kBlurUnknown, 0).noalias() += shape.block<1, 4>(4, 0) * local;
+  normal_(kBlurUnknown, kBlurUnknown) += shape(4, 4);
+  gradient_.head<kGeometry>().noalias() += local.transpose() * shape_gradient.head<4>();
+  gradient_[kBlurUnknown] += shape_gradient[4];
+  for (int channel = 0; channel < channels_; ++channel) {
+    const auto& by_local = cross[static_cast<std::size_t>(channel)];
+    const Eigen::Matrix<double, 4, kGeometry, Eigen::RowMajor> by_geometry = by_local.leftCols<4>() * local;
+    for (std::size_t a = 0; a < 4; ++a) {
+      double* rhs = level_systems_[static_cast<std::size_t>(channel)].Rhs(cell_of[a]);
+      for (int c = 0; c < kGeometry; ++c) rhs[c] += by_geometry(static_cast<int>(a), c);
+      rhs[kBlurUnknown] += by_local(static_cast<int>(a), 4);
+    }
+  }
+}
+
+void PhotometricFit::AssembleNormal() {
+  normal_.setZero();
+  gradient_.setZero();
+  for (int channel = 0; channel < channels_; ++channel)
+    level_systems_[static_cast<std::size_t>(channel)].Reset(cells_, size_.cols + 1);
+  for (int corner = 0; corner < corners_; ++corner)
+    if (places_[static_cast<std::size_t>(corner)].inside && !hidden_[static_cast<std::size_t>(corner)])
+      AddCorner(corner);
+  for (int unused = result_.geometry.parameters(); unused < kBlurUnknown; ++unused) normal_(unused, unused) = 1;
+}
+
+void PhotometricFit::EliminateLevels() {
+  // Schur complement, in the lower triangle.
+  for (int channel = 0; channel < channels_; ++channel) {
+    BandedSystem& levels = level_systems_[static_cast<std::size_t>(channel)];
+    levels.Factor(1e-3);
+    levels.SolveLower();
+    for (int cell = 0; cell < cells_; ++cell) {
+      const Eigen::Map<const Eigen::Matrix<double, kUnknowns, 1>> by_unknowns(levels.Rhs(cell));
+      const double residual = levels.Rhs(cell)[kResidualColumn];
+      normal_.noalias() -= by_unknowns * by_unknowns.transpose();
+      gradient_.noalias() -= residual * by_unknowns;
+    }
+  }
+}
+
+void PhotometricFit::MoveLevels(const Eigen::Matrix<double, kUnknowns, 1>& step) {
+  for (int channel = 0; channel < channels_; ++channel) {
+    BandedSystem& levels = level_systems_[static_cast<std::size_t>(channel)];
+    for (int cell = 0; cell < cells_; ++cell) {
+      const Eigen::Map<const Eigen::Matrix<double, kUnknowns, 1>> by_unknowns(levels.Rhs(cell));
+      levels.Rhs(cell)[kResidualColumn] -= by_unknowns.dot(step);
+    }
+    levels.SolveUpper(kResidualColumn);
+    for (int cell = 0; cell < cells_; ++cell)
+      levels_[static_cast<std::size_t>(channel)][static_cast<std::size_t>(cell)] +=
+          static_cast<float>(levels.Rhs(cell)[kResidualColumn]);
   }
 }
 
@@ -272,106 +385,25 @@ bool PhotometricFit::Step(double* largest_move_px) {
   SetLanes();
   AccumulateLanes(input_, block_);
   AssembleGeometry();
-  const int p = result_.geometry.parameters();
-  // Unknowns: geometry, then blur.
-  normal_.setZero(p + 1, p + 1);
-  gradient_.setZero(p + 1);
-  for (int channel = 0; channel < channels_; ++channel)
-    level_systems_[static_cast<std::size_t>(channel)].Reset(cells_, size_.cols + 1, p + 2);
-
-  const auto index = [](int a, int b) {  // of the upper triangle by rows
-    if (a > b) std::swap(a, b);
-    return a * kLaneParameters - a * (a - 1) / 2 + (b - a);
-  };
-  Eigen::Matrix<double, 8, 8> geometry_normal = Eigen::Matrix<double, 8, 8>::Zero();
-  Eigen::Matrix<double, 8, 1> geometry_blur = Eigen::Matrix<double, 8, 1>::Zero(), geometry_gradient = geometry_blur;
-  for (int corner = 0; corner < corners_; ++corner) {
-    if (!places_[static_cast<std::size_t>(corner)].inside || hidden_[static_cast<std::size_t>(corner)]) continue;
-    const auto& local = local_by_geometry_[static_cast<std::size_t>(corner)];
-    // Geometry and blur: all lanes of the corner together.
-    Eigen::Matrix<double, 5, 5> shape = Eigen::Matrix<double, 5, 5>::Zero();
-    Eigen::Matrix<double, 5, 1> shape_gradient = Eigen::Matrix<double, 5, 1>::Zero();
-    const int cell = corner / (size_.cols - 1) * size_.cols + corner % (size_.cols - 1);
-    const std::array<int, 4> cell_of{cell, cell + 1, cell + size_.cols, cell + size_.cols + 1};
-    std::array<Eigen::Matrix<double, 4, 5>, 3> cross;
-    for (auto& c : cross) c.setZero();
-    for (int phase = 0; phase < 4; ++phase) {
-      const int lane = Lane(phase, corner);
-      const std::size_t channel = static_cast<std::size_t>(channel_of_phase_[static_cast<std::size_t>(phase)]);
-      BandedSystem& levels = level_systems_[channel];
-      for (int a = 0; a < 5; ++a) {
-        for (int b = a; b < 5; ++b) shape(a, b) += block_.sum(index(a, b), lane);
-        shape_gradient[a] += block_.sum(kGradient + a, lane);
-        for (int b = 0; b < 4; ++b) cross[channel](b, a) += block_.sum(index(a, kLevel00 + b), lane);
-      }
-      for (int a = 0; a < 4; ++a) {
-        for (int b = 0; b <= a; ++b)
-          levels.At(cell_of[static_cast<std::size_t>(a)], cell_of[static_cast<std::size_t>(b)]) +=
-              block_.sum(index(kLevel00 + b, kLevel00 + a), lane);
-        levels.Rhs(cell_of[static_cast<std::size_t>(a)], p + 1) += block_.sum(kGradient + int{kLevel00} + a, lane);
-      }
-    }
-    shape.triangularView<Eigen::StrictlyLower>() = shape.transpose();
-    const Eigen::Matrix<double, 4, 8> half = shape.topLeftCorner<4, 4>() * local;
-    geometry_normal.noalias() += local.transpose() * half;
-    geometry_blur.noalias() += local.transpose() * shape.block<4, 1>(0, 4);
-    normal_(p, p) += shape(4, 4);
-    geometry_gradient.noalias() += local.transpose() * shape_gradient.head<4>();
-    gradient_[p] += shape_gradient[4];
-    for (int channel = 0; channel < channels_; ++channel) {
-      BandedSystem& levels = level_systems_[static_cast<std::size_t>(channel)];
-      const Eigen::Matrix<double, 4, 8> by_geometry = cross[static_cast<std::size_t>(channel)].leftCols<4>() * local;
-      for (int a = 0; a < 4; ++a) {
-        double* rhs = &levels.Rhs(cell_of[static_cast<std::size_t>(a)], 0);
-        for (int c = 0; c < p; ++c) rhs[c] += by_geometry(a, c);
-        rhs[p] += cross[static_cast<std::size_t>(channel)](a, 4);
-      }
-    }
-  }
-  normal_.topLeftCorner(p, p) = geometry_normal.topLeftCorner(p, p);
-  normal_.block(0, p, p, 1) = geometry_blur.head(p);
-  gradient_.head(p) = geometry_gradient.head(p);
-  normal_.block(p, 0, 1, p) = normal_.block(0, p, p, 1).transpose();
-
-  // Eliminate the levels.
-  for (int channel = 0; channel < channels_; ++channel) {
-    BandedSystem& levels = level_systems_[static_cast<std::size_t>(channel)];
-    levels.Factor(1e-3);
-    levels.SolveLower();
-    for (int cell = 0; cell < cells_; ++cell)
-      for (int a = 0; a <= p; ++a) {
-        const double* rhs = &levels.Rhs(cell, 0);
-        for (int b = 0; b <= a; ++b) normal_(a, b) -= rhs[a] * rhs[b];
-        gradient_[a] -= rhs[a] * rhs[p + 1];
-      }
-  }
-  normal_.triangularView<Eigen::StrictlyUpper>() = normal_.transpose();
-  const Eigen::LDLT<Eigen::MatrixXd> solver(normal_);
+  AssembleNormal();
+  EliminateLevels();
+  // Only the lower triangle is complete (the blur's column is not filled).
+  const Eigen::LDLT<Eigen::Matrix<double, kUnknowns, kUnknowns>> solver(normal_);
   if (solver.info() != Eigen::Success || !solver.isPositive()) return false;
-  Eigen::VectorXd step = solver.solve(gradient_);
+  const Eigen::Matrix<double, kUnknowns, 1> step = solver.solve(gradient_);
   if (!step.allFinite()) return false;
-
-  // Levels that go with the step.
-  for (int channel = 0; channel < channels_; ++channel) {
-    BandedSystem& levels = level_systems_[static_cast<std::size_t>(channel)];
-    for (int cell = 0; cell < cells_; ++cell)
-      for (int a = 0; a <= p; ++a) levels.Rhs(cell, p + 1) -= levels.Rhs(cell, a) * step[a];
-    levels.SolveUpper(p + 1);
-    for (int cell = 0; cell < cells_; ++cell)
-      levels_[static_cast<std::size_t>(channel)][static_cast<std::size_t>(cell)] +=
-          static_cast<float>(levels.Rhs(cell, p + 1));
-  }
-  result_.geometry.Add(step.head(p));
-  const double blur =
-      std::clamp(blur_px_ + step[p], std::max(kLeastBlur, 0.6 * blur_px_), std::min(kMostBlur, 1.6 * blur_px_));
+  MoveLevels(step);
+  result_.geometry.Add(step.head(result_.geometry.parameters()));
+  const double blur = std::clamp(blur_px_ + step[kBlurUnknown], std::max(kLeastBlur, 0.6 * blur_px_),
+                                 std::min(kMostBlur, 1.6 * blur_px_));
   *largest_move_px = std::abs(blur - blur_px_);
   blur_px_ = blur;
   for (int corner = 0; corner < corners_; ++corner) {
     const auto& local = local_by_geometry_[static_cast<std::size_t>(corner)];
     const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
     if (!place.inside) continue;
-    const Eigen::Vector2d board_move(local.row(kShiftX).head(p).dot(step.head(p)),
-                                     local.row(kShiftY).head(p).dot(step.head(p)));
+    const auto geometry_step = step.head<BoardGeometry::kMaxParameters>();
+    const Eigen::Vector2d board_move(local.row(kShiftX).dot(geometry_step), local.row(kShiftY).dot(geometry_step));
     *largest_move_px = std::max(*largest_move_px, (place.pixel_by_board * board_move).norm());
   }
   return true;
@@ -471,11 +503,14 @@ void PhotometricFit::EvenOutShading(const Start& start) {
   if (!per_cell.allFinite() || per_cell.norm() > 0.2) return;
   // The same gradient over plane coordinates, taken out of every pixel; levels then are those at the board's centre.
   const Eigen::Vector2d per_px = result_.geometry.PlaneByBoard({0, 0}).inverse().transpose() * per_cell;
+  const float by_u = static_cast<float>(per_px.x()), by_v = static_cast<float>(per_px.y());
   for (int lane = 0; lane < block_.lanes(); ++lane)
     for (int i = 0; i < block_.count(lane); ++i) {
       float& light = block_.light(lane, i);
       if (light >= input_.saturation) continue;
-      light *= static_cast<float>(std::exp(-(per_px.x() * block_.u(lane, i) + per_px.y() * block_.v(lane, i))));
+      // e^−s by its Padé approximant: to 1e-5 for the gradients that pass above, at a tenth of the cost.
+      const float s = by_u * block_.u(lane, i) + by_v * block_.v(lane, i), even = 1 + s * s / 12;
+      light *= (even - s / 2) / (even + s / 2);
     }
   for (int channel = 0; channel < channels_; ++channel)
     for (int cell = 0; cell < cells_; ++cell) {
@@ -528,7 +563,10 @@ void PhotometricFit::Finish() {
   result_.misfit = dark_count * std::log(std::max(dark_square, 1e-12) / std::max(dark_count, 1.0)) +
                    light_count * std::log(std::max(light_square, 1e-12) / std::max(light_count, 1.0));
   result_.blur_px = blur_px_;
-  result_.covariance = normal_.inverse().topLeftCorner(p, p) * std::max(per_pixel, 0.0);
+  const Eigen::Matrix<double, kUnknowns, kUnknowns> information = normal_.selfadjointView<Eigen::Lower>();
+  const Eigen::Matrix<double, kUnknowns, kUnknowns> covariance =
+      information.ldlt().solve(Eigen::Matrix<double, kUnknowns, kUnknowns>::Identity());
+  result_.covariance = covariance.topLeftCorner(p, p) * std::max(per_pixel, 0.0);
   result_.reprojection_rms_px = std::sqrt(shift_square / n);
   const double sigma = std::sqrt((dark_square + light_square) / std::max(dark_count + light_count, 1.0));
   result_.signal_to_noise = contrast / n / std::max(sigma, 1e-6);

@@ -50,6 +50,13 @@ class PhotometricFit {
   const FittedBoard* Fit(const LightReader& reader, const Lens& lens, const Start& start);
 
  private:
+  /// Geometry, then the blur; of a pose, parameters 6 and 7 stay unused.
+  static constexpr int kUnknowns = BoardGeometry::kMaxParameters + 1;
+  static constexpr int kBlurUnknown = BoardGeometry::kMaxParameters;
+  /// Right-hand sides of the levels: the unknowns above, then the residuals.
+  static constexpr int kResidualColumn = kUnknowns;
+  static_assert(kResidualColumn + 1 == BandedSystem::kColumns);
+
   struct CornerPlace {
     Eigen::Vector2d board;
     Eigen::Vector2d pixel;
@@ -64,6 +71,10 @@ class PhotometricFit {
   void SetLanes();
   bool Step(double* largest_move_px);
   void AssembleGeometry();
+  void AssembleNormal();
+  void AddCorner(int corner);
+  void EliminateLevels();
+  void MoveLevels(const Eigen::Matrix<double, kUnknowns, 1>& step);
   void EstimateNoise();
   void EvenOutShading(const Start& start);
   void DropHiddenCorners();
@@ -83,8 +94,8 @@ class PhotometricFit {
   KernelInput input_;
   std::array<std::vector<float>, 3> levels_;  ///< by channel
   /// Normal equations of the geometry and the blur (last), and of the levels of each channel.
-  Eigen::MatrixXd normal_;
-  Eigen::VectorXd gradient_;
+  Eigen::Matrix<double, kUnknowns, kUnknowns> normal_;
+  Eigen::Matrix<double, kUnknowns, 1> gradient_;
   std::array<BandedSystem, 3> level_systems_;
   /// By corner: the four local parameters by the geometry's parameters; zero beyond their number (fixed sizes are
   /// several times quicker).

@@ -34,16 +34,28 @@ Normalization Normalize(std::span<const PointPair> pairs, Eigen::Vector2d PointP
 std::optional<Eigen::Matrix3d> FitHomography(std::span<const PointPair> pairs) {
   if (pairs.size() < 4) return std::nullopt;
   const Normalization from = Normalize(pairs, &PointPair::from), to = Normalize(pairs, &PointPair::to);
-  Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
-  Eigen::Matrix<double, 8, 1> right = Eigen::Matrix<double, 8, 1>::Zero();
+  // Each pair adds the rows (p, 0, −u p') and (0, p, −v p') with p = (x, y, 1), p' = (x, y) to the design; their normal
+  // matrix is made of the same moments of p weighted with 1, u, v and u² + v².
+  Eigen::Matrix3d plain = Eigen::Matrix3d::Zero(), by_u = plain, by_v = plain, by_square = plain;
   for (const PointPair& pair : pairs) {
     const Eigen::Vector2d p = from(pair.from), q = to(pair.to);
-    Eigen::Matrix<double, 2, 8> row;
-    row << p.x(), p.y(), 1, 0, 0, 0, -q.x() * p.x(), -q.x() * p.y(),  //
-        0, 0, 0, p.x(), p.y(), 1, -q.y() * p.x(), -q.y() * p.y();
-    normal.noalias() += row.transpose() * row;
-    right.noalias() += row.transpose() * q;
+    const Eigen::Vector3d h = p.homogeneous();
+    const Eigen::Matrix3d moment = h * h.transpose();
+    plain += moment;
+    by_u += q.x() * moment;
+    by_v += q.y() * moment;
+    by_square += q.squaredNorm() * moment;
   }
+  Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
+  normal.block<3, 3>(0, 0) = plain;
+  normal.block<3, 3>(3, 3) = plain;
+  normal.block<2, 3>(6, 0) = -by_u.topRows<2>();
+  normal.block<2, 3>(6, 3) = -by_v.topRows<2>();
+  normal.block<2, 2>(6, 6) = by_square.topLeftCorner<2, 2>();
+  normal.block<3, 2>(0, 6) = normal.block<2, 3>(6, 0).transpose();
+  normal.block<3, 2>(3, 6) = normal.block<2, 3>(6, 3).transpose();
+  Eigen::Matrix<double, 8, 1> right;
+  right << by_u.col(2), by_v.col(2), -by_square.col(2).head<2>();
   const Eigen::LDLT<Eigen::Matrix<double, 8, 8>> solver(normal);
   const auto pivots = solver.vectorD();
   if (solver.info() != Eigen::Success || !(pivots.minCoeff() > 1e-9 * pivots.maxCoeff())) return std::nullopt;

@@ -34,21 +34,34 @@ int LightReader::ChannelOf(int x_parity, int y_parity) const {
   return red_col && red_row ? 0 : (red_col || red_row ? 1 : 2);
 }
 
-float LightReader::Sample(int x, int y) const {
-  const std::uint8_t* row = image_.row(y);
+LightReader::Row LightReader::RowAt(int y) const {
+  Row row;
+  row.base_ = image_.row(y);
+  row.table_ = table_.data();
   switch (image_.format()) {
     case PixelFormat::kBgr8:
     case PixelFormat::kRgb8: {
       const bool bgr = image_.format() == PixelFormat::kBgr8;
-      const std::uint8_t* p = row + 3 * x;
-      if (!mosaic_) return 0.5f * (table_[p[1]] + table_[p[bgr ? 2 : 0]]);
-      const int channel = ChannelOf(x & 1, y & 1);
-      return table_[p[bgr ? 2 - channel : channel]];
+      row.step_ = 3;
+      if (!mosaic_) {
+        row.offset_[0] = row.offset_[1] = 1;
+        row.second_ = bgr ? 2 : 0;
+        break;
+      }
+      for (int parity = 0; parity < 2; ++parity) {
+        const int channel = ChannelOf(parity, y & 1);
+        row.offset_[parity] = bgr ? 2 - channel : channel;
+      }
+      break;
     }
-    case PixelFormat::kYuyv: return table_[row[2 * x]];
-    case PixelFormat::kUyvy: return table_[row[2 * x + 1]];
-    default: return table_[row[x]];
+    case PixelFormat::kYuyv: row.step_ = 2; break;
+    case PixelFormat::kUyvy:
+      row.step_ = 2;
+      row.offset_[0] = row.offset_[1] = 1;
+      break;
+    default: break;
   }
+  return row;
 }
 
 Eigen::Vector3f LightReader::YuvAt(int x, int y) const {

@@ -37,7 +37,27 @@ class LightReader {
 
   /// One measurement, 0..1: the sample of a mosaic; the mean of red and green of a colour image; Y of a YUV image.
   /// @pre the pixel lies in the image.
-  float Sample(int x, int y) const;
+  float Sample(int x, int y) const { return RowAt(y)[x]; }
+
+  /// The measurements of one row: what Sample() returns, without asking for the format at every pixel.
+  class Row {
+   public:
+    float operator[](int x) const {
+      const std::uint8_t* p = base_ + step_ * x;
+      const float first = table_[p[offset_[x & 1]]];
+      return second_ < 0 ? first : 0.5f * (first + table_[p[second_]]);
+    }
+
+   private:
+    friend class LightReader;
+    const std::uint8_t* base_ = nullptr;
+    const float* table_ = nullptr;
+    int step_ = 1;
+    int offset_[2] = {0, 0};  ///< by parity of x
+    int second_ = -1;         ///< of the second byte of a mean
+  };
+  /// @pre the row lies in the image.
+  Row RowAt(int y) const;
 
   /// Light of the three channels around a point, 0..1 (slightly outside for YUV): the mean over the pixels at most
   /// half_px away along each axis, at least one of each channel. Points outside the image take its edge.

@@ -25,7 +25,7 @@ TEST(BoardGeometry, DerivativesAreThoseOfTheMap) {
       EXPECT_LT((by_board.col(k) - numeric).norm(), 1e-4) << "board coordinate " << k;
     }
     const BoardGeometry::Derivative by_parameters = geometry.PlaneByParameters(board);
-    ASSERT_EQ(by_parameters.cols(), geometry.parameters());
+    EXPECT_TRUE(by_parameters.rightCols(8 - geometry.parameters()).isZero());
     for (int k = 0; k < geometry.parameters(); ++k) {
       BoardGeometry::Parameters step = BoardGeometry::Parameters::Zero(geometry.parameters());
       BoardGeometry plus = geometry, minus = geometry;
