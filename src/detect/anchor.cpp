@@ -181,7 +181,7 @@ void BoardFinder::MarkVisible(int cols, int rows) {
   }
 }
 
-bool BoardFinder::JudgeBorder(Placement& placement, std::vector<bool>* saturated) const {
+bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) const {
   const BorderPattern& pattern = patterns_[static_cast<std::size_t>(placement.pattern)];
   const MarkerSize size = pattern.size;
   const int cols = placement.turn % 2 == 0 ? size.cols : size.rows;
@@ -193,6 +193,13 @@ bool BoardFinder::JudgeBorder(Placement& placement, std::vector<bool>* saturated
     const std::size_t i = index(row, col);
     return samples_[i].visible && (lead_[i] < 0) == IsDark(row, col);
   };
+  if (board) {
+    board->light.resize(static_cast<std::size_t>(size.rows * size.cols));
+    board->saturated.assign(board->light.size(), 0);
+    for (int row = 0; row < size.rows; ++row)
+      for (int col = 0; col < size.cols; ++col)
+        board->light[static_cast<std::size_t>(row * size.cols + col)] = samples_[index(row, col)].light;
+  }
   int seen = 0;
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) seen += visible(row, col);
@@ -244,12 +251,12 @@ bool BoardFinder::JudgeBorder(Placement& placement, std::vector<bool>* saturated
   placement.border_matches = matches;
   placement.score = 2 * matches - placement.border_seen + 0.25 * seen;
   if (matches < kLeastMatches * placement.border_seen) return false;
-  if (saturated) {
-    saturated->assign(static_cast<std::size_t>(size.rows * size.cols), false);
+  if (board) {
     for (int row = 0; row < size.rows; ++row)
-      for (int col = 0; col < size.cols; ++col)
-        (*saturated)[static_cast<std::size_t>(row * size.cols + col)] =
-            saturation(row, col) > threshold[IsDark(row, col)];
+      for (int col = 0; col < size.cols; ++col) {
+        const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+        board->saturated[cell] = saturation(row, col) > threshold[IsDark(row, col)];
+      }
   }
   return true;
 }
@@ -282,7 +289,7 @@ AnchoredBoard BoardFinder::Build(const Placement& placement, const LightReader& 
   SampleCells(placement.x, placement.y, cols, rows, reader, lens);
   MarkVisible(cols, rows);
   Placement judged = placement;
-  JudgeBorder(judged, &board.saturated);
+  JudgeBorder(judged, &board);
   board.border_seen = judged.border_seen;
   board.border_matches = judged.border_matches;
   // Footprint coordinates of board points: a rotation about the centre.

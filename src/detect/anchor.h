@@ -21,8 +21,9 @@ struct AnchoredBoard {
   Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
   /// Corners that were found: board coordinates (cells) and plane coordinates.
   std::vector<PointPair> pairs;
-  /// Saturation of each cell, row by row, as first seen.
-  std::vector<bool> saturated;
+  /// Light (R, G, B) and saturation of each cell, row by row, as first seen.
+  std::vector<Eigen::Vector3f> light;
+  std::vector<std::uint8_t> saturated;
   int border_seen = 0;     ///< border cells that could be judged
   int border_matches = 0;  ///< of them, those of the expected saturation
   float scale = 1;         ///< image pixels per pixel of the coarsest level its corners came from (median)
@@ -69,7 +70,7 @@ class BoardFinder {
   bool FitPairs(int cols, int rows);
   void SampleCells(int x, int y, int cols, int rows, const LightReader& reader, const Lens& lens);
   void MarkVisible(int cols, int rows);
-  bool JudgeBorder(Placement& placement, std::vector<bool>* saturated) const;
+  bool JudgeBorder(Placement& placement, AnchoredBoard* board) const;
   void TakeBest(const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards);
   AnchoredBoard Build(const Placement& placement, const LightReader& reader, const Lens& lens);
 

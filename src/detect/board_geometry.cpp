@@ -28,28 +28,10 @@ Eigen::Vector2d Lens::ToImage(const Eigen::Vector2d& plane, Eigen::Matrix2d* jac
   return pixel;
 }
 
-BoardGeometry BoardGeometry::FromPose(const RigidTransform& camera_from_board, double cell_m, double focal) {
-  BoardGeometry geometry;
-  geometry.has_pose_ = true;
-  geometry.camera_from_board_ = camera_from_board;
-  geometry.cell_m_ = cell_m;
-  geometry.focal_ = focal;
-  geometry.UpdateHomography();
-  return geometry;
-}
-
-BoardGeometry BoardGeometry::FromHomography(const Eigen::Matrix3d& plane_from_board) {
-  BoardGeometry geometry;
-  geometry.plane_from_board_ = plane_from_board / plane_from_board(2, 2);
-  return geometry;
-}
-
-void BoardGeometry::UpdateHomography() {
-  const Eigen::Matrix3d rotation = camera_from_board_.rotation.toRotationMatrix();
-  plane_from_board_.col(0) = cell_m_ * rotation.col(0);
-  plane_from_board_.col(1) = cell_m_ * rotation.col(1);
-  plane_from_board_.col(2) = camera_from_board_.translation;
-  plane_from_board_.topRows<2>() *= focal_;
+BoardGeometry::Parameters BoardGeometry::parameters() const {
+  Parameters h;
+  for (int i = 0; i < kParameters; ++i) h[i] = plane_from_board_(i / 3, i % 3);
+  return h;
 }
 
 Eigen::Vector2d BoardGeometry::ToPlane(const Eigen::Vector2d& board) const {
@@ -63,33 +45,16 @@ Eigen::Matrix2d BoardGeometry::PlaneByBoard(const Eigen::Vector2d& board) const 
 }
 
 BoardGeometry::Derivative BoardGeometry::PlaneByParameters(const Eigen::Vector2d& board) const {
+  const Eigen::Vector3d h = plane_from_board_ * board.homogeneous();
+  const double w = 1 / h.z(), x = board.x() * w, y = board.y() * w, u = h.x() * w, v = h.y() * w;
   Derivative derivative;
-  if (!has_pose_) {
-    const Eigen::Vector3d h = plane_from_board_ * board.homogeneous();
-    const double w = 1 / h.z(), x = board.x() * w, y = board.y() * w;
-    const Eigen::Vector2d plane = h.hnormalized();
-    derivative << x, y, w, 0, 0, 0, -plane.x() * x, -plane.x() * y,  //
-        0, 0, 0, x, y, w, -plane.y() * x, -plane.y() * y;
-    return derivative;
-  }
-  const Eigen::Vector3d arm =
-      camera_from_board_.rotation * Eigen::Vector3d(cell_m_ * board.x(), cell_m_ * board.y(), 0);
-  const Eigen::Vector3d p = arm + camera_from_board_.translation;
-  const double f = focal_ / p.z(), x = p.x() / p.z(), y = p.y() / p.z();
-  // d plane / d p is f [1 0 −x; 0 1 −y]; d p / d θ is −[arm]×.
-  derivative << f, 0, -f * x, -f * x * arm.y(), f * (arm.z() + x * arm.x()), -f * arm.y(), 0, 0,  //
-      0, f, -f * y, -f * (arm.z() + y * arm.y()), f * y * arm.x(), f * arm.x(), 0, 0;
+  derivative << x, y, w, 0, 0, 0, -u * x, -u * y,  //
+      0, 0, 0, x, y, w, -v * x, -v * y;
   return derivative;
 }
 
 void BoardGeometry::Add(const Parameters& step) {
-  if (has_pose_) {
-    camera_from_board_.translation += step.head<3>();
-    camera_from_board_.rotation = (RotationFromVector(step.segment<3>(3)) * camera_from_board_.rotation).normalized();
-    UpdateHomography();
-    return;
-  }
-  for (int i = 0; i < 8; ++i) plane_from_board_(i / 3, i % 3) += step[i];
+  for (int i = 0; i < kParameters; ++i) plane_from_board_(i / 3, i % 3) += step[i];
 }
 
 RigidTransform CameraFromMarker(const RigidTransform& camera_from_board) {

@@ -36,39 +36,31 @@ class Lens {
   double focal_ = 1;
 };
 
-/// Where a board lies: a pose if the lens is calibrated (6 parameters), else a homography (8).
+/// Where a board lies: the homography from board to plane, its last entry 1.
 class BoardGeometry {
  public:
-  static constexpr int kMaxParameters = 8;
-  using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxParameters, 1>;
-  /// Columns beyond the number of parameters are zero: fixed sizes are several times quicker.
-  using Derivative = Eigen::Matrix<double, 2, kMaxParameters>;
+  static constexpr int kParameters = 8;
+  /// The first eight entries of the homography, row by row.
+  using Parameters = Eigen::Matrix<double, kParameters, 1>;
+  using Information = Eigen::Matrix<double, kParameters, kParameters>;
+  using Derivative = Eigen::Matrix<double, 2, kParameters>;
 
-  /// @param cell_m side of a cell. @param camera_from_board board axes, metres.
-  static BoardGeometry FromPose(const RigidTransform& camera_from_board, double cell_m, double focal);
-  /// @param plane_from_board of points in cells.
-  static BoardGeometry FromHomography(const Eigen::Matrix3d& plane_from_board);
+  BoardGeometry() = default;
+  explicit BoardGeometry(const Eigen::Matrix3d& plane_from_board)
+      : plane_from_board_(plane_from_board / plane_from_board(2, 2)) {}
 
-  int parameters() const { return has_pose_ ? 6 : 8; }
-  bool has_pose() const { return has_pose_; }
-  const RigidTransform& camera_from_board() const { return camera_from_board_; }
   const Eigen::Matrix3d& plane_from_board() const { return plane_from_board_; }
+  Parameters parameters() const;
 
   Eigen::Vector2d ToPlane(const Eigen::Vector2d& board) const;
   /// Derivative of the plane point by the board point.
   Eigen::Matrix2d PlaneByBoard(const Eigen::Vector2d& board) const;
-  /// Derivative of the plane point by the parameters: for a pose (x, y, z, θx, θy, θz) as in MarkerPose::covariance.
+  /// Derivative of the plane point by the parameters.
   Derivative PlaneByParameters(const Eigen::Vector2d& board) const;
-  /// Adds a small step of the parameters.
+  /// Adds a step of the parameters.
   void Add(const Parameters& step);
 
  private:
-  void UpdateHomography();
-
-  bool has_pose_ = false;
-  RigidTransform camera_from_board_;
-  double cell_m_ = 1;
-  double focal_ = 1;
   Eigen::Matrix3d plane_from_board_ = Eigen::Matrix3d::Identity();
 };
 

@@ -17,10 +17,6 @@
 namespace chequer {
 namespace {
 
-/// Corners as linked lie about that far from where they are, pixels.
-constexpr double kCornerError = 0.15;
-/// The second pose is fitted too where corners alone cannot tell it from the first by that many standard deviations.
-constexpr double kPoseLead = 6;
 /// Warn of an ambiguous pose above this probability.
 constexpr double kAmbiguous = 0.001;
 /// Least contrast of a board over the noise of a pixel.
@@ -70,10 +66,9 @@ struct Detector::Impl {
 
   void Detect(const ImageView& image, std::vector<MarkerPose>& markers);
   void FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const;
-  const FittedBoard* Fit(const LightReader& reader, const Lens& lens, const AnchoredBoard& board, double cell_m);
   void Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity, const Lens& lens,
                 MarkerPose& marker) const;
-  void DescribePose(const FittedBoard& fitted, const Lens& lens, double cell_m, MarkerPose& marker) const;
+  void DescribePose(const std::array<PlanePose, 2>& poses, MarkerPose& marker) const;
   double SideOf(MarkerSize size) const;
 
   DetectorOptions options;
@@ -85,7 +80,6 @@ struct Detector::Impl {
   BoardFinder finder;
   std::vector<AnchoredBoard> boards;
   PhotometricFit fit;
-  PhotometricFit second_fit;
   Identifier identifier;
   ToneCurve table_curve = ToneCurve::Srgb();
   std::array<float, 256> table = ToneCurve::Srgb().LinearTable();
@@ -110,55 +104,18 @@ void Detector::Impl::FindMosaic(const ImageView& image, const Lens& lens, LightR
   }
 }
 
-const FittedBoard* Detector::Impl::Fit(const LightReader& reader, const Lens& lens, const AnchoredBoard& board,
-                                       double cell_m) {
-  PhotometricFit::Start start;
-  start.size = board.size;
-  start.blur_px = 0.8 * board.scale;
-  start.saturated = board.saturated;
-  if (!lens.calibrated()) {
-    start.geometry = BoardGeometry::FromHomography(board.plane_from_board);
-    return fit.Fit(reader, lens, start);
-  }
-  const double focal = lens.focal();
-  std::vector<PointPair> pairs;
-  for (const PointPair& pair : board.pairs) pairs.push_back({cell_m * pair.from, pair.to / focal});
-  const auto homography = FitHomography(pairs);
-  if (!homography) return nullptr;
-  const auto poses = PlanePoses(*homography, pairs);
-  if (!poses) return nullptr;
-  start.geometry = BoardGeometry::FromPose((*poses)[0].camera_from_board, cell_m, focal);
-  const FittedBoard* best = fit.Fit(reader, lens, start);
-  const double lead = ((*poses)[1].square_error - (*poses)[0].square_error) * focal * focal /
-                      (kCornerError * kCornerError * board.scale * board.scale);
-  if (lead > kPoseLead * kPoseLead && best) return best;
-  start.geometry = BoardGeometry::FromPose((*poses)[1].camera_from_board, cell_m, focal);
-  const FittedBoard* second = second_fit.Fit(reader, lens, start);
-  if (!best) return second;
-  return second && second->misfit < best->misfit ? second : best;
-}
-
-void Detector::Impl::DescribePose(const FittedBoard& fitted, const Lens& lens, double cell_m,
-                                  MarkerPose& marker) const {
+void Detector::Impl::DescribePose(const std::array<PlanePose, 2>& poses, MarkerPose& marker) const {
+  const auto& [pose, other] = poses;
   marker.has_pose = true;
-  const RigidTransform& camera_from_board = fitted.geometry.camera_from_board();
-  marker.camera_from_marker = CameraFromMarker(camera_from_board);
+  marker.camera_from_marker = CameraFromMarker(pose.camera_from_board);
   marker.camera_from_marker.rotation = Canonical(marker.camera_from_marker.rotation);
-  marker.covariance = fitted.covariance;
-  // The mirrored pose: how far it lies from the image, in standard deviations of the corners.
-  std::vector<PointPair> pairs;
-  for (int i = 0; i < CornerCount(marker.size); ++i) {
-    if (!fitted.corner_used[static_cast<std::size_t>(i)]) continue;
-    const Eigen::Vector2d board = CornerOnBoard(marker.size, i / (marker.size.cols - 1), i % (marker.size.cols - 1));
-    pairs.push_back({cell_m * board, fitted.geometry.ToPlane(board) / lens.focal()});
-  }
-  const PlanePose mirrored = MirroredPose(camera_from_board, pairs);
-  const double distance = std::sqrt(mirrored.square_error) * lens.focal() / std::max(fitted.corner_deviation_px, 1e-9);
-  marker.ambiguity = 0.5 * std::erfc(distance / (2 * std::numbers::sqrt2));
+  marker.covariance = pose.covariance;
+  // Both poses are as likely before the image is seen.
+  marker.ambiguity = 1 / (1 + std::exp(std::min((other.chi_square - pose.chi_square) / 2, 100.0)));
   // Where both minima are one, nothing is ambiguous: the covariance tells the whole story.
-  const double apart = (camera_from_board.rotation.inverse() * mirrored.camera_from_board.rotation)
+  const double apart = (pose.camera_from_board.rotation.inverse() * other.camera_from_board.rotation)
                            .angularDistance(Eigen::Quaterniond::Identity());
-  if (apart < 3 * std::sqrt(std::max(fitted.covariance(3, 3), fitted.covariance(4, 4)))) marker.ambiguity = 0;
+  if (apart < 3 * std::sqrt(std::max(pose.covariance(3, 3), pose.covariance(4, 4)))) marker.ambiguity = 0;
   if (marker.ambiguity > kAmbiguous) Set(marker, Warning::kAmbiguous);
 }
 
@@ -217,21 +174,38 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   stats.boards = static_cast<int>(boards.size());
   FindMosaic(image, lens, reader);
 
+  // The noise is the camera's: the first board tells it for all.
+  std::optional<NoiseModel> noise;
   for (const AnchoredBoard& board : boards) {
-    const double cell_m = SideOf(board.size) / std::max(board.size.rows, board.size.cols);
-    const FittedBoard* fitted = Fit(reader, lens, board, cell_m);
+    const FittedBoard* fitted = fit.Fit(reader, lens,
+                                        {.size = board.size,
+                                         .geometry = BoardGeometry(board.plane_from_board),
+                                         .blur_px = 0.8 * board.scale,
+                                         .light = board.light,
+                                         .saturated = board.saturated,
+                                         .noise = noise ? &*noise : nullptr});
     if (!fitted || fitted->signal_to_noise < kLeastSignal) {
       ++stats.refused_fit;
       continue;
+    }
+    std::optional<std::array<PlanePose, 2>> poses;
+    if (calibrated) {
+      const double cell_m = SideOf(board.size) / std::max(board.size.rows, board.size.cols);
+      poses = PlanePoses({fitted->geometry, fitted->information}, cell_m, lens.focal());
+      if (!poses) {
+        ++stats.refused_fit;
+        continue;
+      }
     }
     const Identity identity = identifier.Identify(*fitted, board.size, reader, lens);
     if (!identity.plausible) {
       ++stats.refused_fit;
       continue;
     }
+    if (!noise) noise = fitted->noise;
     stats.undecided += !identity.id_decided;
     Describe(*fitted, board, identity, lens, markers.emplace_back());
-    if (calibrated) DescribePose(*fitted, lens, cell_m, markers.back());
+    if (poses) DescribePose(*poses, markers.back());
   }
 }
 

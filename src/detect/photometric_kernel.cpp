@@ -61,7 +61,7 @@ HWY_INLINE Normal NormalAt(D d, V a) {
 
 /// Rows of weighted derivatives, with the weighted residual last, kept for a few pixels before they are multiplied: so
 /// the sums stay in registers over a chunk.
-constexpr int kRow = kLaneParameters + 1;
+constexpr int kRow = kLaneColumns;
 constexpr int kChunk = 8;
 
 /// sums += Σ over the chunk of row[kFirst] · row[b], b = kFirst …, for one row of the triangle.
@@ -94,8 +94,7 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
   V h[9];
   for (int i = 0; i < 9; ++i) h[i] = hn::Set(d, input.board_from_plane[i]);
   HWY_ALIGN float rows[kChunk * kRow * kMaxLanes];
-  constexpr int kProducts = kRow * (kRow + 1) / 2;
-  HWY_ALIGN float products[kProducts * kMaxLanes];
+  HWY_ALIGN float products[kProductSums * kMaxLanes];
 
   for (int first = 0; first < padded; first += lanes) {
     int most = 0;
@@ -118,7 +117,7 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
     const V cross = hn::Sub(hn::Add(l00, l11), hn::Add(l10, l01));
     const V middle = hn::Mul(hn::Add(hn::Add(l00, l11), hn::Add(l10, l01)), hn::Set(d, 0.25f));
 
-    for (int i = 0; i < kProducts * lanes; i += lanes) hn::Store(zero, d, products + i);
+    for (int i = 0; i < kProductSums * lanes; i += lanes) hn::Store(zero, d, products + i);
     V weight_sum = zero, dark_square = zero, dark_light = zero, dark_count = zero;
     V light_square = zero, light_light = zero, light_count = zero;
     int in_chunk = 0;
@@ -171,17 +170,14 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
 
       float* row = rows + in_chunk * kRow * lanes;
       const auto put = [&](int index, V value) HWY_ATTR { hn::Store(value, d, row + index * lanes); };
-      const V by_x = hn::Mul(by_ax, scale_x), by_y = hn::Mul(by_ay, scale_y);
-      put(kShiftX, by_x);
-      put(kShiftXAlongY, hn::Mul(by_x, y));
-      put(kShiftY, by_y);
-      put(kShiftYAlongX, hn::Mul(by_y, x));
+      put(kShiftX, hn::Mul(by_ax, scale_x));
+      put(kShiftY, hn::Mul(by_ay, scale_y));
       put(kBlur, hn::Neg(hn::Mul(hn::MulAdd(by_ax, ax, hn::Mul(by_ay, ay)), inverse_blur)));
       put(kLevel00, hn::Mul(w00, root));
       put(kLevel10, hn::Mul(w10, root));
       put(kLevel01, hn::Mul(w01, root));
       put(kLevel11, hn::Mul(w11, root));
-      put(kLaneParameters, hn::Mul(residual, root));
+      put(kResidual, hn::Mul(residual, root));
       if (++in_chunk == kChunk) {
         AddProducts<0>(d, rows, kChunk, products);
         in_chunk = 0;
@@ -202,13 +198,8 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
     }
     AddProducts<0>(d, rows, in_chunk, products);
 
-    // From rows with the residual last to the order of LaneSum.
-    int product = 0, normal = 0;
-    for (int a = 0; a < kRow; ++a)
-      for (int b = a; b < kRow; ++b, ++product) {
-        const int sum = b < kLaneParameters ? normal++ : (a < kLaneParameters ? int{kGradient} + a : int{kChiSquare});
-        hn::StoreU(hn::Load(d, products + product * lanes), d, block.sum_data(sum) + first);
-      }
+    for (int product = 0; product < kProductSums; ++product)
+      hn::StoreU(hn::Load(d, products + product * lanes), d, block.sum_data(product) + first);
     const auto finish = [&](LaneSum which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
     finish(kWeight, weight_sum);
     finish(kDarkSquare, dark_square);
@@ -217,6 +208,26 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
     finish(kLightSquare, light_square);
     finish(kLightLight, light_light);
     finish(kLightCount, light_count);
+  }
+}
+
+void EvenOut(float by_u, float by_v, float saturation, LaneBlock& block) {
+  const D d;
+  const std::size_t lanes = hn::Lanes(d);
+  int most = 0;
+  for (int lane = 0; lane < block.lanes(); ++lane) most = most > block.count(lane) ? most : block.count(lane);
+  const std::size_t values = block.Place(0, most);
+  const V slope_u = hn::Set(d, by_u), slope_v = hn::Set(d, by_v), limit = hn::Set(d, saturation);
+  const V one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f), twelfth = hn::Set(d, 1.0f / 12);
+  // Also where no pixel stands: nobody looks there, and a test would cost more.
+  for (std::size_t i = 0; i < values; i += lanes) {
+    const V light = hn::LoadU(d, block.light_data() + i);
+    const V s =
+        hn::MulAdd(slope_u, hn::LoadU(d, block.u_data() + i), hn::Mul(slope_v, hn::LoadU(d, block.v_data() + i)));
+    // e^−s by its Padé approximant.
+    const V even = hn::MulAdd(hn::Mul(s, s), twelfth, one);
+    const V scale = hn::Mul(hn::NegMulAdd(s, half, even), Reciprocal(d, hn::MulAdd(s, half, even)));
+    hn::StoreU(hn::IfThenElse(hn::Lt(light, limit), hn::Mul(light, scale), light), d, block.light_data() + i);
   }
 }
 
@@ -230,23 +241,24 @@ namespace chequer {
 namespace {
 
 HWY_EXPORT(Accumulate);
+HWY_EXPORT(EvenOut);
 
 /// Lanes of the widest vectors (AVX-512).
 constexpr int kWidest = 16;
 
 }  // namespace
 
-void LaneBlock::Reset(int lanes, int samples_per_lane) {
+void LaneBlock::Reset(int lanes, int pixels_per_lane) {
   lanes_ = lanes;
   padded_ = (lanes + kWidest - 1) / kWidest * kWidest;
-  capacity_ = samples_per_lane;
+  capacity_ = pixels_per_lane;
   const auto padded = static_cast<std::size_t>(padded_);
-  const std::size_t samples = padded * static_cast<std::size_t>(capacity_);
+  const std::size_t pixels = padded * static_cast<std::size_t>(capacity_);
   // Values beyond a lane's count are multiplied by zero: they must be finite, whatever an earlier board left there is.
-  if (u_.size() < samples) {
-    u_.resize(samples);
-    v_.resize(samples);
-    light_.resize(samples);
+  if (u_.size() < pixels) {
+    u_.resize(pixels);
+    v_.resize(pixels);
+    light_.resize(pixels);
   }
   parameters_.assign(padded * kParameters, 1.0f);
   sums_.resize(padded * kLaneSums);
@@ -254,6 +266,10 @@ void LaneBlock::Reset(int lanes, int samples_per_lane) {
 }
 
 void AccumulateLanes(const KernelInput& input, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(Accumulate)(input, block); }
+
+void EvenOutLanes(float by_u, float by_v, float saturation, LaneBlock& block) {
+  HWY_DYNAMIC_DISPATCH(EvenOut)(by_u, by_v, saturation, block);
+}
 
 }  // namespace chequer
 #endif  // HWY_ONCE

@@ -12,29 +12,30 @@ namespace chequer {
 ///   I = Σ_ij L_ij w_i(x) w_j(y)   (+ a term for edges that do not meet at right angles)
 /// with x, y the board coordinates from the corner, L the light of the four cells and w the edges blurred by the lens,
 /// w_1(x) = Φ(x · px_per_cell / blur), w_0 = 1 − w_1.
-/// What Gauss-Newton needs of a lane is its normal matrix in nine local parameters; lanes lie side by side in
-/// vectors, so that no sum crosses lanes.
-inline constexpr int kLaneParameters = 9;
-enum LaneParameter : int {
-  kShiftX,        ///< of the coordinate x, at the corner
-  kShiftXAlongY,  ///< its growth along y
+/// What Gauss-Newton needs of a lane are the products of these columns; lanes lie side by side in vectors, so that no
+/// sum crosses lanes.
+enum LaneColumn : int {
+  kShiftX,  ///< derivative by a move of the board coordinate x
   kShiftY,
-  kShiftYAlongX,
   kBlur,
   kLevel00,  ///< cell towards −x, −y
   kLevel10,  ///< +x, −y
   kLevel01,  ///< −x, +y
   kLevel11,
+  kResidual,
+  kLaneColumns
 };
 
-/// Sums of a lane: the upper triangle of JᵀWJ by rows, JᵀWr, then the following.
-inline constexpr int kNormalSums = kLaneParameters * (kLaneParameters + 1) / 2;
+/// Sums of a lane: first the products of its columns, each weighted by the pixel's weight, the upper triangle by rows.
+inline constexpr int kProductSums = kLaneColumns * (kLaneColumns + 1) / 2;
+constexpr int ProductSum(int a, int b) {
+  const int first = a < b ? a : b, second = a < b ? b : a;
+  return first * kLaneColumns - first * (first - 1) / 2 + second - first;
+}
 enum LaneSum : int {
-  kGradient = kNormalSums,                   ///< first of JᵀWr
-  kChiSquare = kGradient + kLaneParameters,  ///< Σ w r²
-  kWeight,                                   ///< Σ of the robust weights (1 for a pixel that fits)
-  kDarkSquare,                               ///< Σ r² of the pixels whose model is darker than the lane's middle
-  kDarkLight,                                ///< Σ of their model
+  kWeight = kProductSums,  ///< Σ of the robust weights (1 for a pixel that fits)
+  kDarkSquare,             ///< Σ r² of the pixels whose model is darker than the lane's middle
+  kDarkLight,              ///< Σ of their model
   kDarkCount,
   kLightSquare,
   kLightLight,
@@ -61,37 +62,34 @@ class LaneBlock {
     kParameters
   };
 
-  /// Empties all lanes. @param samples_per_lane the most a lane can take.
-  void Reset(int lanes, int samples_per_lane);
+  void Reset(int lanes, int pixels_per_lane);
   int lanes() const { return lanes_; }
+  /// Lanes in memory: a multiple of every vector length.
   int padded() const { return padded_; }
-  int count(int lane) const { return counts_[static_cast<std::size_t>(lane)]; }
   int capacity() const { return capacity_; }
 
-  /// Adds a pixel; when the lane is full it is left out. u, v: plane coordinates from the block's origin.
-  void Add(int lane, float u, float v, float light) {
-    int& count = counts_[static_cast<std::size_t>(lane)];
-    if (count == capacity_) return;
-    const std::size_t at = static_cast<std::size_t>(count * padded_ + lane);
-    u_[at] = u;
-    v_[at] = v;
-    light_[at] = light;
-    ++count;
+  /// Pixel i of a lane stands at Place(lane, i) of these arrays: its coordinates on the plane, from the block's
+  /// origin, and its light.
+  std::size_t Place(int lane, int i) const {
+    return static_cast<std::size_t>(i) * static_cast<std::size_t>(padded_) + static_cast<std::size_t>(lane);
   }
-  void ClearLane(int lane) { counts_[static_cast<std::size_t>(lane)] = 0; }
-  float& light(int lane, int index) { return light_[static_cast<std::size_t>(index * padded_ + lane)]; }
-  float u(int lane, int index) const { return u_[static_cast<std::size_t>(index * padded_ + lane)]; }
-  float v(int lane, int index) const { return v_[static_cast<std::size_t>(index * padded_ + lane)]; }
-
-  float& parameter(Parameter which, int lane) { return parameters_[static_cast<std::size_t>(which * padded_ + lane)]; }
-  float sum(int which, int lane) const { return sums_[static_cast<std::size_t>(which * padded_ + lane)]; }
-
+  float* u_data() { return u_.data(); }
+  float* v_data() { return v_.data(); }
+  float* light_data() { return light_.data(); }
   const float* u_data() const { return u_.data(); }
   const float* v_data() const { return v_.data(); }
   const float* light_data() const { return light_.data(); }
-  const float* parameter_data(int which) const { return parameters_.data() + which * padded_; }
+  int& count(int lane) { return counts_[static_cast<std::size_t>(lane)]; }
+  int count(int lane) const { return counts_[static_cast<std::size_t>(lane)]; }
   const int* counts() const { return counts_.data(); }
+  void Clear(int lane) { counts_[static_cast<std::size_t>(lane)] = 0; }
+
+  /// One value a lane.
+  float* parameter_data(int which) { return parameters_.data() + which * padded_; }
+  const float* parameter_data(int which) const { return parameters_.data() + which * padded_; }
   float* sum_data(int which) { return sums_.data() + which * padded_; }
+  const float* sum_data(int which) const { return sums_.data() + which * padded_; }
+  float sum(int which, int lane) const { return sum_data(which)[lane]; }
 
  private:
   int lanes_ = 0, padded_ = 0, capacity_ = 0;
@@ -110,5 +108,8 @@ struct KernelInput {
 
 /// Evaluates model and derivatives at all pixels and fills the sums of all lanes.
 void AccumulateLanes(const KernelInput& input, LaneBlock& block);
+
+/// Multiplies every pixel below `saturation` by e^−(by_u u + by_v v) (to 1e-5 for exponents up to 0.5).
+void EvenOutLanes(float by_u, float by_v, float saturation, LaneBlock& block);
 
 }  // namespace chequer

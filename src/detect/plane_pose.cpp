@@ -3,99 +3,108 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace chequer {
 namespace {
 
-/// The translation that explains the pairs best for a given rotation: linear least squares.
-Eigen::Vector3d BestTranslation(const Eigen::Matrix3d& rotation, std::span<const PointPair> pairs) {
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (const PointPair& pair : pairs) {
-    const Eigen::Vector3d arm = rotation.leftCols<2>() * pair.from;
-    Eigen::Matrix<double, 2, 3> row;
-    row << 1, 0, -pair.to.x(), 0, 1, -pair.to.y();
-    const Eigen::Vector2d value = pair.to * arm.z() - arm.head<2>();
-    normal += row.transpose() * row;
-    right += row.transpose() * value;
+using Parameters = BoardGeometry::Parameters;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using ByPose = Eigen::Matrix<double, BoardGeometry::kParameters, 6>;
+
+constexpr int kMaxSteps = 12;
+/// A step that explains so little more, as a share of what is unexplained plus one, ends the descent.
+constexpr double kSettled = 1e-6;
+
+/// The homography's parameters of a pose: focal · cell · [r₁ r₂ t/cell] over its last entry t_z.
+Parameters Homography(const RigidTransform& pose, double cell_m, double focal, ByPose* by_pose) {
+  const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
+  const Eigen::Vector3d& t = pose.translation;
+  const double w = 1 / t.z(), scale[3] = {focal * w, focal * w, w};
+  Parameters h;
+  for (int row = 0; row < 3; ++row) {
+    h[3 * row] = scale[row] * cell_m * rotation(row, 0);
+    h[3 * row + 1] = scale[row] * cell_m * rotation(row, 1);
+    if (row < 2) h[3 * row + 2] = scale[row] * t[row];
   }
-  return normal.ldlt().solve(right);
+  by_pose->setZero();
+  for (int row = 0; row < 3; ++row) {
+    for (int col = 0; col < 2; ++col) {
+      // A small turn θ moves a column r by θ × r.
+      const Eigen::Vector3d r = scale[row] * cell_m * rotation.col(col);
+      const int i = 3 * row + col;
+      const int next = (row + 1) % 3, last = (row + 2) % 3;
+      (*by_pose)(i, 3 + next) = r[last];
+      (*by_pose)(i, 3 + last) = -r[next];
+    }
+    if (row < 2) (*by_pose)(3 * row + 2, row) = scale[row];
+  }
+  by_pose->col(2) = -w * h;
+  return h;
 }
 
-PlanePose Refine(RigidTransform pose, std::span<const PointPair> pairs) {
-  PlanePose best{pose, 1e300};
-  double damping = 1e-6;
-  for (int iteration = 0; iteration < 12; ++iteration) {
-    Matrix6d normal = Matrix6d::Zero();
-    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
-    double square = 0;
-    const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
-    bool behind = false;
-    for (const PointPair& pair : pairs) {
-      const Eigen::Vector3d arm = rotation.leftCols<2>() * pair.from;
-      const Eigen::Vector3d p = arm + pose.translation;
-      if (!(p.z() > 1e-9)) {
-        behind = true;
-        break;
-      }
-      const double w = 1 / p.z(), x = p.x() * w, y = p.y() * w;
-      Eigen::Matrix<double, 2, 6> row;
-      row << w, 0, -w * x, -w * x * arm.y(), w * (arm.z() + x * arm.x()), -w * arm.y(),  //
-          0, w, -w * y, -w * (arm.z() + y * arm.y()), w * y * arm.x(), w * arm.x();
-      const Eigen::Vector2d residual = pair.to - Eigen::Vector2d(x, y);
-      normal.noalias() += row.transpose() * row;
-      right.noalias() += row.transpose() * residual;
-      square += residual.squaredNorm();
-    }
-    if (behind || square > best.square_error) {
+/// Levenberg and Marquardt's descent; χ² is infinite if the board came behind the camera.
+PlanePose Descend(RigidTransform pose, const MeasuredHomography& measured, double cell_m, double focal) {
+  PlanePose best{pose, Matrix6d::Identity(), std::numeric_limits<double>::infinity()};
+  const Parameters target = measured.geometry.parameters();
+  Matrix6d normal;
+  Vector6d gradient;
+  double damping = 0;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    if (!(pose.translation.z() > 1e-9)) break;
+    ByPose by_pose;
+    const Parameters residual = target - Homography(pose, cell_m, focal, &by_pose);
+    const Parameters weighted = measured.information * residual;
+    const double chi_square = residual.dot(weighted);
+    if (chi_square < best.chi_square) {
+      const bool settled = best.chi_square - chi_square < kSettled * (chi_square + 1);
+      const ByPose weighted_by_pose = measured.information * by_pose;
+      normal.noalias() = by_pose.transpose() * weighted_by_pose;
+      gradient.noalias() = by_pose.transpose() * weighted;
+      best.camera_from_board = pose;
+      best.chi_square = chi_square;
+      if (settled) break;
+      damping /= 10;
+    } else {
       // Back to the best pose, with a shorter step.
-      damping *= 100;
-      if (damping > 1e3 || best.square_error > 1e299) break;
-      pose = best.camera_from_board;
-      continue;
+      damping = std::max(10 * damping, 1e-3);
+      if (damping > 1e3) break;
     }
-    const bool settled = best.square_error - square < 1e-6 * square;
-    best = {pose, square};
-    if (settled) break;
     Matrix6d damped = normal;
     damped.diagonal() *= 1 + damping;
-    const Eigen::Matrix<double, 6, 1> step = damped.ldlt().solve(right);
-    if (!step.allFinite()) break;
-    damping = std::max(damping / 10, 1e-9);
-    pose.translation += step.head<3>();
-    pose.rotation = (RotationFromVector(step.tail<3>()) * pose.rotation).normalized();
+    const Vector6d move = damped.llt().solve(gradient);
+    if (!move.allFinite()) break;
+    pose.translation = best.camera_from_board.translation + move.head<3>();
+    pose.rotation = (RotationFromVector(move.tail<3>()) * best.camera_from_board.rotation).normalized();
   }
+  if (std::isfinite(best.chi_square)) best.covariance = normal.llt().solve(Matrix6d::Identity());
   return best;
 }
 
 }  // namespace
 
-std::optional<std::array<PlanePose, 2>> PlanePoses(const Eigen::Matrix3d& normalized_from_board,
-                                                   std::span<const PointPair> pairs) {
-  const Eigen::Matrix3d h = normalized_from_board / normalized_from_board(2, 2);
-  // First-order behaviour of the homography at the board's origin.
-  const Eigen::Vector2d p(h(0, 2), h(1, 2));
-  Eigen::Matrix2d jacobian;
-  jacobian << h(0, 0) - h(2, 0) * p.x(), h(0, 1) - h(2, 1) * p.x(),  //
-      h(1, 0) - h(2, 0) * p.y(), h(1, 1) - h(2, 1) * p.y();
+std::optional<std::array<PlanePose, 2>> PlanePoses(const MeasuredHomography& measured, double cell_m, double focal) {
+  const Eigen::Matrix3d& h = measured.geometry.plane_from_board();
+  // First-order behaviour of the homography at the board's origin, on the plane z = 1.
+  const Eigen::Vector2d p = h.block<2, 1>(0, 2) / focal;
+  const Eigen::Matrix2d jacobian = measured.geometry.PlaneByBoard({0, 0}) / focal;
   if (!jacobian.allFinite() || !(jacobian.determinant() > 0)) return std::nullopt;
   // A camera that looks straight at the point sees the board by a 2 × 2 matrix A = γ R₂₂ (IPPE, section 3.2).
   const Eigen::Matrix3d to_sight =
       Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d(p.x(), p.y(), 1)).toRotationMatrix();
-  Eigen::Matrix2d b;
-  b << to_sight(0, 0) - p.x() * to_sight(2, 0), to_sight(0, 1) - p.x() * to_sight(2, 1),  //
-      to_sight(1, 0) - p.y() * to_sight(2, 0), to_sight(1, 1) - p.y() * to_sight(2, 1);
+  const Eigen::Matrix2d b = to_sight.topLeftCorner<2, 2>() - p * to_sight.block<1, 2>(2, 0);
   const Eigen::Matrix2d a = b.inverse() * jacobian;
   const double trace = a.squaredNorm(), determinant = a.determinant();
   const double gamma =
       std::sqrt(0.5 * (trace + std::sqrt(std::max(trace * trace - 4 * determinant * determinant, 0.0))));
   const Eigen::Matrix2d r = a / gamma;
-  double b0 = std::sqrt(std::max(1 - r.col(0).squaredNorm(), 0.0));
+  const double b0 = std::sqrt(std::max(1 - r.col(0).squaredNorm(), 0.0));
   double b1 = std::sqrt(std::max(1 - r.col(1).squaredNorm(), 0.0));
   if (-r.col(0).dot(r.col(1)) < 0) b1 = -b1;
+  // γ is the size of a cell over the distance along the line of sight.
+  const Eigen::Vector3d translation = cell_m / gamma * Eigen::Vector3d(p.x(), p.y(), 1).normalized();
   std::array<PlanePose, 2> poses;
   for (std::size_t i = 0; i < 2; ++i) {
     const double sign = i == 0 ? 1 : -1;
@@ -103,22 +112,12 @@ std::optional<std::array<PlanePose, 2>> PlanePoses(const Eigen::Matrix3d& normal
     rotation.col(0) << r(0, 0), r(1, 0), sign * b0;
     rotation.col(1) << r(0, 1), r(1, 1), sign * b1;
     rotation.col(2) = rotation.col(0).cross(rotation.col(1));
-    rotation = to_sight * rotation;
-    const RigidTransform start{Eigen::Quaterniond(rotation).normalized(), BestTranslation(rotation, pairs)};
-    if (!start.translation.allFinite() || !(start.translation.z() > 0)) return std::nullopt;
-    poses[i] = Refine(start, pairs);
+    const RigidTransform start{Eigen::Quaterniond(Eigen::Matrix3d(to_sight * rotation)).normalized(), translation};
+    poses[i] = Descend(start, measured, cell_m, focal);
   }
-  if (poses[1].square_error < poses[0].square_error) std::swap(poses[0], poses[1]);
+  if (poses[1].chi_square < poses[0].chi_square) std::swap(poses[0], poses[1]);
+  if (!std::isfinite(poses[0].chi_square)) return std::nullopt;
   return poses;
-}
-
-PlanePose MirroredPose(const RigidTransform& camera_from_board, std::span<const PointPair> pairs) {
-  const Eigen::Vector3d sight = camera_from_board.translation.normalized();
-  const Eigen::Vector3d normal = camera_from_board.rotation * Eigen::Vector3d::UnitZ();
-  const Eigen::Vector3d mirrored = 2 * normal.dot(sight) * sight - normal;
-  RigidTransform start = camera_from_board;
-  start.rotation = (Eigen::Quaterniond::FromTwoVectors(normal, mirrored) * camera_from_board.rotation).normalized();
-  return Refine(start, pairs);
 }
 
 }  // namespace chequer

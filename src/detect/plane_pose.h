@@ -1,30 +1,32 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <optional>
-#include <span>
 
 #include "chequer/geometry.h"
-#include "detect/homography.h"
+#include "detect/board_geometry.h"
 
 namespace chequer {
 
-/// A pose with how well it explains points.
-struct PlanePose {
-  RigidTransform camera_from_board;
-  double square_error = 0;  ///< Σ of squared distances, in units of the plane z = 1
+/// A board's homography as measured.
+struct MeasuredHomography {
+  BoardGeometry geometry;  ///< its plane is that of a calibrated lens
+  /// Inverse of the covariance of its parameters.
+  BoardGeometry::Information information;
 };
 
-/// The two poses of a plane that explain a homography nearly equally well (Collins and Bartoli 2014, IPPE), each
-/// refined by least squares on the point pairs; the better one first. Nothing for a degenerate or mirrored homography.
-/// @param normalized_from_board homography from board points to the plane z = 1.
-/// @param pairs board points (any unit, which becomes the translation's) and their images on z = 1.
-std::optional<std::array<PlanePose, 2>> PlanePoses(const Eigen::Matrix3d& normalized_from_board,
-                                                   std::span<const PointPair> pairs);
+/// A pose with how well it explains a homography.
+struct PlanePose {
+  RigidTransform camera_from_board;  ///< metres
+  /// Of (x, y, z, θx, θy, θz) as in MarkerPose::covariance.
+  Matrix6d covariance;
+  double chi_square = 0;  ///< distance from the homography, by its information
+};
 
-/// The other pose that a plane may have when seen in `pose`: its normal mirrored about the line of sight, then refined
-/// so that it explains the same points best.
-PlanePose MirroredPose(const RigidTransform& camera_from_board, std::span<const PointPair> pairs);
+/// The two poses in which a board looks nearly the same (Collins and Bartoli 2014, IPPE), each moved to where it
+/// explains the measured homography best: six parameters instead of eight, by least squares with its information, which
+/// holds all that the image says. The better one first. Nothing for a degenerate or mirrored homography.
+/// @param cell_m side of a cell. @param focal of the plane, pixels.
+std::optional<std::array<PlanePose, 2>> PlanePoses(const MeasuredHomography& measured, double cell_m, double focal);
 
 }  // namespace chequer

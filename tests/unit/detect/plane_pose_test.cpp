@@ -2,51 +2,98 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <random>
-#include <vector>
 
 namespace chequer {
 namespace {
 
-std::vector<PointPair> Seen(const RigidTransform& camera_from_board) {
-  std::vector<PointPair> pairs;
+constexpr double kCell = 0.02, kFocal = 900, kDeviationPx = 0.02;
+
+RigidTransform RandomPose(std::mt19937& random, double least_tilt, double distance) {
+  std::uniform_real_distribution<double> tilt(least_tilt, 0.9), turn(-3, 3), place(-0.3, 0.3);
+  const double direction = turn(random), angle = tilt(random);
+  return {RotationFromVector({angle * std::cos(direction), angle * std::sin(direction), 0}) *
+              RotationFromVector({0, 0, turn(random)}),
+          {distance * place(random), distance * place(random), distance}};
+}
+
+/// The homography of a pose, and the information of 25 corners that are known to kDeviationPx.
+MeasuredHomography Seen(const RigidTransform& camera_from_board) {
+  Eigen::Matrix3d h;
+  const Eigen::Matrix3d rotation = camera_from_board.rotation.toRotationMatrix();
+  h << kCell * rotation.leftCols<2>(), camera_from_board.translation;
+  h.topRows<2>() *= kFocal;
+  MeasuredHomography measured{BoardGeometry(h), BoardGeometry::Information::Zero()};
   for (int y = -2; y <= 2; ++y)
-    for (int x = -2; x <= 2; ++x)
-      pairs.push_back({Eigen::Vector2d(0.02 * x, 0.02 * y),
-                       (camera_from_board * Eigen::Vector3d(0.02 * x, 0.02 * y, 0)).hnormalized()});
-  return pairs;
+    for (int x = -2; x <= 2; ++x) {
+      const BoardGeometry::Derivative by = measured.geometry.PlaneByParameters(Eigen::Vector2d(x, y));
+      measured.information += by.transpose() * by / (kDeviationPx * kDeviationPx);
+    }
+  return measured;
+}
+
+MeasuredHomography WithNoise(MeasuredHomography measured, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  BoardGeometry::Parameters white;
+  for (double& value : white) value = normal(random);
+  // With information = L Lᵀ, L⁻ᵀ makes white noise into that of the covariance.
+  measured.geometry.Add(measured.information.llt().matrixU().solve(white));
+  return measured;
+}
+
+Eigen::Matrix<double, 6, 1> Error(const RigidTransform& found, const RigidTransform& truth) {
+  Eigen::Matrix<double, 6, 1> error;
+  error << found.translation - truth.translation,
+      VectorFromRotation((found.rotation * truth.rotation.conjugate()).normalized());
+  return error;
 }
 
 TEST(PlanePoses, TheFirstIsTheTruePose) {
   std::mt19937 random(5);
-  std::uniform_real_distribution<double> tilt(-0.8, 0.8), turn(-3, 3), place(-0.3, 0.3);
   for (int i = 0; i < 200; ++i) {
-    const RigidTransform truth{
-        RotationFromVector({tilt(random), tilt(random), 0}) * RotationFromVector({0, 0, turn(random)}),
-        {place(random), place(random), 1}};
-    const std::vector<PointPair> pairs = Seen(truth);
-    const auto homography = FitHomography(pairs);
-    ASSERT_TRUE(homography.has_value());
-    const auto poses = PlanePoses(*homography, pairs);
+    const RigidTransform truth = RandomPose(random, 0, 1);
+    const auto poses = PlanePoses(Seen(truth), kCell, kFocal);
     ASSERT_TRUE(poses.has_value()) << "case " << i;
-    const RigidTransform& found = (*poses)[0].camera_from_board;
-    EXPECT_LT((found.translation - truth.translation).norm(), 1e-6) << "case " << i;
-    EXPECT_LT(VectorFromRotation(found.rotation * truth.rotation.conjugate()).norm(), 1e-5) << "case " << i;
-    EXPECT_GE((*poses)[1].square_error, (*poses)[0].square_error);
+    EXPECT_LT(Error((*poses)[0].camera_from_board, truth).norm(), 1e-5) << "case " << i;
+    EXPECT_GE((*poses)[1].chi_square, (*poses)[0].chi_square) << "case " << i;
   }
 }
 
-TEST(PlanePoses, AMirroredPlaneHasNone) {
-  std::vector<PointPair> pairs = Seen({RotationFromVector({0.2, 0.1, 0}), {0, 0, 1}});
-  for (PointPair& pair : pairs) pair.from.x() = -pair.from.x();
-  EXPECT_FALSE(PlanePoses(*FitHomography(pairs), pairs).has_value());
+TEST(PlanePoses, TheCovarianceIsThatOfTheErrors) {
+  std::mt19937 random(7);
+  double normalised = 0, chi_square = 0;
+  constexpr int kCases = 400;
+  for (int i = 0; i < kCases; ++i) {
+    const RigidTransform truth = RandomPose(random, 0.4, 0.6);
+    const auto poses = PlanePoses(WithNoise(Seen(truth), random), kCell, kFocal);
+    ASSERT_TRUE(poses.has_value()) << "case " << i;
+    const auto error = Error((*poses)[0].camera_from_board, truth);
+    normalised += error.dot((*poses)[0].covariance.inverse() * error);
+    chi_square += (*poses)[0].chi_square;
+  }
+  EXPECT_NEAR(normalised / kCases, 6, 0.6) << "squares of the errors by the covariance: six degrees of freedom";
+  EXPECT_NEAR(chi_square / kCases, 2, 0.3) << "of the homography's eight, two are left over";
 }
 
-TEST(FitHomography, PointsOnALineDetermineNone) {
-  std::vector<PointPair> pairs;
-  for (int i = 0; i < 6; ++i) pairs.push_back({Eigen::Vector2d(i, 2 * i), Eigen::Vector2d(3 * i, i)});
-  EXPECT_FALSE(FitHomography(pairs).has_value());
-  EXPECT_FALSE(FitHomography(std::span(pairs).first(3)).has_value());
+TEST(PlanePoses, TheSecondIsTheMirroredPoseAndIsLikelierTheFartherTheBoard) {
+  std::mt19937 random(9);
+  const RigidTransform near = RandomPose(random, 0.5, 0.5);
+  RigidTransform far = near;
+  far.translation *= 60;
+  const auto near_poses = PlanePoses(Seen(near), kCell, kFocal), far_poses = PlanePoses(Seen(far), kCell, kFocal);
+  ASSERT_TRUE(near_poses && far_poses);
+  EXPECT_GT((*near_poses)[1].chi_square, 1000);
+  EXPECT_LT((*far_poses)[1].chi_square, 1);
+  const Eigen::Vector3d sight = far.translation.normalized(), normal = far.rotation * Eigen::Vector3d::UnitZ(),
+                        mirrored = (*far_poses)[1].camera_from_board.rotation * Eigen::Vector3d::UnitZ();
+  EXPECT_LT((mirrored - (2 * normal.dot(sight) * sight - normal)).norm(), 0.05);
+}
+
+TEST(PlanePoses, AMirroredPlaneHasNone) {
+  MeasuredHomography seen = Seen({RotationFromVector({0.2, 0.1, 0}), {0, 0, 1}});
+  seen.geometry = BoardGeometry(seen.geometry.plane_from_board() * Eigen::Vector3d(-1, 1, 1).asDiagonal());
+  EXPECT_FALSE(PlanePoses(seen, kCell, kFocal).has_value());
 }
 
 }  // namespace

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "detect/board_geometry.h"
+#include "detect/board_pixels.h"
+
+namespace chequer {
+
+/// How much the board coordinates at a corner move by each parameter of the geometry, for a fixed pixel.
+struct CornerDerivative {
+  std::array<double, BoardGeometry::kParameters> x, y;
+};
+
+/// A value for each parity of pixel coordinates: phase = parity of x + 2 · parity of y.
+using PhaseValues = std::array<float, 4>;
+
+/// Gauss-Newton's normal equations of one board, with the cells' levels, of which there are many but each touches only
+/// its neighbours, eliminated (Schur complement over a banded Cholesky factor). The four phases of the pixels are
+/// solved side by side in vectors; those that share a channel hold the same sums and count once. Keeps its memory.
+class BoardEquations {
+ public:
+  /// The geometry's parameters, then the blur.
+  static constexpr int kUnknowns = BoardGeometry::kParameters + 1;
+  using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+  using Vector = Eigen::Matrix<double, kUnknowns, 1>;
+
+  struct Input {
+    const BoardPixels* pixels = nullptr;
+    /// By corner; `used` leaves corners out.
+    std::span<const CornerDerivative> derivatives;
+    std::span<const bool> used;
+    /// Phase of the red pixels of a mosaic; −1 if all phases are one channel.
+    int red_phase = -1;
+  };
+
+  /// From the sums of the lanes.
+  void Assemble(const Input& input);
+
+  /// What is left for geometry and blur when the levels follow them: JᵀWJ, JᵀWr and Σ w r².
+  const Matrix& normal() const { return normal_; }
+  const Vector& gradient() const { return gradient_; }
+  double chi_square() const { return chi_square_; }
+
+  /// Moves the levels, cell by cell, as they follow a step of geometry and blur.
+  void MoveLevels(const Vector& step, std::span<PhaseValues> levels);
+
+ private:
+  int cells_ = 0, band_ = 0;
+  /// By cell: entries of the matrix's column, from the diagonal down, then of the right-hand sides; four phases each.
+  std::vector<double> matrix_, right_;
+  Matrix normal_;
+  Vector gradient_;
+  double chi_square_ = 0;
+};
+
+}  // namespace chequer

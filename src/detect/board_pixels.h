@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "detect/board_geometry.h"
+#include "detect/light.h"
+#include "detect/photometric_kernel.h"
+
+namespace chequer {
+
+/// Where a corner lies, and how the image lies around it.
+struct CornerPlace {
+  Eigen::Vector2d board;           ///< cells
+  Eigen::Vector2d pixel;           ///< image
+  Eigen::Matrix2d pixel_by_board;  ///< derivative there
+  /// Centre of the region whose pixels are the corner's, cells from it: off zero at the board's rim.
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  bool inside = false;  ///< the image
+};
+
+/// The pixels of a board, dealt to the corners they are nearest to, in the lanes of the photometric kernel: lane
+/// 4 · rank + phase, with phase = parity of x + 2 · parity of y. Keeps its memory.
+class BoardPixels {
+ public:
+  /// Returns how many corners have pixels. @param blur_px roughly, of the image.
+  int Collect(const LightReader& reader, const Lens& lens, MarkerSize size, const BoardGeometry& geometry,
+              double blur_px);
+  /// Where the corners lie after the geometry has changed; the pixels stay with their corners.
+  void PlaceCorners(const Lens& lens, const BoardGeometry& geometry);
+
+  MarkerSize size() const { return size_; }
+  int corners() const { return corners_; }
+  const CornerPlace& place(int corner) const { return places_[static_cast<std::size_t>(corner)]; }
+  bool inside(int corner) const { return place(corner).inside; }
+  /// The first of the corner's four lanes.
+  int Lane(int corner) const { return 4 * rank_[static_cast<std::size_t>(corner)]; }
+  int Cell(int corner) const {
+    return corner / (size_.cols - 1) * size_.cols + corner % (size_.cols - 1);  ///< towards −x, −y
+  }
+  /// Of the lanes' plane coordinates.
+  const Eigen::Vector2d& origin() const { return origin_; }
+  LaneBlock& lanes() { return lanes_; }
+  const LaneBlock& lanes() const { return lanes_; }
+
+ private:
+  void RankCorners();
+  void CollectCorner(const LightReader& reader, const Lens& lens, const BoardGeometry& geometry, int corner,
+                     double blur_px);
+
+  MarkerSize size_;
+  int corners_ = 0;
+  std::array<CornerPlace, kMaxCorners> places_;
+  std::array<int, kMaxCorners> rank_{};
+  Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
+  LaneBlock lanes_;
+};
+
+}  // namespace chequer

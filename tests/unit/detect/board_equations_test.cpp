@@ -1,0 +1,115 @@
+#include "detect/board_equations.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <random>
+
+namespace chequer {
+namespace {
+
+constexpr MarkerSize kSize{5, 6};
+constexpr int kCorners = CornerCount(kSize), kCells = 30;
+
+/// Pixels around the corners of a plain board, with sums of random rows in every lane.
+class BoardEquationsTest : public testing::TestWithParam<int> {
+ protected:
+  BoardEquationsTest() {
+    std::vector<std::uint8_t> bytes(200 * 200, 128);
+    const Plane plane{bytes.data(), 200};
+    const ImageView image(PixelFormat::kBayerRg8, 200, 200, {&plane, 1});
+    std::array<float, 256> table{};
+    Eigen::Matrix3d h;
+    h << 12, 0, 100, 0, 12, 100, 0, 0, 1;
+    pixels_.Collect(LightReader(image, table), Lens(), kSize, BoardGeometry(h), 1);
+    used_.fill(true);
+    used_[3] = false;
+    for (CornerDerivative& by : derivatives_)
+      for (std::size_t k = 0; k < BoardGeometry::kParameters; ++k) by.x[k] = value_(random_), by.y[k] = value_(random_);
+    FillLanes();
+  }
+
+  void FillLanes() {
+    LaneBlock& lanes = pixels_.lanes();
+    for (int lane = 0; lane < lanes.lanes(); ++lane) {
+      Eigen::MatrixXf rows(40, int{kLaneColumns});
+      for (float& value : rows.reshaped()) value = static_cast<float>(value_(random_));
+      rows_.push_back(rows.cast<double>());
+      const Eigen::MatrixXf products = rows.transpose() * rows;
+      for (int a = 0; a < kLaneColumns; ++a)
+        for (int b = a; b < kLaneColumns; ++b) lanes.sum_data(ProductSum(a, b))[lane] = products(a, b);
+    }
+  }
+
+  /// The rows of all lanes over every unknown: geometry, blur, then the levels by channel and cell.
+  Eigen::MatrixXd Dense(const std::array<int, 4>& channel_of_phase, int channels, Eigen::VectorXd* residual) const {
+    const int unknowns = BoardEquations::kUnknowns + channels * kCells;
+    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(0, unknowns);
+    residual->resize(0);
+    for (int corner = 0; corner < kCorners; ++corner) {
+      if (!used_[static_cast<std::size_t>(corner)]) continue;
+      const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
+      for (int phase = 0; phase < 4; ++phase) {
+        const Eigen::MatrixXd& rows = rows_[static_cast<std::size_t>(pixels_.Lane(corner) + phase)];
+        Eigen::MatrixXd block = Eigen::MatrixXd::Zero(rows.rows(), unknowns);
+        for (int k = 0; k < BoardGeometry::kParameters; ++k)
+          block.col(k) = rows.col(kShiftX) * by.x[static_cast<std::size_t>(k)] +
+                         rows.col(kShiftY) * by.y[static_cast<std::size_t>(k)];
+        block.col(BoardGeometry::kParameters) = rows.col(kBlur);
+        const int cell = pixels_.Cell(corner),
+                  first = BoardEquations::kUnknowns + channel_of_phase[static_cast<std::size_t>(phase)] * kCells;
+        const std::array<int, 4> cells{cell, cell + 1, cell + kSize.cols, cell + kSize.cols + 1};
+        for (int a = 0; a < 4; ++a) block.col(first + cells[static_cast<std::size_t>(a)]) = rows.col(kLevel00 + a);
+        dense.conservativeResize(dense.rows() + block.rows(), Eigen::NoChange);
+        dense.bottomRows(block.rows()) = block;
+        residual->conservativeResize(dense.rows());
+        residual->tail(block.rows()) = rows.col(kResidual);
+      }
+    }
+    return dense;
+  }
+
+  std::mt19937 random_{3};
+  std::uniform_real_distribution<double> value_{-1, 1};
+  BoardPixels pixels_;
+  std::array<CornerDerivative, kCorners> derivatives_;
+  std::array<bool, kCorners> used_;
+  std::vector<Eigen::MatrixXd> rows_;
+};
+
+TEST_P(BoardEquationsTest, SolvesAsADenseSolverDoes) {
+  const int red = GetParam();
+  std::array<int, 4> channel_of_phase{};
+  if (red >= 0)
+    for (int phase = 0; phase < 4; ++phase)
+      channel_of_phase[static_cast<std::size_t>(phase)] = phase == red ? 0 : (phase == 3 - red ? 2 : 1);
+  const int channels = red >= 0 ? 3 : 1;
+  Eigen::VectorXd residual;
+  const Eigen::MatrixXd dense = Dense(channel_of_phase, channels, &residual);
+  Eigen::MatrixXd normal = dense.transpose() * dense;
+  normal.diagonal().tail(channels * kCells).array() += 1e-3;  // for cells that nothing has seen
+  const Eigen::VectorXd solution = normal.llt().solve(dense.transpose() * residual);
+
+  BoardEquations equations;
+  equations.Assemble({.pixels = &pixels_, .derivatives = derivatives_, .used = used_, .red_phase = red});
+  const BoardEquations::Vector step = equations.normal().llt().solve(equations.gradient());
+  EXPECT_LT((step - solution.head<BoardEquations::kUnknowns>()).norm(), 1e-4);
+  EXPECT_NEAR(equations.chi_square() - step.dot(equations.gradient()), (residual - dense * solution).squaredNorm(),
+              1e-2);
+  const Eigen::MatrixXd covariance = normal.inverse().topLeftCorner<9, 9>();
+  EXPECT_LT((equations.normal().inverse() - covariance).norm(), 1e-3 * covariance.norm());
+
+  std::vector<PhaseValues> levels(kCells, PhaseValues{});
+  equations.MoveLevels(step, levels);
+  for (int cell = 0; cell < kCells; ++cell)
+    for (int phase = 0; phase < 4; ++phase)
+      EXPECT_NEAR(
+          levels[static_cast<std::size_t>(cell)][static_cast<std::size_t>(phase)],
+          solution[BoardEquations::kUnknowns + channel_of_phase[static_cast<std::size_t>(phase)] * kCells + cell], 1e-4)
+          << "cell " << cell << ", phase " << phase;
+}
+
+INSTANTIATE_TEST_SUITE_P(RedPhase, BoardEquationsTest, testing::Values(-1, 0, 1, 2, 3));
+
+}  // namespace
+}  // namespace chequer

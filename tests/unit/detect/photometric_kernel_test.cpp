@@ -1,0 +1,157 @@
+#include "detect/photometric_kernel.h"
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+namespace chequer {
+namespace {
+
+constexpr int kLanes = 20, kPixels = 37;
+
+struct Lane {
+  double corner_x, corner_y, px_x, px_y, correlation, level[4], floor, slope;
+};
+
+/// The model as the header states it, in double precision.
+double Model(const Lane& lane, double x, double y, double blur) {
+  const auto integral = [](double a) { return 0.5 * std::erfc(-a / std::sqrt(2)); };
+  const auto density = [](double a) { return std::exp(-0.5 * a * a) / std::sqrt(2 * M_PI); };
+  const double ax = x * lane.px_x / blur, ay = y * lane.px_y / blur;
+  const double wx = integral(ax), wy = integral(ay), twist = lane.correlation * density(ax) * density(ay);
+  return lane.level[0] * ((1 - wx) * (1 - wy) + twist) + lane.level[1] * (wx * (1 - wy) - twist) +
+         lane.level[2] * ((1 - wx) * wy - twist) + lane.level[3] * (wx * wy + twist);
+}
+
+class Kernel : public testing::Test {
+ protected:
+  Kernel() {
+    block_.Reset(kLanes, 64);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      Lane& at = lanes_.emplace_back();
+      at = {value_(random_),
+            value_(random_),
+            8 + value_(random_),
+            9 + value_(random_),
+            0.1 * value_(random_),
+            {},
+            1e-4,
+            1e-3};
+      for (double& level : at.level) level = 0.4 + 0.3 * value_(random_);
+      const double parameters[] = {at.corner_x, at.corner_y, at.px_x,     at.px_y,  at.correlation, at.level[0],
+                                   at.level[1], at.level[2], at.level[3], at.floor, at.slope};
+      for (int i = 0; i < LaneBlock::kParameters; ++i)
+        block_.parameter_data(i)[lane] = static_cast<float>(parameters[i]);
+      block_.count(lane) = kPixels - lane % 3;
+      for (int i = 0; i < block_.count(lane); ++i) {
+        const std::size_t place = block_.Place(lane, i);
+        block_.u_data()[place] = static_cast<float>(8 * (at.corner_x + 0.5 * value_(random_)));
+        block_.v_data()[place] = static_cast<float>(8 * (at.corner_y + 0.5 * value_(random_)));
+        block_.light_data()[place] = static_cast<float>(0.4 + 0.1 * value_(random_));
+      }
+    }
+    const float board_from_plane[9] = {0.125f, 0.002f, 0.01f, -0.003f, 0.125f, -0.02f, 1e-4f, -2e-4f, 1};
+    std::copy(board_from_plane, board_from_plane + 9, input_.board_from_plane);
+    input_.blur_px = 1.1f;
+  }
+
+  /// Offset of a pixel from its corner on the board.
+  std::pair<double, double> Offset(int lane, int i) const {
+    const double u = block_.u_data()[block_.Place(lane, i)], v = block_.v_data()[block_.Place(lane, i)];
+    const float* h = input_.board_from_plane;
+    const double w = h[6] * u + h[7] * v + h[8];
+    const Lane& at = lanes_[static_cast<std::size_t>(lane)];
+    return {(h[0] * u + h[1] * v + h[2]) / w - at.corner_x, (h[3] * u + h[4] * v + h[5]) / w - at.corner_y};
+  }
+
+  /// A lane's columns by central differences of the model.
+  std::array<double, kLaneColumns> Row(int lane, int i) const {
+    const auto [x, y] = Offset(lane, i);
+    Lane at = lanes_[static_cast<std::size_t>(lane)];
+    const double blur = double{input_.blur_px}, h = 1e-5;
+    std::array<double, kLaneColumns> row{};
+    row[kShiftX] = (Model(at, x + h, y, blur) - Model(at, x - h, y, blur)) / (2 * h);
+    row[kShiftY] = (Model(at, x, y + h, blur) - Model(at, x, y - h, blur)) / (2 * h);
+    row[kBlur] = (Model(at, x, y, blur + h) - Model(at, x, y, blur - h)) / (2 * h);
+    const double model = Model(at, x, y, blur);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double level = at.level[k];
+      at.level[k] = level + 1;
+      row[kLevel00 + k] = Model(at, x, y, blur) - model;
+      at.level[k] = level;
+    }
+    row[kResidual] = double{block_.light_data()[block_.Place(lane, i)]} - model;
+    const double root = 1 / std::sqrt(at.floor + at.slope * std::max(model, 0.0));
+    for (double& value : row) value *= root;
+    return row;
+  }
+
+  std::mt19937 random_{11};
+  std::uniform_real_distribution<double> value_{-1, 1};
+  std::vector<Lane> lanes_;
+  LaneBlock block_;
+  KernelInput input_;
+};
+
+TEST_F(Kernel, SumsAreThoseOfTheModelOnEveryTarget) {
+  for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    AccumulateLanes(input_, block_);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      std::array<std::array<double, kLaneColumns>, kLaneColumns> sums{};
+      for (int i = 0; i < block_.count(lane); ++i) {
+        const auto row = Row(lane, i);
+        for (std::size_t a = 0; a < kLaneColumns; ++a)
+          for (std::size_t b = a; b < kLaneColumns; ++b) sums[a][b] += row[a] * row[b];
+      }
+      for (std::size_t a = 0; a < kLaneColumns; ++a)
+        for (std::size_t b = a; b < kLaneColumns; ++b)
+          EXPECT_NEAR(block_.sum(ProductSum(static_cast<int>(a), static_cast<int>(b)), lane), sums[a][b],
+                      2e-3 * std::sqrt(sums[a][a] * sums[b][b]) + 1e-3)
+              << hwy::TargetName(target) << ", lane " << lane << ", columns " << a << " and " << b;
+      EXPECT_EQ(block_.sum(kWeight, lane), static_cast<float>(block_.count(lane)));
+      EXPECT_EQ(block_.sum(kDarkCount, lane) + block_.sum(kLightCount, lane), static_cast<float>(block_.count(lane)));
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST_F(Kernel, APixelFarOffCountsLess) {
+  const std::size_t place = block_.Place(4, 2);
+  AccumulateLanes(input_, block_);
+  const float before = block_.sum(ProductSum(kResidual, kResidual), 4);
+  block_.light_data()[place] += 0.5f;
+  input_.robust_limit = 1e9f;
+  AccumulateLanes(input_, block_);
+  const float plain = block_.sum(ProductSum(kResidual, kResidual), 4);
+  input_.robust_limit = 4;
+  AccumulateLanes(input_, block_);
+  EXPECT_GT(plain, before);
+  EXPECT_LT(block_.sum(ProductSum(kResidual, kResidual), 4), 0.7f * plain);
+  EXPECT_LT(block_.sum(kWeight, 4), static_cast<float>(block_.count(4)));
+}
+
+TEST_F(Kernel, ASaturatedPixelAgreesWithABrighterModel) {
+  for (double& level : lanes_[0].level) level = 1.2;
+  for (int i = 0; i < 4; ++i) block_.parameter_data(LaneBlock::kL00 + i)[0] = 1.2f;
+  for (int i = 0; i < block_.count(0); ++i) block_.light_data()[block_.Place(0, i)] = 1;
+  AccumulateLanes(input_, block_);
+  EXPECT_EQ(block_.sum(kWeight, 0), 0);
+  EXPECT_EQ(block_.sum(ProductSum(kResidual, kResidual), 0), 0);
+}
+
+TEST_F(Kernel, EvenOutTakesAGradientOutButNotOfSaturatedPixels) {
+  const std::size_t plain = block_.Place(3, 5), saturated = block_.Place(3, 6);
+  block_.light_data()[saturated] = 1;
+  const float u = block_.u_data()[plain], v = block_.v_data()[plain], light = block_.light_data()[plain];
+  EvenOutLanes(0.02f, -0.03f, 0.99f, block_);
+  EXPECT_NEAR(block_.light_data()[plain], light * std::exp(-(0.02f * u - 0.03f * v)), 1e-4);
+  EXPECT_EQ(block_.light_data()[saturated], 1);
+}
+
+}  // namespace
+}  // namespace chequer
