@@ -14,7 +14,8 @@ void NotifyReady();
 void NotifyStopping();
 /// One line for `systemctl status`.
 void NotifyStatus(const std::string& line);
-/// Says that the daemon lives, if the unit asks for it (WatchdogSec=).
+/// Says that the daemon lives, if the unit asks for it (WatchdogSec=). Called with each status, so once a second: the
+/// unit's time must leave room for some of them.
 void NotifyAlive();
 
 /// The line that says how the daemon fares, such as "60.0 frames/s, 49.5 markers a frame, 3 frames dropped" or

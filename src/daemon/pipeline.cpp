@@ -127,19 +127,23 @@ struct Pipeline::Impl {
   }
 
   void Work(const DetectFrame& detect) {
-    while (auto taken = queue.Take()) finished.Push(taken->ticket, Detect(detect, std::move(*taken)));
+    while (auto taken = queue.Take()) {
+      const std::uint64_t ticket = taken->ticket;
+      Finished result = Detect(detect, taken->item, taken->superseded);
+      taken.reset();  // gives the buffer back to the source before it may have to wait for its turn
+      finished.Push(ticket, std::move(result));
+    }
     if (--workers_left == 0) finished.Close();
   }
 
-  Finished Detect(const DetectFrame& detect, NewestQueue<CapturedFrame>::Taken taken) const {
-    const CapturedFrame& captured = taken.item;
+  Finished Detect(const DetectFrame& detect, const CapturedFrame& captured, std::uint64_t superseded) const {
     const Frame& frame = captured.frame;
     Finished result;
     result.captured_utc = frame.captured_utc;
     result.captured_monotonic = frame.captured_monotonic;
     result.instant = frame.instant;
     result.sequence = frame.sequence;
-    result.frames_dropped = captured.dropped_before + taken.superseded;
+    result.frames_dropped = captured.dropped_before + superseded;
     result.size = {frame.image.width(), frame.image.height()};
     result.times.captured = options.capture_times_are_live ? frame.captured_monotonic : captured.arrived;
     result.times.started = clock.monotonic();
