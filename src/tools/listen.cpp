@@ -99,8 +99,10 @@ class Listener {
     const MonotonicTime now = clock_.monotonic();
     if (now < next_redraw_) return;
     next_redraw_ = now + kRedraw;
-    // To the top left, the table, and what is left of the last one away.
-    std::printf("\x1b[H%s\x1b[J", table_.Text(now, TerminalLines()).c_str());
+    // To the top left, then over the last table: the rest of each line and what is left below it away.
+    std::string text = "\x1b[H";
+    for (const char c : table_.Text(now, TerminalLines())) text.append(c == '\n' ? "\x1b[K\n" : std::string(1, c));
+    std::printf("%s\x1b[J", text.c_str());
     std::fflush(stdout);
   }
 
