@@ -102,17 +102,19 @@ std::string Describe(const MarkerCode& code) {
 void LimitToRoster(std::vector<MarkerFamily>& families, const std::vector<std::uint64_t>& ids) {
   std::string all_families;
   std::uint64_t largest = 0;
-  for (MarkerFamily& family : families) {
+  for (const MarkerFamily& family : families) {
     all_families.append(all_families.empty() ? "" : "; ").append(Describe(family.code));
     largest = std::max(largest, family.code.max_id());
+  }
+  const auto beyond = std::find_if(ids.begin(), ids.end(), [&](std::uint64_t id) { return id > largest; });
+  if (beyond != ids.end())
+    throw CLI::ValidationError("--ids", "no marker has the id " + std::to_string(*beyond) + " (" + all_families + ")");
+  for (MarkerFamily& family : families) {
     std::copy_if(ids.begin(), ids.end(), std::back_inserter(family.roster),
                  [&](std::uint64_t id) { return id <= family.code.max_id(); });
     // An empty roster would mean all ids.
     if (family.roster.empty()) throw CLI::ValidationError("--ids", "names no id of " + Describe(family.code));
   }
-  const auto beyond = std::find_if(ids.begin(), ids.end(), [&](std::uint64_t id) { return id > largest; });
-  if (beyond != ids.end())
-    throw CLI::ValidationError("--ids", "no marker has the id " + std::to_string(*beyond) + " (" + all_families + ")");
 }
 
 }  // namespace
