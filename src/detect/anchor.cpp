@@ -1,22 +1,28 @@
 #include "detect/anchor.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "detect/colours.h"
 
 namespace chequer {
 namespace {
 
-/// Larger grids are no boards: a wall of tiles.
-constexpr int kMostLattice = 160;
-/// Least corners of a placement that were found, of all it has.
-constexpr double kLeastCorners = 0.3;
+/// Least share of a board's corners that were found.
+constexpr double kLeastCorners = 0.38;
+/// Least share of the corners of the window that has the most.
+constexpr double kLeastOfMost = 0.8;
 /// Least share of cells that must be seen as lighter or darker than their neighbours.
 constexpr double kLeastVisible = 0.5;
 /// Border: least cells judged, least share that matches.
 constexpr int kLeastBorder = 9;
 constexpr double kLeastMatches = 0.85;
+/// Half the side of the square that tells a cell's light: as a share of the cell, and at most so many pixels.
+constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
+/// How much less blue yellow cells return than white ones, in standard deviations of the difference, to be looked at.
+constexpr float kLeastBlueLead = 2;
 /// How much a placement must beat those it overlaps with.
 constexpr double kLeastLead = 3;
 /// Distance between the group means over its standard error, each of light and dark cells.
@@ -38,160 +44,137 @@ BorderPattern::BorderPattern(MarkerSize marker_size)
     : size(marker_size), cells(BorderCells(marker_size)), saturated(BorderSaturation(marker_size)) {}
 
 BoardFinder::BoardFinder(std::vector<BorderPattern> patterns, ColorSpace space)
-    : patterns_(std::move(patterns)), space_(space) {}
+    : patterns_(std::move(patterns)), space_(space) {
+  for (const BorderPattern& pattern : patterns_)
+    most_corners_ = std::max({most_corners_, pattern.size.rows - 1, pattern.size.cols - 1});
+}
 
-bool BoardFinder::MapLattice(const Grid& grid, std::span<const LatticeCorner> lattice,
-                             const std::vector<Corner>& corners, const Lens& lens) {
-  min_x_ = grid.min_x;
-  min_y_ = grid.min_y;
-  width_ = grid.max_x - grid.min_x + 1;
-  height_ = grid.max_y - grid.min_y + 1;
-  if (width_ > kMostLattice || height_ > kMostLattice) return false;
-  map_.assign(static_cast<std::size_t>(width_ * height_), -1);
-  positions_.clear();
-  scales_.clear();
-  for (const LatticeCorner& at : lattice) {
-    int& slot = map_[static_cast<std::size_t>((at.y - min_y_) * width_ + at.x - min_x_)];
-    if (slot >= 0) continue;
-    const Corner& corner = corners[static_cast<std::size_t>(at.corner)];
-    const auto plane = lens.ToPlane(corner.position.cast<double>());
-    if (!plane) continue;
-    slot = static_cast<int>(positions_.size());
-    positions_.push_back(*plane);
-    scales_.push_back(corner.scale);
-  }
+bool BoardFinder::FitWindow(const Lattice::Window& window, std::vector<PointPair>* pairs) {
+  const auto homography = lattice_.Fit(window, pairs);
+  if (!homography) return false;
+  image_from_lattice_ = *homography;
   return true;
 }
 
-bool BoardFinder::FitFootprint(int x, int y, int cols, int rows) {
-  pairs_.clear();
-  for (int dy = 0; dy < rows; ++dy)
-    for (int dx = 0; dx < cols; ++dx)
-      if (const int i = At(x + dx, y + dy); i >= 0)
-        pairs_.push_back({{dx + 1.0, dy + 1.0}, positions_[static_cast<std::size_t>(i)]});
-  if (pairs_.size() < GridLinker::kFewest || static_cast<double>(pairs_.size()) < kLeastCorners * cols * rows) {
-    return false;
-  }
-  const bool all = pairs_.size() == positions_.size();
-  const Eigen::Vector2d shift(x - 1, y - 1);  // lattice from footprint
-  const Eigen::Matrix3d lattice_from_footprint =
-      (Eigen::Matrix3d() << 1, 0, shift.x(), 0, 1, shift.y(), 0, 0, 1).finished();
-  if (all && shared_) {
-    if (!shared_fits_) return false;
-    plane_from_lattice_ = plane_from_shared_ * lattice_from_footprint;
-    pairs_ = shared_pairs_;
-    for (PointPair& pair : pairs_) pair.from -= shift;
-    return true;
-  }
-  const bool fits = FitPairs(cols, rows);
-  if (all) {
-    shared_ = true;
-    shared_fits_ = fits;
-    plane_from_shared_ = plane_from_lattice_ * lattice_from_footprint.inverse();
-    shared_pairs_ = pairs_;
-    for (PointPair& pair : shared_pairs_) pair.from += shift;
-  } else {
-    std::fill(cached_.begin(), cached_.end(), std::uint8_t{0});
-    shared_ = false;
-  }
-  return fits;
-}
-
-bool BoardFinder::FitPairs(int cols, int rows) {
-  // A corner that does not belong is found by how far it lies off the others' homography.
-  for (int attempt = 0; attempt < 3; ++attempt) {
-    const auto homography = FitHomography(pairs_);
-    if (!homography) return false;
-    plane_from_lattice_ = *homography;
-    double worst = 0;
-    std::size_t worst_index = 0;
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const double error = ((*homography * pairs_[i].from.homogeneous()).hnormalized() - pairs_[i].to).norm();
-      if (error > worst) worst = error, worst_index = i;
-    }
-    const Eigen::Vector2d center(cols / 2.0 + 0.5, rows / 2.0 + 0.5);
-    const double cell = ((*homography * (center + Eigen::Vector2d(0.5, 0)).homogeneous()).hnormalized() -
-                         (*homography * (center - Eigen::Vector2d(0.5, 0)).homogeneous()).hnormalized())
-                            .norm();
-    if (worst < std::max(0.25 * cell, 1.0)) return true;
-    if (pairs_.size() <= GridLinker::kFewest) return false;
-    pairs_.erase(pairs_.begin() + static_cast<std::ptrdiff_t>(worst_index));
-  }
-  return false;
-}
-
-void BoardFinder::SampleCells(int x, int y, int cols, int rows, const LightReader& reader, const Lens& lens) {
-  samples_.assign(static_cast<std::size_t>(cols * rows), CellSample{});
-  const auto image_at = [&](double col, double row) -> Eigen::Vector2d {
-    return lens.ToImage((plane_from_lattice_ * Eigen::Vector3d(col, row, 1)).hnormalized());
+std::optional<BoardFinder::Place> BoardFinder::PlaceByHomography(int x, int y) const {
+  const auto image_at = [&](double u, double v) -> Eigen::Vector2d {
+    return (image_from_lattice_ * Eigen::Vector3d(u, v, 1)).hnormalized();
   };
-  // The short side of a cell tells how much of it is clear of its neighbours.
-  const Eigen::Vector2d center = image_at(cols / 2.0, rows / 2.0);
-  const Eigen::Vector2d along_x = image_at(cols / 2.0 + 0.5, rows / 2.0) - center,
-                        along_y = image_at(cols / 2.0, rows / 2.0 + 0.5) - center;
+  Place place{image_at(x + 0.5, y + 0.5), 0};
+  const Eigen::Vector2d along_x = image_at(x + 1.0, y + 0.5) - place.center,
+                        along_y = image_at(x + 0.5, y + 1.0) - place.center;
   const double area = std::abs(along_x.x() * along_y.y() - along_x.y() * along_y.x());
-  const double half = 0.5 * area / std::max({along_x.norm(), along_y.norm(), 1e-9});
-  const float half_px = static_cast<float>(std::clamp(half, 0.0, 3.0));
+  place.side = 2 * area / std::max({along_x.norm(), along_y.norm(), 1e-9});
+  return place;
+}
+
+std::optional<BoardFinder::Place> BoardFinder::PlaceByNeighbours(int x, int y) const {
+  const std::array<const Lattice::Point*, 4> around{lattice_.At(x, y), lattice_.At(x + 1, y), lattice_.At(x + 1, y + 1),
+                                                    lattice_.At(x, y + 1)};
+  // Between opposite corners.
+  for (const std::size_t k : {0u, 1u})
+    if (around[k] && around[k + 2]) {
+      const Eigen::Vector2d diagonal = around[k + 2]->image - around[k]->image;
+      return Place{(around[k]->image + around[k + 2]->image) / 2, diagonal.norm() * std::numbers::sqrt2 / 2};
+    }
+  // Beyond an edge, which the lattice has to its left when it goes round by growing angle.
+  for (std::size_t k = 0; k < 4; ++k)
+    if (around[k] && around[(k + 1) % 4]) {
+      const Eigen::Vector2d edge = around[(k + 1) % 4]->image - around[k]->image;
+      return Place{(around[k]->image + around[(k + 1) % 4]->image) / 2 + Eigen::Vector2d(-edge.y(), edge.x()) / 2,
+                   edge.norm()};
+    }
+  return std::nullopt;
+}
+
+const BoardFinder::CellSample& BoardFinder::CellAt(int x, int y, const LightReader& reader) {
+  CellSample& sample = cells_[static_cast<std::size_t>((y - cell_window_.y) * cell_window_.cols + x - cell_window_.x)];
+  if (sample.sampled) return sample;
+  sample.sampled = true;
+  const std::optional<Place> place = shared_ ? PlaceByHomography(x, y) : PlaceByNeighbours(x, y);
+  sample.inside = place && place->center.x() >= 0 && place->center.y() >= 0 &&
+                  place->center.x() <= reader.width() - 1 && place->center.y() <= reader.height() - 1;
+  if (!sample.inside) return sample;
+  const float half_px = static_cast<float>(std::min(kSampledShare * place->side, kMostSampledPx));
+  sample.light =
+      reader.Rgb(static_cast<float>(place->center.x()), static_cast<float>(place->center.y()), half_px).cwiseMax(0);
+  sample.blue_share = sample.light[2] / std::max(sample.light.sum(), 1e-6f);
+  return sample;
+}
+
+/// Whether the light cells of the border that should be yellow return less blue than the others. Whatever the white
+/// is, so no colours need be computed: refuses nearly every window of a wall of tiles at once.
+bool BoardFinder::MayBeBorder(const BorderPattern& pattern, const Lattice::Window& window, int turn,
+                              const LightReader& reader) {
+  std::array<float, 2> n{}, sum{}, square{};  // by saturation
+  for (std::size_t k = 0; k < pattern.cells.size(); ++k) {
+    const Cell& cell = pattern.cells[k];
+    if (IsDark(cell.row, cell.col)) continue;
+    const Cell at = InFootprint(pattern.size, cell.row, cell.col, turn);
+    const CellSample& sample = CellAt(window.x - 1 + at.col, window.y - 1 + at.row, reader);
+    if (!sample.inside) continue;
+    const std::size_t group = pattern.saturated[k];
+    n[group] += 1;
+    sum[group] += sample.blue_share;
+    square[group] += sample.blue_share * sample.blue_share;
+  }
+  if (n[0] < 2 || n[1] < 2) return false;
+  float variance = 0;
+  for (std::size_t group = 0; group < 2; ++group) {
+    const float mean = sum[group] / n[group];
+    variance += std::max(square[group] / n[group] - mean * mean, 0.0f) / n[group];
+  }
+  return sum[0] / n[0] - sum[1] / n[1] > kLeastBlueLead * std::sqrt(variance);
+}
+
+void BoardFinder::MarkVisible(const Lattice::Window& window, const LightReader& reader) {
+  const int cols = window.cols + 1, rows = window.rows + 1;
+  samples_.resize(static_cast<std::size_t>(cols * rows));
+  lead_.resize(samples_.size());
+  visible_.resize(samples_.size());
+  value_.resize(samples_.size());
   for (int row = 0; row < rows; ++row)
     for (int col = 0; col < cols; ++col) {
-      CellSample& sample = samples_[static_cast<std::size_t>(row * cols + col)];
-      const int at_x = x - 1 + col - cache_x_, at_y = y - 1 + row - cache_y_;
-      const std::size_t slot = static_cast<std::size_t>(at_y * cache_cols_ + at_x);
-      if (cached_[slot]) {
-        sample = cache_[slot];
-        continue;
-      }
-      const Eigen::Vector2d p = image_at(col + 0.5, row + 0.5);
-      sample.inside = p.x() >= 0 && p.y() >= 0 && p.x() <= reader.width() - 1 && p.y() <= reader.height() - 1;
-      if (sample.inside) sample.light = reader.Rgb(static_cast<float>(p.x()), static_cast<float>(p.y()), half_px);
-      cache_[slot] = sample;
-      cached_[slot] = 1;
+      const std::size_t i = static_cast<std::size_t>(row * cols + col);
+      samples_[i] = CellAt(window.x - 1 + col, window.y - 1 + row, reader);
+      value_[i] = std::sqrt(samples_[i].light[0] + samples_[i].light[1]);
     }
-}
-
-void BoardFinder::MarkVisible(int cols, int rows) {
   // How much lighter each cell is than its neighbours, in the measure that knows blue from black least. The sign is
   // that of the cell's class where the board is in view.
-  lead_.assign(samples_.size(), 0.0f);
-  std::vector<float> sizes;
-  sizes.reserve(samples_.size());
+  sorted_.clear();
   for (int row = 0; row < rows; ++row)
     for (int col = 0; col < cols; ++col) {
-      const auto value = [&](int r, int c) {
-        const Eigen::Vector3f& light = samples_[static_cast<std::size_t>(r * cols + c)].light;
-        return std::sqrt(std::max(light[0] + light[1], 0.0f));
+      const std::size_t i = static_cast<std::size_t>(row * cols + col);
+      float sum = 0, count = 0;
+      const auto add = [&](bool exists, std::size_t neighbour) {
+        if (!exists || !samples_[neighbour].inside) return;
+        sum += value_[neighbour];
+        count += 1;
       };
-      float sum = 0;
-      int count = 0;
-      for (const auto& [dr, dc] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
-        const int r = row + dr, c = col + dc;
-        if (r < 0 || c < 0 || r >= rows || c >= cols || !samples_[static_cast<std::size_t>(r * cols + c)].inside)
-          continue;
-        sum += value(r, c);
-        ++count;
-      }
-      const float difference = count ? value(row, col) - sum / static_cast<float>(count) : 0;
-      lead_[static_cast<std::size_t>(row * cols + col)] = difference;
-      sizes.push_back(std::abs(difference));
+      add(row > 0, i - static_cast<std::size_t>(cols));
+      add(row + 1 < rows, i + static_cast<std::size_t>(cols));
+      add(col > 0, i - 1);
+      add(col + 1 < cols, i + 1);
+      lead_[i] = count > 0 ? value_[i] - sum / count : 0;
+      sorted_.push_back(std::abs(lead_[i]));
     }
-  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() * 2 / 3), sizes.end());
-  const float least = 0.3f * sizes[sizes.size() * 2 / 3];
-  for (std::size_t i = 0; i < samples_.size(); ++i) {
-    samples_[i].visible = samples_[i].inside && std::abs(lead_[i]) > least;
-  }
+  const auto upper = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 2 / 3);
+  std::nth_element(sorted_.begin(), upper, sorted_.end());
+  const float least = 0.3f * *upper;
+  for (std::size_t i = 0; i < samples_.size(); ++i) visible_[i] = samples_[i].inside && std::abs(lead_[i]) > least;
 }
 
-bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) const {
+bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
   const BorderPattern& pattern = patterns_[static_cast<std::size_t>(placement.pattern)];
   const MarkerSize size = pattern.size;
-  const int cols = placement.turn % 2 == 0 ? size.cols : size.rows;
+  const int cols = placement.corners.cols + 1;
   const auto index = [&](int row, int col) {
     const Cell cell = InFootprint(size, row, col, placement.turn);
     return static_cast<std::size_t>(cell.row * cols + cell.col);
   };
   const auto visible = [&](int row, int col) {
     const std::size_t i = index(row, col);
-    return samples_[i].visible && (lead_[i] < 0) == IsDark(row, col);
+    return visible_[i] && (lead_[i] < 0) == IsDark(row, col);
   };
   if (board) {
     board->light.resize(static_cast<std::size_t>(size.rows * size.cols));
@@ -223,16 +206,15 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) const 
   };
   // Group means of eq. 4, apart for light and dark cells, whose inks differ in strength.
   std::array<std::array<GaussianSum, 2>, 2> groups;  // [dark][saturated]
-  std::vector<std::pair<std::size_t, float>> values;
-  values.reserve(pattern.cells.size());
+  values_.clear();
   for (std::size_t k = 0; k < pattern.cells.size(); ++k) {
     const Cell& cell = pattern.cells[k];
     if (!visible(cell.row, cell.col)) continue;
     const float value = saturation(cell.row, cell.col);
-    values.emplace_back(k, value);
+    values_.emplace_back(k, value);
     groups[IsDark(cell.row, cell.col)][pattern.saturated[k]].Add(value);
   }
-  if (static_cast<int>(values.size()) < std::min(kLeastBorder, BorderLength(size))) return false;
+  if (static_cast<int>(values_.size()) < std::min(kLeastBorder, BorderLength(size))) return false;
   std::array<double, 2> threshold{};
   for (std::size_t dark = 0; dark < 2; ++dark) {
     const Gaussian plain = groups[dark][0].Get(), inked = groups[dark][1].Get();
@@ -243,11 +225,11 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) const 
     threshold[dark] = (plain.mean + inked.mean) / 2;
   }
   int matches = 0;
-  for (const auto& [k, value] : values) {
+  for (const auto& [k, value] : values_) {
     const Cell& cell = pattern.cells[k];
     matches += (value > threshold[IsDark(cell.row, cell.col)]) == (pattern.saturated[k] != 0);
   }
-  placement.border_seen = static_cast<int>(values.size());
+  placement.border_seen = static_cast<int>(values_.size());
   placement.border_matches = matches;
   placement.score = 2 * matches - placement.border_seen + 0.25 * seen;
   if (matches < kLeastMatches * placement.border_seen) return false;
@@ -261,108 +243,120 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) const 
   return true;
 }
 
-void BoardFinder::TryFootprint(int pattern, int x, int y, bool turned, const LightReader& reader, const Lens& lens) {
+void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool turned, const LightReader& reader) {
   const MarkerSize size = patterns_[static_cast<std::size_t>(pattern)].size;
-  const int cols = turned ? size.rows : size.cols, rows = turned ? size.cols : size.rows;
-  if (!FitFootprint(x, y, cols - 1, rows - 1)) return;
-  SampleCells(x, y, cols, rows, reader, lens);
-  MarkVisible(cols, rows);
+  bool marked = false;
   // A square board's footprint is the same for all turns.
   const int step = size.rows == size.cols ? 1 : 2;
   for (int turn = turned ? 1 : 0; turn < 4; turn += step) {
-    Placement placement{.pattern = pattern, .x = x, .y = y, .turn = turn};
+    Placement placement{.pattern = pattern, .corners = window, .turn = turn};
     // The lattice's cell (i, j) is light where i + j is even; the board's first cell is dark.
     const Cell first = InFootprint(size, 0, 0, placement.turn);
-    if ((x - 1 + first.col + y - 1 + first.row) % 2 == 0) continue;
+    if ((window.x - 1 + first.col + window.y - 1 + first.row) % 2 == 0) continue;
+    if (!MayBeBorder(patterns_[static_cast<std::size_t>(pattern)], window, turn, reader)) continue;
+    if (!marked) MarkVisible(window, reader);
+    marked = true;
     if (JudgeBorder(placement, nullptr)) placements_.push_back(placement);
   }
 }
 
-AnchoredBoard BoardFinder::Build(const Placement& placement, const LightReader& reader, const Lens& lens) {
+void BoardFinder::TryWindows(int pattern, bool turned, const LightReader& reader) {
+  const MarkerSize size = patterns_[static_cast<std::size_t>(pattern)].size;
+  const Lattice::Window& all = lattice_.window();
+  windows_.clear();
+  Lattice::Window window{0, 0, (turned ? size.rows : size.cols) - 1, (turned ? size.cols : size.rows) - 1};
+  const double least = std::max<double>(GridLinker::kFewest, kLeastCorners * window.cols * window.rows);
+  int most = 0;
+  for (window.y = all.y; window.y + window.rows <= all.y + all.rows; ++window.y)
+    for (window.x = all.x; window.x + window.cols <= all.x + all.cols; ++window.x) {
+      const int count = lattice_.Count(window);
+      most = std::max(most, count);
+      if (count >= least) windows_.emplace_back(count, window);
+    }
+  // A board that is seen in part still has nearly all the corners that there are.
+  const bool one_board = all.cols < 2 * window.cols && all.rows < 2 * window.rows;
+  for (const auto& [count, at] : windows_)
+    if (!one_board || count > kLeastOfMost * most) TryWindow(pattern, at, turned, reader);
+}
+
+bool BoardFinder::Build(const Placement& placement, const LightReader& reader, const Lens& lens, AnchoredBoard& board) {
   const BorderPattern& pattern = patterns_[static_cast<std::size_t>(placement.pattern)];
-  const MarkerSize size = pattern.size;
-  const bool turned = placement.turn % 2 == 1;
-  const int cols = turned ? size.rows : size.cols, rows = turned ? size.cols : size.rows;
-  AnchoredBoard board;
-  board.size = size;
-  FitFootprint(placement.x, placement.y, cols - 1, rows - 1);
-  SampleCells(placement.x, placement.y, cols, rows, reader, lens);
-  MarkVisible(cols, rows);
+  const Lattice::Window& window = placement.corners;
+  board.size = pattern.size;
+  if (!FitWindow(window, &pairs_)) return false;
+  MarkVisible(window, reader);
   Placement judged = placement;
-  JudgeBorder(judged, &board);
+  if (!JudgeBorder(judged, &board)) return false;
   board.border_seen = judged.border_seen;
   board.border_matches = judged.border_matches;
-  // Footprint coordinates of board points: a rotation about the centre.
-  Eigen::Matrix3d footprint_from_board = Eigen::Matrix3d::Identity();
+  // Board coordinates: from the footprint's centre, turned.
+  const Eigen::Vector2d center(window.x + 0.5 * (window.cols - 1), window.y + 0.5 * (window.rows - 1));
   constexpr std::array<int, 4> kCos{1, 0, -1, 0}, kSin{0, 1, 0, -1};
-  const std::size_t turn = static_cast<std::size_t>(placement.turn);
-  footprint_from_board << kCos[turn], -kSin[turn], cols / 2.0, kSin[turn], kCos[turn], rows / 2.0, 0, 0, 1;
-  board.plane_from_board = plane_from_lattice_ * footprint_from_board;
-  const Eigen::Matrix2d back = footprint_from_board.topLeftCorner<2, 2>().transpose();
-  board.pairs.clear();
-  for (const PointPair& pair : pairs_)
-    board.pairs.push_back({back * (pair.from - Eigen::Vector2d(cols / 2.0, rows / 2.0)), pair.to});
-  std::vector<float> scales;
-  for (int dy = 0; dy < rows - 1; ++dy)
-    for (int dx = 0; dx < cols - 1; ++dx)
-      if (const int i = At(placement.x + dx, placement.y + dy); i >= 0)
-        scales.push_back(scales_[static_cast<std::size_t>(i)]);
-  std::nth_element(scales.begin(), scales.begin() + static_cast<std::ptrdiff_t>(scales.size() / 2), scales.end());
-  board.scale = scales[scales.size() / 2];
-  return board;
+  const int cos = kCos[static_cast<std::size_t>(placement.turn)], sin = kSin[static_cast<std::size_t>(placement.turn)];
+  const Eigen::Matrix2d board_from_lattice = (Eigen::Matrix2d() << cos, sin, -sin, cos).finished();
+  for (PointPair& pair : pairs_) {
+    pair.from = board_from_lattice * (pair.from - center);
+    const auto plane = lens.ToPlane(pair.to);
+    if (!plane) return false;
+    pair.to = *plane;
+  }
+  const auto homography = FitHomography(pairs_);
+  if (!homography) return false;
+  board.plane_from_board = *homography;
+  sorted_.clear();
+  for (int y = window.y; y < window.y + window.rows; ++y)
+    for (int x = window.x; x < window.x + window.cols; ++x)
+      if (const Lattice::Point* point = lattice_.At(x, y)) {
+        sorted_.push_back(point->scale);
+        claimed_[static_cast<std::size_t>(point->corner)] = 1;
+      }
+  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+  std::nth_element(sorted_.begin(), middle, sorted_.end());
+  board.scale = *middle;
+  return true;
 }
 
 void BoardFinder::TakeBest(const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards) {
   std::sort(placements_.begin(), placements_.end(),
             [](const Placement& a, const Placement& b) { return a.score > b.score; });
-  const auto overlap = [&](const Placement& a, const Placement& b) {
-    const MarkerSize sa = patterns_[static_cast<std::size_t>(a.pattern)].size,
-                     sb = patterns_[static_cast<std::size_t>(b.pattern)].size;
-    const int ac = a.turn % 2 ? sa.rows : sa.cols, ar = a.turn % 2 ? sa.cols : sa.rows;
-    const int bc = b.turn % 2 ? sb.rows : sb.cols, br = b.turn % 2 ? sb.cols : sb.rows;
-    return a.x < b.x + bc && b.x < a.x + ac && a.y < b.y + br && b.y < a.y + ar;
+  // Footprints overlap if they share a cell.
+  const auto overlap = [](const Lattice::Window& a, const Lattice::Window& b) {
+    return a.x < b.x + b.cols + 1 && b.x < a.x + a.cols + 1 && a.y < b.y + b.rows + 1 && b.y < a.y + a.rows + 1;
   };
-  std::vector<std::size_t> taken;
+  taken_.clear();
   for (std::size_t i = 0; i < placements_.size(); ++i) {
     const auto overlaps_taken = [&](std::size_t k) {
-      return std::any_of(taken.begin(), taken.end(),
-                         [&](std::size_t t) { return overlap(placements_[t], placements_[k]); });
+      return std::any_of(taken_.begin(), taken_.end(),
+                         [&](std::size_t t) { return overlap(placements_[t].corners, placements_[k].corners); });
     };
     if (overlaps_taken(i)) continue;
     bool rivalled = false;
     for (std::size_t k = i + 1; k < placements_.size() && !rivalled; ++k)
-      rivalled = placements_[k].score > placements_[i].score - kLeastLead && overlap(placements_[i], placements_[k]) &&
-                 !overlaps_taken(k);
+      rivalled = placements_[k].score > placements_[i].score - kLeastLead &&
+                 overlap(placements_[i].corners, placements_[k].corners) && !overlaps_taken(k);
     if (rivalled) continue;
-    taken.push_back(i);
-    boards.push_back(Build(placements_[i], reader, lens));
+    taken_.push_back(i);
+    if (!Build(placements_[i], reader, lens, boards.emplace_back())) boards.pop_back();
   }
 }
 
-bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> lattice, const std::vector<Corner>& corners,
-                       const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards) {
-  if (!MapLattice(grid, lattice, corners, lens)) return false;
+bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
+                       const CornerSearch& search, const LightReader& reader, const Lens& lens,
+                       std::vector<AnchoredBoard>& boards) {
+  if (!lattice_.Read(grid, members, corners, search, claimed_, reader.width(), reader.height(), most_corners_))
+    return false;
   placements_.clear();
-  shared_ = false;
-  // Cells that any footprint may reach.
-  int most = 0;
-  for (const BorderPattern& pattern : patterns_) most = std::max({most, pattern.size.rows, pattern.size.cols});
-  cache_x_ = min_x_ - most - 1;
-  cache_y_ = min_y_ - most - 1;
-  cache_cols_ = width_ + 2 * most + 3;
-  cache_rows_ = height_ + 2 * most + 3;
-  cache_.resize(static_cast<std::size_t>(cache_cols_ * cache_rows_));
-  cached_.assign(cache_.size(), 0);
+  const Lattice::Window& all = lattice_.window();
+  cell_window_ = {all.x - 1, all.y - 1, all.cols + 1, all.rows + 1};
+  cells_.assign(static_cast<std::size_t>(cell_window_.cols * cell_window_.rows), CellSample{});
+  // A grid that fits into a board, more or less, lies on one plane.
+  const int cols = grid.max_x - grid.min_x + 1, rows = grid.max_y - grid.min_y + 1;
+  shared_ = cols <= most_corners_ + 2 && rows <= most_corners_ + 2 && FitWindow(all, nullptr);
   for (int pattern = 0; pattern < static_cast<int>(patterns_.size()); ++pattern) {
     const MarkerSize size = patterns_[static_cast<std::size_t>(pattern)].size;
     for (const bool turned : {false, true}) {
       if (turned && size.rows == size.cols) continue;
-      // In lattice corners.
-      const int cols = (turned ? size.rows : size.cols) - 1, rows = (turned ? size.cols : size.rows) - 1;
-      const int max_x = grid.max_x - cols + 1, max_y = grid.max_y - rows + 1;
-      for (int y = std::min(grid.min_y, max_y); y <= std::max(grid.min_y, max_y); ++y)
-        for (int x = std::min(grid.min_x, max_x); x <= std::max(grid.min_x, max_x); ++x)
-          TryFootprint(pattern, x, y, turned, reader, lens);
+      TryWindows(pattern, turned, reader);
     }
   }
   const std::size_t before = boards.size();

@@ -11,6 +11,7 @@
 #include "detect/corners.h"
 #include "detect/grids.h"
 #include "detect/homography.h"
+#include "detect/lattice.h"
 #include "detect/light.h"
 
 namespace chequer {
@@ -19,8 +20,6 @@ namespace chequer {
 struct AnchoredBoard {
   MarkerSize size;
   Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
-  /// Corners that were found: board coordinates (cells) and plane coordinates.
-  std::vector<PointPair> pairs;
   /// Light (R, G, B) and saturation of each cell, row by row, as first seen.
   std::vector<Eigen::Vector3f> light;
   std::vector<std::uint8_t> saturated;
@@ -38,67 +37,73 @@ struct BorderPattern {
 };
 
 /// Finds the boards in grids: tries every placement and turn of every size that the light and dark cells allow and
-/// takes the one whose border shows the saturations it should, by the group means of the publication (eq. 4). Keeps its
-/// memory.
+/// takes the one whose border shows the saturations it should, by the group means of the publication (eq. 4). Works on
+/// the image as it is; the plane comes in when a board is found. Keeps its memory.
 class BoardFinder {
  public:
   BoardFinder(std::vector<BorderPattern> patterns, ColorSpace space);
 
-  /// Appends the boards of a grid to `boards`. Returns whether one was found.
-  bool Find(const Grid& grid, std::span<const LatticeCorner> lattice, const std::vector<Corner>& corners,
-            const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards);
+  /// Forgets which corners belong to boards. To be called for every image.
+  void Start(std::size_t corners) { claimed_.assign(corners, 0); }
+  /// Appends the boards of a grid to `boards`. Returns whether one was found. @param search of the same corners.
+  bool Find(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
+            const CornerSearch& search, const LightReader& reader, const Lens& lens,
+            std::vector<AnchoredBoard>& boards);
 
  private:
-  /// Where a board's first inner corner lies in the lattice, and how it is turned.
+  /// Where a board lies in the lattice, and how it is turned.
   struct Placement {
     int pattern = 0;
-    int x = 0, y = 0;  ///< least lattice coordinates of its inner corners
-    int turn = 0;      ///< quarter turns of the board against the lattice
+    Lattice::Window corners;  ///< its inner corners
+    int turn = 0;             ///< quarter turns of the board against the lattice
     double score = 0;
     int border_seen = 0, border_matches = 0;
   };
+  /// A cell of the lattice.
   struct CellSample {
     Eigen::Vector3f light = Eigen::Vector3f::Zero();
-    bool inside = false;  ///< the image
-    bool visible = false;
+    float blue_share = 0;  ///< of the light
+    bool inside = false;   ///< the image, at a place that is known
+    bool sampled = false;
+  };
+  struct Place {
+    Eigen::Vector2d center;
+    double side = 0;  ///< the shorter one, pixels
   };
 
-  bool MapLattice(const Grid& grid, std::span<const LatticeCorner> lattice, const std::vector<Corner>& corners,
-                  const Lens& lens);
-  void TryFootprint(int pattern, int x, int y, bool turned, const LightReader& reader, const Lens& lens);
-  bool FitFootprint(int x, int y, int cols, int rows);
-  bool FitPairs(int cols, int rows);
-  void SampleCells(int x, int y, int cols, int rows, const LightReader& reader, const Lens& lens);
-  void MarkVisible(int cols, int rows);
-  bool JudgeBorder(Placement& placement, AnchoredBoard* board) const;
+  void TryWindows(int pattern, bool turned, const LightReader& reader);
+  void TryWindow(int pattern, const Lattice::Window& window, bool turned, const LightReader& reader);
+  bool FitWindow(const Lattice::Window& window, std::vector<PointPair>* pairs);
+  std::optional<Place> PlaceByHomography(int x, int y) const;
+  std::optional<Place> PlaceByNeighbours(int x, int y) const;
+  const CellSample& CellAt(int x, int y, const LightReader& reader);
+  bool MayBeBorder(const BorderPattern& pattern, const Lattice::Window& window, int turn, const LightReader& reader);
+  void MarkVisible(const Lattice::Window& window, const LightReader& reader);
+  bool JudgeBorder(Placement& placement, AnchoredBoard* board);
   void TakeBest(const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards);
-  AnchoredBoard Build(const Placement& placement, const LightReader& reader, const Lens& lens);
-
-  /// Index of the found corner at a lattice point, or −1.
-  int At(int x, int y) const {
-    x -= min_x_;
-    y -= min_y_;
-    return x < 0 || y < 0 || x >= width_ || y >= height_ ? -1 : map_[static_cast<std::size_t>(y * width_ + x)];
-  }
+  bool Build(const Placement& placement, const LightReader& reader, const Lens& lens, AnchoredBoard& board);
 
   std::vector<BorderPattern> patterns_;
+  int most_corners_ = 0;  ///< along a side of the largest pattern
   ColorSpace space_;
-  int min_x_ = 0, min_y_ = 0, width_ = 0, height_ = 0;
-  std::vector<int> map_;                    ///< into positions_
-  std::vector<Eigen::Vector2d> positions_;  ///< on the plane
-  std::vector<float> scales_;
+  Lattice lattice_;
+  std::vector<std::pair<int, Lattice::Window>> windows_;  ///< with their corners' count
   std::vector<Placement> placements_;
-  std::vector<CellSample> samples_;  ///< of the footprint, row by row in lattice orientation
-  std::vector<float> lead_;          ///< of each, how much lighter it is than its neighbours
+  std::vector<std::size_t> taken_;
+  std::vector<std::uint8_t> claimed_;  ///< by corner
   std::vector<PointPair> pairs_;
-  /// Footprints that hold all corners of a grid share their homography, over the lattice, and their cells.
-  bool shared_ = false, shared_fits_ = false;
-  Eigen::Matrix3d plane_from_shared_ = Eigen::Matrix3d::Identity();
-  std::vector<PointPair> shared_pairs_;
-  std::vector<CellSample> cache_;
-  std::vector<std::uint8_t> cached_;
-  int cache_x_ = 0, cache_y_ = 0, cache_cols_ = 0, cache_rows_ = 0;
-  Eigen::Matrix3d plane_from_lattice_ = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d image_from_lattice_ = Eigen::Matrix3d::Identity();
+  /// Of a grid that fits into a board, all windows have this homography.
+  bool shared_ = false;
+  /// Of the window's cells, row by row in lattice orientation.
+  std::vector<CellSample> samples_;
+  std::vector<std::uint8_t> visible_;
+  std::vector<float> lead_;  ///< how much lighter a cell is than its neighbours
+  std::vector<float> sorted_, value_;
+  std::vector<std::pair<std::size_t, float>> values_;  ///< border cells with their saturation
+  /// Cells of the lattice, sampled when they are asked for.
+  Lattice::Window cell_window_;
+  std::vector<CellSample> cells_;
 };
 
 }  // namespace chequer

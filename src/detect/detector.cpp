@@ -169,8 +169,11 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   stats.grids = static_cast<int>(grids.grids.size());
 
   boards.clear();
+  finder.Start(corners.size());
+  // The largest first: what is left over of them makes no boards of its own.
+  std::sort(grids.grids.begin(), grids.grids.end(), [](const Grid& a, const Grid& b) { return a.count > b.count; });
   for (const Grid& grid : grids.grids)
-    if (!finder.Find(grid, grids.Of(grid), corners, reader, lens, boards)) ++stats.refused_border;
+    if (!finder.Find(grid, grids.Of(grid), corners, linker.search(), reader, lens, boards)) ++stats.refused_border;
   stats.boards = static_cast<int>(boards.size());
   FindMosaic(image, lens, reader);
 

@@ -6,17 +6,11 @@
 namespace chequer {
 namespace {
 
-/// Cosine of how far the neighbour may lie off the ray (25 degrees), at both ends.
-constexpr float kLeastCosine = 0.906f;
-/// How much more a candidate that lies off the ray has to be nearer.
-constexpr float kOffAxisCost = 3;
-
-/// Cells are empty but for noise: a neighbour is among the nearest corners, or there is none. In clutter, this bounds
-/// the work.
-constexpr int kMostConsidered = 40;
-
 /// How much opposite sides of a square may differ: perspective of cells makes 1.2.
 constexpr float kMostRatio = 1.6f;
+
+/// How much a step of the lattice may differ from the one before it, as a share of it.
+constexpr float kMostChange = 0.2f;
 
 /// Steps in the lattice along directions 0 … 3.
 constexpr std::array<int, 4> kStepX{1, 0, -1, 0};
@@ -42,84 +36,17 @@ bool EdgeIsThere(const DetectionPlane& plane, const Corner& a, const Corner& b, 
 
 }  // namespace
 
-void GridLinker::DropCoarserTwins(std::vector<Corner>& corners, int width, int height) {
-  // Corners come level by level, so a twin of a finer level stands before.
-  const int count = static_cast<int>(corners.size());
-  buckets_.Build(width, height, count, [&](int i) { return corners[static_cast<std::size_t>(i)].position; });
-  std::size_t kept = 0;
-  state_.assign(corners.size(), 1);
-  for (int i = 0; i < count; ++i) {
+void GridLinker::DropCoarserTwins(const std::vector<Corner>& corners) {
+  for (int i = 0; i < static_cast<int>(corners.size()); ++i) {
     const Corner& corner = corners[static_cast<std::size_t>(i)];
     if (corner.scale == 1) continue;
     const float radius = 2 * corner.scale;
-    const int last_row = buckets_.Row(corner.position.y() + radius);
-    const int first_col = buckets_.Col(corner.position.x() - radius),
-              last_col = buckets_.Col(corner.position.x() + radius);
-    for (int row = buckets_.Row(corner.position.y() - radius); row <= last_row && state_[static_cast<std::size_t>(i)];
-         ++row)
-      for (const int j : buckets_.InRow(row, first_col, last_col)) {
-        const Corner& other = corners[static_cast<std::size_t>(j)];
-        if (j >= i || !state_[static_cast<std::size_t>(j)] || other.scale == corner.scale) continue;
-        if ((other.position - corner.position).squaredNorm() > radius * radius) continue;
-        state_[static_cast<std::size_t>(i)] = 0;
-        break;
-      }
-  }
-  for (int i = 0; i < count; ++i)
-    if (state_[static_cast<std::size_t>(i)]) corners[kept++] = corners[static_cast<std::size_t>(i)];
-  corners.resize(kept);
-}
-
-void GridLinker::FindNearest(const std::vector<Corner>& corners, int index) {
-  const Corner& from = corners[static_cast<std::size_t>(index)];
-  Links& links = links_[static_cast<std::size_t>(index)];
-  std::array<float, 4> best;
-  best.fill(std::numeric_limits<float>::infinity());
-
-  int considered = 0;
-  const auto consider = [&](int j) {
-    if (j == index) return;
-    ++considered;
-    const Corner& to = corners[static_cast<std::size_t>(j)];
-    const Eigen::Vector2f step = to.position - from.position;
-    const float distance = step.norm();
-    if (distance < 2 || distance > kLongest) return;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const float cosine = from.rays[k].dot(step);
-      if (cosine < kLeastCosine * distance) continue;
-      const float cost = distance + kOffAxisCost * (distance - cosine);
-      if (cost >= best[k]) return;
-      // Neighbouring corners swap light and dark: an edge that leaves one by a ray of one kind comes in by the other.
-      for (std::size_t back = 1 - k % 2; back < 4; back += 2)
-        if (-to.rays[back].dot(step) > kLeastCosine * distance) {
-          best[k] = cost;
-          links.corner[k] = j;
-          links.ray[k] = static_cast<int>(back);
-        }
-      return;
-    }
-  };
-
-  const int col = buckets_.Col(from.position.x()), row = buckets_.Row(from.position.y());
-  const int reach = static_cast<int>(kLongest) >> Buckets::kShift;
-  for (int ring = 0; ring <= reach; ++ring) {
-    const int first_col = std::max(col - ring, 0), last_col = std::min(col + ring, buckets_.cols() - 1);
-    for (int r = std::max(row - ring, 0); r <= std::min(row + ring, buckets_.rows() - 1); ++r) {
-      if (r == row - ring || r == row + ring) {
-        for (const int j : buckets_.InRow(r, first_col, last_col)) consider(j);
-        continue;
-      }
-      if (col - ring >= 0)
-        for (const int j : buckets_.InRow(r, col - ring, col - ring)) consider(j);
-      if (col + ring < buckets_.cols())
-        for (const int j : buckets_.InRow(r, col + ring, col + ring)) consider(j);
-    }
-    // Done when no ray can find anything nearer, or when a neighbourhood many times as large as the nearest link is
-    // searched: a cell's sides do not differ that much.
-    const float searched = static_cast<float>(ring << Buckets::kShift);
-    const float nearest = *std::min_element(best.begin(), best.end());
-    const float farthest = *std::max_element(best.begin(), best.end());
-    if (searched >= farthest || searched >= 5 * nearest + 8 || considered >= kMostConsidered) break;
+    bool twin = false;
+    search_.ForNeighbours(corner.position, radius, [&](int j) {
+      const Corner& other = corners[static_cast<std::size_t>(j)];
+      twin |= other.scale < corner.scale && (other.position - corner.position).squaredNorm() <= radius * radius;
+    });
+    if (twin) search_.Drop(i);
   }
 }
 
@@ -177,11 +104,25 @@ void GridLinker::KeepSquares(const std::vector<Corner>& corners) {
   }
 }
 
-void GridLinker::Walk(int seed, Grids& out) {
-  queue_.clear();
-  queue_.push_back({0, 0, seed});
+bool GridLinker::StartAt(int seed, const std::vector<Corner>& corners) {
+  const Links& links = links_[static_cast<std::size_t>(seed)];
+  const Eigen::Vector2f& at = corners[static_cast<std::size_t>(seed)].position;
+  std::array<Eigen::Vector2f, 4> step;
+  std::array<bool, 4> has{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    has[k] = links.corner[k] >= 0 && (links.squares >> k & 1);
+    if (has[k]) step[k] = corners[static_cast<std::size_t>(links.corner[k])].position - at;
+  }
+  if (!(has[0] || has[2]) || !(has[1] || has[3])) return false;
+  queue_.assign(1, {0, 0, seed});
+  basis_.assign(1, {has[0] ? step[0] : -step[2], has[1] ? step[1] : -step[3]});
   state_[static_cast<std::size_t>(seed)] = 1;
   turn_[static_cast<std::size_t>(seed)] = 0;
+  return true;
+}
+
+void GridLinker::Walk(int seed, const std::vector<Corner>& corners, Grids& out) {
+  if (!StartAt(seed, corners)) return;
   Grid grid{.first = static_cast<int>(out.corners.size())};
   for (std::size_t next = 0; next < queue_.size(); ++next) {
     const LatticeCorner at = queue_[next];
@@ -194,11 +135,20 @@ void GridLinker::Walk(int seed, Grids& out) {
       const std::size_t k = static_cast<std::size_t>((turn_[static_cast<std::size_t>(at.corner)] + direction) % 4);
       const int j = links.corner[k];
       if (j < 0 || !(links.squares >> k & 1) || state_[static_cast<std::size_t>(j)]) continue;
+      // The lattice goes on as it came: what hangs on it by chance does not.
+      Basis basis = basis_[next];
+      Eigen::Vector2f& along = direction % 2 == 0 ? basis.x : basis.y;
+      const Eigen::Vector2f step =
+          (direction < 2 ? 1.0f : -1.0f) *
+          (corners[static_cast<std::size_t>(j)].position - corners[static_cast<std::size_t>(at.corner)].position);
+      if ((step - along).squaredNorm() > kMostChange * kMostChange * along.squaredNorm() + 1) continue;
+      along = step;
       state_[static_cast<std::size_t>(j)] = 1;
       // The ray that leads back is direction + 2 of the neighbour.
       turn_[static_cast<std::size_t>(j)] = (links.ray[k] - direction + 2) & 3;
       queue_.push_back(
           {at.x + kStepX[static_cast<std::size_t>(direction)], at.y + kStepY[static_cast<std::size_t>(direction)], j});
+      basis_.push_back(basis);
     }
   }
   if (static_cast<int>(queue_.size()) < kFewest) return;
@@ -210,18 +160,22 @@ void GridLinker::Walk(int seed, Grids& out) {
 void GridLinker::Link(const DetectionPlane& plane, std::vector<Corner>& corners, Grids& out) {
   out.grids.clear();
   out.corners.clear();
-  const int width = plane.plane.width() + 1, height = plane.plane.height() + 1;
-  DropCoarserTwins(corners, width, height);
+  search_.Build(plane.plane.width() + 1, plane.plane.height() + 1, corners);
+  DropCoarserTwins(corners);
   const int count = static_cast<int>(corners.size());
-  buckets_.Build(width, height, count, [&](int i) { return corners[static_cast<std::size_t>(i)].position; });
   links_.assign(corners.size(), Links{});
-  for (int i = 0; i < count; ++i) FindNearest(corners, i);
+  for (int i = 0; i < count; ++i) {
+    if (search_.dropped(i)) continue;
+    const NearestCorners nearest = search_.Find(i);
+    links_[static_cast<std::size_t>(i)].corner = nearest.corner;
+    links_[static_cast<std::size_t>(i)].ray = nearest.ray;
+  }
   KeepMutual(plane, corners);
   KeepSquares(corners);
   state_.assign(corners.size(), 0);
   turn_.resize(corners.size());
   for (int i = 0; i < count; ++i)
-    if (!state_[static_cast<std::size_t>(i)]) Walk(i, out);
+    if (links_[static_cast<std::size_t>(i)].squares && !state_[static_cast<std::size_t>(i)]) Walk(i, corners, out);
 }
 
 }  // namespace chequer

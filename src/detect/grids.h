@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "detect/buckets.h"
+#include "detect/corner_search.h"
 #include "detect/corners.h"
 
 namespace chequer {
@@ -40,12 +40,11 @@ class GridLinker {
  public:
   /// The fewest corners of a grid that is kept: fewer do not determine a homography with something to spare.
   static constexpr int kFewest = 6;
-  /// The longest link, image pixels.
-  static constexpr float kLongest = 220;
-
-  /// Drops corners of `corners` that a finer level has too, then fills `out`. `plane` (with its offset to the image)
-  /// tells whether the edge between two corners is there.
+  /// Sorts `corners`, leaves out those that a finer level has too, then fills `out`. `plane` (with its offset to the
+  /// image) tells whether the edge between two corners is there.
   void Link(const DetectionPlane& plane, std::vector<Corner>& corners, Grids& out);
+  /// Of the corners as last linked.
+  const CornerSearch& search() const { return search_; }
 
  private:
   struct Links {
@@ -54,17 +53,22 @@ class GridLinker {
     std::uint8_t squares = 0;                   ///< bit k: the link of ray k is a side of a closed square
   };
 
-  void DropCoarserTwins(std::vector<Corner>& corners, int width, int height);
-  void FindNearest(const std::vector<Corner>& corners, int index);
+  void DropCoarserTwins(const std::vector<Corner>& corners);
   void KeepMutual(const DetectionPlane& plane, const std::vector<Corner>& corners);
   void KeepSquares(const std::vector<Corner>& corners);
-  void Walk(int seed, Grids& out);
+  bool StartAt(int seed, const std::vector<Corner>& corners);
+  void Walk(int seed, const std::vector<Corner>& corners, Grids& out);
 
-  Buckets buckets_;
+  CornerSearch search_;
   std::vector<Links> links_;
   std::vector<std::uint8_t> state_;
   std::vector<int> turn_;
   std::vector<LatticeCorner> queue_;
+  /// Of each corner of the queue: the steps to its neighbours along x and y, image pixels.
+  struct Basis {
+    Eigen::Vector2f x, y;
+  };
+  std::vector<Basis> basis_;
 };
 
 }  // namespace chequer

@@ -123,22 +123,45 @@ Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {
   if (y1 > height() - 1) y0 -= y1 - (height() - 1), y1 = height() - 1;
   x0 = std::max(x0, 0);
   y0 = std::max(y0, 0);
-  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  if (!bayer) {
-    for (int yy = y0; yy <= y1; ++yy)
-      for (int xx = x0; xx <= x1; ++xx) sum += RgbAt(xx, yy);
-    return sum / static_cast<float>((x1 - x0 + 1) * (y1 - y0 + 1));
-  }
-  std::array<int, 3> count{};
-  for (int yy = y0; yy <= y1; ++yy)
-    for (int xx = x0; xx <= x1; ++xx) {
-      const int channel = ChannelOf(xx & 1, yy & 1);
-      sum[channel] += table_[image_.row(yy)[xx]];
-      ++count[static_cast<std::size_t>(channel)];
+  if (bayer) return MosaicMean(x0, y0, x1, y1);
+  const float pixels = static_cast<float>((x1 - x0 + 1) * (y1 - y0 + 1));
+  if (image_.format() == PixelFormat::kBgr8 || image_.format() == PixelFormat::kRgb8) {
+    float sum[3] = {0, 0, 0};
+    for (int yy = y0; yy <= y1; ++yy) {
+      const std::uint8_t* p = image_.row(yy) + 3 * x0;
+      for (int xx = x0; xx <= x1; ++xx, p += 3)
+        for (int c = 0; c < 3; ++c) sum[c] += table_[p[c]];
     }
+    const int red = image_.format() == PixelFormat::kBgr8 ? 2 : 0;
+    return Eigen::Vector3f(sum[red], sum[1], sum[2 - red]) / pixels;
+  }
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  for (int yy = y0; yy <= y1; ++yy)
+    for (int xx = x0; xx <= x1; ++xx) sum += RgbAt(xx, yy);
+  return sum / pixels;
+}
+
+Eigen::Vector3f LightReader::MosaicMean(int x0, int y0, int x1, int y1) const {
+  float sum[4] = {0, 0, 0, 0};  // by parity of x + 2 · parity of y
+  int count[4] = {0, 0, 0, 0};
+  for (int y = y0; y <= y1; ++y) {
+    const std::uint8_t* row = image_.row(y);
+    for (int first = x0; first <= std::min(x0 + 1, x1); ++first) {
+      const int phase = (first & 1) + 2 * (y & 1);
+      for (int x = first; x <= x1; x += 2) sum[phase] += table_[row[x]];
+      count[phase] += (x1 - first) / 2 + 1;
+    }
+  }
+  Eigen::Vector3f light = Eigen::Vector3f::Zero();
+  std::array<int, 3> pixels{};
+  for (int phase = 0; phase < 4; ++phase) {
+    const int channel = ChannelOf(phase & 1, phase >> 1);
+    light[channel] += sum[phase];
+    pixels[static_cast<std::size_t>(channel)] += count[phase];
+  }
   for (int channel = 0; channel < 3; ++channel)
-    sum[channel] /= static_cast<float>(std::max(count[static_cast<std::size_t>(channel)], 1));
-  return sum;
+    light[channel] /= static_cast<float>(std::max(pixels[static_cast<std::size_t>(channel)], 1));
+  return light;
 }
 
 std::optional<LightReader::Mosaic> FindInterpolatedMosaic(const ImageView& image, const std::array<float, 256>& table,

@@ -65,6 +65,8 @@ class LightReader {
 
  private:
   Eigen::Vector3f RgbAt(int x, int y) const;
+  /// Over a window of a mosaic that holds every channel.
+  Eigen::Vector3f MosaicMean(int x0, int y0, int x1, int y1) const;
   Eigen::Vector3f YuvAt(int x, int y) const;
 
   ImageView image_;

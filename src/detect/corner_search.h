@@ -1,0 +1,59 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "detect/corners.h"
+
+namespace chequer {
+
+/// The nearest corner along each ray of a corner, and its ray that leads back; −1 where there is none.
+struct NearestCorners {
+  std::array<int, 4> corner{-1, -1, -1, -1};
+  std::array<int, 4> ray{};
+};
+
+/// Finds neighbours among the corners of an image, which it keeps by square buckets in arrays for vectors.
+class CornerSearch {
+ public:
+  /// The longest link, image pixels.
+  static constexpr float kLongest = 220;
+
+  /// Sorts the corners by buckets and keeps what the search needs of them. Corners outside the image count to the
+  /// bucket at its edge.
+  void Build(int width, int height, std::vector<Corner>& corners);
+
+  /// Takes a corner out: nobody finds it any more.
+  void Drop(int index) { contrast_[static_cast<std::size_t>(index)] = 0; }
+  bool dropped(int index) const { return contrast_[static_cast<std::size_t>(index)] == 0; }
+
+  /// The nearest corners that lie along the rays of one, are of similar contrast, and whose own ray that comes back is
+  /// of the opposite kind: neighbouring corners swap light and dark, so an edge that leaves one by a rising ray comes
+  /// in by a falling one. In clutter, gives up after a few dozen others.
+  NearestCorners Find(int index) const;
+
+  /// Calls visit(i) for the corners in the buckets that touch the square around a point.
+  template <class Visit>
+  void ForNeighbours(const Eigen::Vector2f& center, float radius, const Visit& visit) const {
+    const int first_col = Col(center.x() - radius), last_col = Col(center.x() + radius);
+    for (int row = Row(center.y() - radius); row <= Row(center.y() + radius); ++row)
+      for (int i = First(row, first_col); i < First(row, last_col + 1); ++i) visit(i);
+  }
+
+ private:
+  static constexpr int kShift = 4;  ///< buckets of 16 × 16 px
+
+  int Col(float x) const { return std::clamp(static_cast<int>(x) >> kShift, 0, cols_ - 1); }
+  int Row(float y) const { return std::clamp(static_cast<int>(y) >> kShift, 0, rows_ - 1); }
+  /// First corner of a bucket; those of a row's buckets stand one after the other.
+  int First(int row, int col) const { return start_[static_cast<std::size_t>(row * cols_ + col)]; }
+
+  int cols_ = 0, rows_ = 0;
+  std::vector<int> start_, next_, bucket_of_;
+  std::vector<Corner> sorted_;
+  /// By corner: position, the first two rays, contrast.
+  std::vector<float> x_, y_, ray0_x_, ray0_y_, ray1_x_, ray1_y_, contrast_;
+};
+
+}  // namespace chequer

@@ -1,0 +1,120 @@
+#include "detect/lattice.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace chequer {
+namespace {
+
+/// Larger grids are no boards: a wall of tiles.
+constexpr int kMostLattice = 160;
+/// Lattice points around a grid that are looked at in any case.
+constexpr int kBeyond = 2;
+/// A corner belongs if it lies nearer to its place than this share of a cell, or than so many pixels.
+constexpr double kBelongs = 0.25, kBelongsPx = 1;
+/// Share of the corners of a window that may lie elsewhere.
+constexpr double kMostOutliers = 0.25;
+
+/// Side of the cell around a lattice point in the image, pixels: the shorter of the two.
+double CellSide(const Eigen::Matrix3d& image_from_lattice, const Eigen::Vector2d& at) {
+  const Eigen::Vector3d h = image_from_lattice * at.homogeneous();
+  const Eigen::Vector2d p = h.hnormalized();
+  const Eigen::Matrix2d derivative =
+      (image_from_lattice.topLeftCorner<2, 2>() - p * image_from_lattice.block<1, 2>(2, 0)) / h.z();
+  return std::min(derivative.col(0).norm(), derivative.col(1).norm());
+}
+
+double Reach(const Eigen::Matrix3d& image_from_lattice, const Eigen::Vector2d& at) {
+  return std::max(kBelongs * CellSide(image_from_lattice, at), kBelongsPx);
+}
+
+}  // namespace
+
+bool Lattice::Read(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
+                   const CornerSearch& search, std::span<const std::uint8_t> claimed, int width, int height, int most) {
+  const int cols = grid.max_x - grid.min_x + 1, rows = grid.max_y - grid.min_y + 1;
+  if (cols > kMostLattice || rows > kMostLattice) return false;
+  // A board's corners may lie that far beyond the grid: what was linked may be a part of them and some clutter.
+  const bool exact = cols == most && rows == most && static_cast<int>(members.size()) == cols * rows;
+  const int beyond_x = exact ? 0 : std::max(most - cols, kBeyond),
+            beyond_y = exact ? 0 : std::max(most - rows, kBeyond);
+  window_ = {grid.min_x - beyond_x, grid.min_y - beyond_y, cols + 2 * beyond_x, rows + 2 * beyond_y};
+  map_.assign(static_cast<std::size_t>(window_.cols * window_.rows), -1);
+  points_.clear();
+  for (const LatticeCorner& at : members) {
+    int& slot = map_[Slot(at.x, at.y)];
+    if (slot >= 0 || claimed[static_cast<std::size_t>(at.corner)]) continue;
+    const Corner& corner = corners[static_cast<std::size_t>(at.corner)];
+    slot = static_cast<int>(points_.size());
+    points_.push_back({corner.position.cast<double>(), corner.scale, at.corner});
+  }
+  if (static_cast<int>(points_.size()) < GridLinker::kFewest) return false;
+  if (exact || cols > most + kBeyond || rows > most + kBeyond) return true;
+  const auto image_from_lattice = Fit({grid.min_x, grid.min_y, cols, rows}, nullptr);
+  if (!image_from_lattice) return true;
+  Extend(*image_from_lattice, corners, search, claimed, width, height);
+  return true;
+}
+
+int Lattice::Count(const Window& window) const {
+  int count = 0;
+  for (int y = window.y; y < window.y + window.rows; ++y)
+    for (int x = window.x; x < window.x + window.cols; ++x) count += At(x, y) != nullptr;
+  return count;
+}
+
+void Lattice::Extend(const Eigen::Matrix3d& image_from_lattice, const std::vector<Corner>& corners,
+                     const CornerSearch& search, std::span<const std::uint8_t> claimed, int width, int height) {
+  for (int y = window_.y; y < window_.y + window_.rows; ++y)
+    for (int x = window_.x; x < window_.x + window_.cols; ++x) {
+      if (map_[Slot(x, y)] >= 0) continue;
+      const Eigen::Vector2d at(x, y);
+      const Eigen::Vector3d h = image_from_lattice * at.homogeneous();
+      if (!(h.z() > 0)) continue;
+      const Eigen::Vector2d p = h.hnormalized();
+      if (!(p.x() >= 0 && p.y() >= 0 && p.x() < width && p.y() < height)) continue;
+      const float reach = static_cast<float>(Reach(image_from_lattice, at));
+      const Eigen::Vector2f center = p.cast<float>();
+      float nearest = reach * reach;
+      int best = -1;
+      search.ForNeighbours(center, reach, [&](int i) {
+        const float square = (corners[static_cast<std::size_t>(i)].position - center).squaredNorm();
+        if (square < nearest && !search.dropped(i) && !claimed[static_cast<std::size_t>(i)]) nearest = square, best = i;
+      });
+      if (best < 0) continue;
+      const Corner& corner = corners[static_cast<std::size_t>(best)];
+      map_[Slot(x, y)] = static_cast<int>(points_.size());
+      points_.push_back({corner.position.cast<double>(), corner.scale, best});
+    }
+}
+
+std::optional<Eigen::Matrix3d> Lattice::Fit(const Window& window, std::vector<PointPair>* pairs) {
+  pairs_.clear();
+  for (int y = window.y; y < window.y + window.rows; ++y)
+    for (int x = window.x; x < window.x + window.cols; ++x)
+      if (const Point* point = At(x, y)) pairs_.push_back({Eigen::Vector2d(x, y), point->image});
+  const std::size_t fewest = std::max<std::size_t>(
+      GridLinker::kFewest,
+      static_cast<std::size_t>(std::ceil((1 - kMostOutliers) * static_cast<double>(pairs_.size()))));
+  while (pairs_.size() >= fewest) {
+    const auto homography = FitHomography(pairs_);
+    if (!homography) return std::nullopt;
+    // The worst goes until all belong.
+    double worst = 1;
+    std::size_t worst_index = pairs_.size();
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const double error = ((*homography * pairs_[i].from.homogeneous()).hnormalized() - pairs_[i].to).norm() /
+                           Reach(*homography, pairs_[i].from);
+      if (error > worst) worst = error, worst_index = i;
+    }
+    if (worst_index == pairs_.size()) {
+      if (pairs) *pairs = pairs_;
+      return homography;
+    }
+    pairs_.erase(pairs_.begin() + static_cast<std::ptrdiff_t>(worst_index));
+  }
+  return std::nullopt;
+}
+
+}  // namespace chequer

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "detect/corner_search.h"
+#include "detect/corners.h"
+#include "detect/grids.h"
+#include "detect/homography.h"
+
+namespace chequer {
+
+/// The corners of a grid by their place in its lattice, with those that linking missed but that lie where the lattice
+/// goes on. Keeps its memory.
+class Lattice {
+ public:
+  /// A corner of the lattice.
+  struct Point {
+    Eigen::Vector2d image;  ///< pixels
+    float scale = 1;
+    int corner = 0;  ///< index
+  };
+  /// Rectangle of lattice points.
+  struct Window {
+    int x = 0, y = 0, cols = 0, rows = 0;
+  };
+
+  /// False for a wall of tiles, too large for a board. @param most corners of the largest board along a side.
+  /// @param claimed corners of boards that were found before, which belong to no other.
+  bool Read(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
+            const CornerSearch& search, std::span<const std::uint8_t> claimed, int width, int height, int most);
+
+  /// Nothing where no corner was found.
+  const Point* At(int x, int y) const {
+    const int i = x < window_.x || y < window_.y || x >= window_.x + window_.cols || y >= window_.y + window_.rows
+                      ? -1
+                      : map_[Slot(x, y)];
+    return i < 0 ? nullptr : &points_[static_cast<std::size_t>(i)];
+  }
+  const Window& window() const { return window_; }
+  int Count(const Window& window) const;
+
+  /// The homography, image from lattice, of the corners in a window; corners that do not belong are left out. Nothing
+  /// if too few agree. With `pairs`, those that do.
+  std::optional<Eigen::Matrix3d> Fit(const Window& window, std::vector<PointPair>* pairs);
+
+ private:
+  std::size_t Slot(int x, int y) const {
+    return static_cast<std::size_t>((y - window_.y) * window_.cols + x - window_.x);
+  }
+  void Extend(const Eigen::Matrix3d& image_from_lattice, const std::vector<Corner>& corners, const CornerSearch& search,
+              std::span<const std::uint8_t> claimed, int width, int height);
+
+  Window window_;
+  std::vector<int> map_;
+  std::vector<Point> points_;
+  std::vector<PointPair> pairs_;
+};
+
+}  // namespace chequer
