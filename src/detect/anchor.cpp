@@ -16,11 +16,15 @@ constexpr double kLeastCorners = 0.38;
 constexpr double kLeastOfMost = 0.8;
 /// Least share of cells that must be seen as lighter or darker than their neighbours.
 constexpr double kLeastVisible = 0.5;
+/// The same of a board that something lies over, of the other cells.
+constexpr double kLeastVisibleBesides = 0.8;
 /// Border: least cells judged, least share that matches.
 constexpr int kLeastBorder = 9;
 constexpr double kLeastMatches = 0.85;
 /// Half the side of the square that tells a cell's light: as a share of the cell, and at most so many pixels.
 constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
+/// Lines of cells along one side that something may lie over.
+constexpr int kMostCovered = 2;
 /// How much less blue yellow cells return than white ones, in standard deviations of the difference, to be looked at.
 constexpr float kLeastBlueLead = 2;
 /// How much a placement must beat those it overlaps with.
@@ -36,6 +40,13 @@ Cell InFootprint(MarkerSize size, int row, int col, int turn) {
     case 2: return {size.rows - 1 - row, size.cols - 1 - col};
     default: return {size.cols - 1 - col, row};
   }
+}
+
+/// Reorders the values.
+float Median(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 }  // namespace
@@ -106,25 +117,27 @@ const BoardFinder::CellSample& BoardFinder::CellAt(int x, int y, const LightRead
 /// is, so no colours need be computed: refuses nearly every window of a wall of tiles at once.
 bool BoardFinder::MayBeBorder(const BorderPattern& pattern, const Lattice::Window& window, int turn,
                               const LightReader& reader) {
-  std::array<float, 2> n{}, sum{}, square{};  // by saturation
+  std::array<std::vector<float>, 2>& shares = blue_shares_;  // by saturation
+  for (std::vector<float>& group : shares) group.clear();
   for (std::size_t k = 0; k < pattern.cells.size(); ++k) {
     const Cell& cell = pattern.cells[k];
     if (IsDark(cell.row, cell.col)) continue;
     const Cell at = InFootprint(pattern.size, cell.row, cell.col, turn);
     const CellSample& sample = CellAt(window.x - 1 + at.col, window.y - 1 + at.row, reader);
     if (!sample.inside) continue;
-    const std::size_t group = pattern.saturated[k];
-    n[group] += 1;
-    sum[group] += sample.blue_share;
-    square[group] += sample.blue_share * sample.blue_share;
+    shares[pattern.saturated[k]].push_back(sample.blue_share);
   }
-  if (n[0] < 2 || n[1] < 2) return false;
+  // Medians: something may lie over a side.
   float variance = 0;
+  std::array<float, 2> middle{};
   for (std::size_t group = 0; group < 2; ++group) {
-    const float mean = sum[group] / n[group];
-    variance += std::max(square[group] / n[group] - mean * mean, 0.0f) / n[group];
+    if (shares[group].size() < 2) return false;
+    middle[group] = Median(shares[group]);
+    for (float& share : shares[group]) share = std::abs(share - middle[group]);
+    const float deviation = 1.4826f * Median(shares[group]);
+    variance += deviation * deviation / static_cast<float>(shares[group].size());
   }
-  return sum[0] / n[0] - sum[1] / n[1] > kLeastBlueLead * std::sqrt(variance);
+  return middle[0] - middle[1] > kLeastBlueLead * std::sqrt(variance);
 }
 
 void BoardFinder::MarkVisible(const Lattice::Window& window, const LightReader& reader) {
@@ -172,9 +185,13 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
     const Cell cell = InFootprint(size, row, col, placement.turn);
     return static_cast<std::size_t>(cell.row * cols + cell.col);
   };
+  const auto covered = [&](int row, int col) {
+    const Cell cell = InFootprint(size, row, col, placement.turn);
+    return placement.covered.Holds(cell.row, cell.col, placement.corners.rows + 1, cols);
+  };
   const auto visible = [&](int row, int col) {
     const std::size_t i = index(row, col);
-    return visible_[i] && (lead_[i] < 0) == IsDark(row, col);
+    return visible_[i] && (lead_[i] < 0) == IsDark(row, col) && !covered(row, col);
   };
   if (board) {
     board->light.resize(static_cast<std::size_t>(size.rows * size.cols));
@@ -182,11 +199,18 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
     for (int row = 0; row < size.rows; ++row)
       for (int col = 0; col < size.cols; ++col)
         board->light[static_cast<std::size_t>(row * size.cols + col)] = samples_[index(row, col)].light;
+    board->covered.resize(board->light.size());
+    for (int row = 0; row < size.rows; ++row)
+      for (int col = 0; col < size.cols; ++col)
+        board->covered[static_cast<std::size_t>(row * size.cols + col)] = !visible(row, col);
   }
   int seen = 0;
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) seen += visible(row, col);
-  if (seen < kLeastVisible * size.rows * size.cols) return false;
+  // What is left of a covered board has to be beyond doubt.
+  const int lines = placement.covered.lines;
+  const int covered_cells = lines * (placement.covered.side < 2 ? cols : placement.corners.rows + 1);
+  if (seen < (lines ? kLeastVisibleBesides : kLeastVisible) * (size.rows * size.cols - covered_cells)) return false;
 
   // White, by the border cells that are white if this turn is right.
   Eigen::Vector3f white = Eigen::Vector3f::Zero();
@@ -221,7 +245,7 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
     if (plain.count < 2 || inked.count < 2) return false;
     const double error = std::sqrt((plain.deviation * plain.deviation + 0.25) / plain.count +
                                    (inked.deviation * inked.deviation + 0.25) / inked.count);
-    if (inked.mean - plain.mean < kLeastSeparation * error) return false;
+    if (inked.mean - plain.mean < (lines ? 2 : 1) * kLeastSeparation * error) return false;
     threshold[dark] = (plain.mean + inked.mean) / 2;
   }
   int matches = 0;
@@ -232,7 +256,7 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
   placement.border_seen = static_cast<int>(values_.size());
   placement.border_matches = matches;
   placement.score = 2 * matches - placement.border_seen + 0.25 * seen;
-  if (matches < kLeastMatches * placement.border_seen) return false;
+  if (matches < (lines ? 1 : kLeastMatches) * placement.border_seen) return false;
   if (board) {
     for (int row = 0; row < size.rows; ++row)
       for (int col = 0; col < size.cols; ++col) {
@@ -249,15 +273,22 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
   // A square board's footprint is the same for all turns.
   const int step = size.rows == size.cols ? 1 : 2;
   for (int turn = turned ? 1 : 0; turn < 4; turn += step) {
-    Placement placement{.pattern = pattern, .corners = window, .turn = turn};
+    Placement placement{.pattern = pattern, .corners = window, .turn = turn, .covered = {}};
     // The lattice's cell (i, j) is light where i + j is even; the board's first cell is dark.
     const Cell first = InFootprint(size, 0, 0, placement.turn);
     if ((window.x - 1 + first.col + window.y - 1 + first.row) % 2 == 0) continue;
     if (!MayBeBorder(patterns_[static_cast<std::size_t>(pattern)], window, turn, reader)) continue;
     if (!marked) MarkVisible(window, reader);
     marked = true;
-    if (JudgeBorder(placement, nullptr)) placements_.push_back(placement);
+    if (JudgeBorder(placement, nullptr) || JudgeCovered(placement)) placements_.push_back(placement);
   }
+}
+
+bool BoardFinder::JudgeCovered(Placement& placement) {
+  for (placement.covered.lines = 1; placement.covered.lines <= kMostCovered; ++placement.covered.lines)
+    for (placement.covered.side = 0; placement.covered.side < 4; ++placement.covered.side)
+      if (JudgeBorder(placement, nullptr)) return true;
+  return false;
 }
 
 void BoardFinder::TryWindows(int pattern, bool turned, const LightReader& reader) {
@@ -310,9 +341,7 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
         sorted_.push_back(point->scale);
         claimed_[static_cast<std::size_t>(point->corner)] = 1;
       }
-  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
-  board.scale = *middle;
+  board.scale = Median(sorted_);
   return true;
 }
 

@@ -23,9 +23,10 @@ struct AnchoredBoard {
   /// Light (R, G, B) and saturation of each cell, row by row, as first seen.
   std::vector<Eigen::Vector3f> light;
   std::vector<std::uint8_t> saturated;
-  int border_seen = 0;     ///< border cells that could be judged
-  int border_matches = 0;  ///< of them, those of the expected saturation
-  float scale = 1;         ///< image pixels per pixel of the coarsest level its corners came from (median)
+  std::vector<std::uint8_t> covered;  ///< the cell does not show: something lies over it
+  int border_seen = 0;                ///< border cells that could be judged
+  int border_matches = 0;             ///< of them, those of the expected saturation
+  float scale = 1;                    ///< image pixels per pixel of the coarsest level its corners came from (median)
 };
 
 /// The border's saturation at one size, precomputed.
@@ -51,11 +52,26 @@ class BoardFinder {
             std::vector<AnchoredBoard>& boards);
 
  private:
+  /// Cells that something lies over: some lines along a side of a footprint.
+  struct Cover {
+    int side = 0;  ///< top, bottom, left, right
+    int lines = 0;
+
+    bool Holds(int row, int col, int rows, int cols) const {
+      switch (side) {
+        case 0: return row < lines;
+        case 1: return row >= rows - lines;
+        case 2: return col < lines;
+        default: return col >= cols - lines;
+      }
+    }
+  };
   /// Where a board lies in the lattice, and how it is turned.
   struct Placement {
     int pattern = 0;
     Lattice::Window corners;  ///< its inner corners
     int turn = 0;             ///< quarter turns of the board against the lattice
+    Cover covered;
     double score = 0;
     int border_seen = 0, border_matches = 0;
   };
@@ -80,6 +96,8 @@ class BoardFinder {
   bool MayBeBorder(const BorderPattern& pattern, const Lattice::Window& window, int turn, const LightReader& reader);
   void MarkVisible(const Lattice::Window& window, const LightReader& reader);
   bool JudgeBorder(Placement& placement, AnchoredBoard* board);
+  /// The same without the cells that something may lie over.
+  bool JudgeCovered(Placement& placement);
   void TakeBest(const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards);
   bool Build(const Placement& placement, const LightReader& reader, const Lens& lens, AnchoredBoard& board);
 
@@ -100,6 +118,7 @@ class BoardFinder {
   std::vector<std::uint8_t> visible_;
   std::vector<float> lead_;  ///< how much lighter a cell is than its neighbours
   std::vector<float> sorted_, value_;
+  std::array<std::vector<float>, 2> blue_shares_;
   std::vector<std::pair<std::size_t, float>> values_;  ///< border cells with their saturation
   /// Cells of the lattice, sampled when they are asked for.
   Lattice::Window cell_window_;

@@ -186,6 +186,7 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
                                          .blur_px = 0.8 * board.scale,
                                          .light = board.light,
                                          .saturated = board.saturated,
+                                         .covered = board.covered,
                                          .noise = noise ? &*noise : nullptr});
     if (!fitted || fitted->signal_to_noise < kLeastSignal) {
       ++stats.refused_fit;

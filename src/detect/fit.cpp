@@ -25,6 +25,8 @@ constexpr int kFewestCorners = 6;
 constexpr double kLeastBlur = 0.25, kMostBlur = 12;
 /// A corner whose pixels disagree so much more than the median corner's is hidden.
 constexpr double kHiddenRatio = 8;
+/// Corners with less of the median corner's contrast are hidden too.
+constexpr double kHiddenContrast = 0.2;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
 
@@ -44,8 +46,13 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
   blur_px_ = start.blur_px;
   result_.geometry = start.geometry;
   if (pixels_.Collect(reader, lens, size_, start.geometry, blur_px_) < kFewestCorners) return false;
-  for (int corner = 0; corner < pixels_.corners(); ++corner)
-    used_[static_cast<std::size_t>(corner)] = pixels_.inside(corner);
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    const std::size_t cell = static_cast<std::size_t>(pixels_.Cell(corner)),
+                      below = cell + static_cast<std::size_t>(size_.cols);
+    const int covered = start.covered[cell] + start.covered[cell + 1] + start.covered[below] + start.covered[below + 1];
+    usable_[static_cast<std::size_t>(corner)] = pixels_.inside(corner) && covered < 2;
+  }
+  used_ = usable_;
   StartLevels(reader, start);
   input_.saturation = kSaturation;
   return true;
@@ -145,12 +152,21 @@ bool PhotometricFit::Step() {
   return true;
 }
 
+double PhotometricFit::Contrast(int corner) const {
+  // Of the channel that tells light from dark cells best and has most pixels.
+  const std::size_t phase = red_phase_ < 0 ? 0 : static_cast<std::size_t>(red_phase_ ^ 1);
+  const int cell = pixels_.Cell(corner);
+  const auto level = [&](int at) { return double{levels_[static_cast<std::size_t>(at)][phase]}; };
+  const double light = level(cell) + level(cell + size_.cols + 1), dark = level(cell + 1) + level(cell + size_.cols);
+  return (IsDark(cell / size_.cols, cell % size_.cols) ? dark - light : light - dark) / 2;
+}
+
 bool PhotometricFit::FindHiddenCorners() {
-  std::array<double, kMaxCorners> misfit{}, sorted;
+  std::array<double, kMaxCorners> misfit{}, contrast{}, sorted;
   int count = 0;
   const LaneBlock& lanes = pixels_.lanes();
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!pixels_.inside(corner)) continue;
+    if (!usable_[static_cast<std::size_t>(corner)]) continue;
     double square = 0, pixels = 0;
     for (int phase = 0; phase < 4; ++phase) {
       const int lane = pixels_.Lane(corner) + phase;
@@ -158,14 +174,22 @@ bool PhotometricFit::FindHiddenCorners() {
       pixels += lanes.count(lane);
     }
     misfit[static_cast<std::size_t>(corner)] = pixels > 0 ? square / pixels : 1e9;
-    sorted[static_cast<std::size_t>(count++)] = misfit[static_cast<std::size_t>(corner)];
+    contrast[static_cast<std::size_t>(corner)] = Contrast(corner);
+    ++count;
   }
-  std::nth_element(sorted.begin(), sorted.begin() + count / 2, sorted.begin() + count);
-  const double most = kHiddenRatio * sorted[static_cast<std::size_t>(count / 2)];
+  const auto median = [&](const std::array<double, kMaxCorners>& values) {
+    std::size_t next = 0;
+    for (int corner = 0; corner < pixels_.corners(); ++corner)
+      if (usable_[static_cast<std::size_t>(corner)]) sorted[next++] = values[static_cast<std::size_t>(corner)];
+    std::nth_element(sorted.begin(), sorted.begin() + count / 2, sorted.begin() + count);
+    return sorted[static_cast<std::size_t>(count / 2)];
+  };
+  const double most = kHiddenRatio * median(misfit), least = kHiddenContrast * median(contrast);
   bool changed = false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     bool& used = used_[static_cast<std::size_t>(corner)];
-    const bool now = pixels_.inside(corner) && misfit[static_cast<std::size_t>(corner)] <= most;
+    const bool now = usable_[static_cast<std::size_t>(corner)] && misfit[static_cast<std::size_t>(corner)] <= most &&
+                     contrast[static_cast<std::size_t>(corner)] >= least;
     changed |= now != used;
     used = now;
   }
@@ -219,9 +243,7 @@ void PhotometricFit::Finish() {
       shift -= step_[k] * Eigen::Vector2d(derivatives_[i].x[static_cast<std::size_t>(k)],
                                           derivatives_[i].y[static_cast<std::size_t>(k)]);
     shift_square += (place.pixel_by_board * shift).squaredNorm();
-    const int green_lane = pixels_.Lane(corner) + (red_phase_ < 0 ? 0 : red_phase_ ^ 1);
-    contrast +=
-        std::abs(lanes.parameter_data(LaneBlock::kL00)[green_lane] - lanes.parameter_data(LaneBlock::kL10)[green_lane]);
+    contrast += Contrast(corner);
   }
   const double n = std::max(result_.corners_used, 1);
   const double unknowns = BoardEquations::kUnknowns + channels_ * size_.rows * size_.cols;

@@ -44,6 +44,8 @@ class PhotometricFit {
     /// Light (R, G, B) and saturation of each cell as far as known before the fit, row by row.
     std::span<const Eigen::Vector3f> light;
     std::span<const std::uint8_t> saturated;
+    /// Cells that do not show: corners with two of them are left out.
+    std::span<const std::uint8_t> covered;
     /// Of another board of the same image, if one was fitted before: saves a pass.
     const NoiseModel* noise = nullptr;
   };
@@ -59,6 +61,8 @@ class PhotometricFit {
   void SetLanes();
   bool Step();
   void EvenOutShading(const Start& start);
+  /// Between the light and the dark cells around a corner.
+  double Contrast(int corner) const;
   bool FindHiddenCorners();
   void Finish();
 
@@ -70,7 +74,7 @@ class PhotometricFit {
   KernelInput input_;
   BoardEquations equations_;
   std::array<CornerDerivative, kMaxCorners> derivatives_;
-  std::array<bool, kMaxCorners> used_{};
+  std::array<bool, kMaxCorners> usable_{}, used_{};
   std::vector<PhaseValues> levels_;
   NoiseModel noise_;
   double blur_px_ = 1;
