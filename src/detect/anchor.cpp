@@ -21,6 +21,12 @@ constexpr double kLeastVisibleBesides = 0.8;
 /// Border: least cells judged, least share that matches.
 constexpr int kLeastBorder = 9;
 constexpr double kLeastMatches = 0.85;
+/// A side of a window goes on if at least this share of the cells beyond it are like those inside it, to so much of the
+/// contrast; with so many sides that do,
+/// the window is a part of a larger board.
+constexpr double kLeastAlike = 0.8;
+constexpr float kAlike = 0.35f;
+constexpr int kMostSides = 2;
 /// Half the side of the square that tells a cell's light: as a share of the cell, and at most so many pixels.
 constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
 /// Lines of cells along one side that something may lie over.
@@ -365,8 +371,41 @@ void BoardFinder::TakeBest(const LightReader& reader, const Lens& lens, std::vec
                  overlap(placements_[i].corners, placements_[k].corners) && !overlaps_taken(k);
     if (rivalled) continue;
     taken_.push_back(i);
+  }
+  for (const std::size_t i : taken_) {
+    if (GoesOn(placements_[i], reader)) continue;
     if (!Build(placements_[i], reader, lens, boards.emplace_back())) boards.pop_back();
   }
+}
+
+bool BoardFinder::GoesOn(const Placement& placement, const LightReader& reader) {
+  const Lattice::Window& window = placement.corners;
+  const int left = window.x - 1, top = window.y - 1, right = left + window.cols, bottom = top + window.rows;  // cells
+  const auto value = [&](int x, int y) {
+    const CellSample& sample = CellAt(x, y, reader);
+    return sample.inside ? std::sqrt(sample.light[0] + sample.light[1]) : -1;
+  };
+  const auto of_another_board = [&](int x, int y) {
+    return std::any_of(taken_.begin(), taken_.end(), [&](std::size_t k) {
+      const Lattice::Window& other = placements_[k].corners;
+      return x >= other.x - 1 && y >= other.y - 1 && x < other.x + other.cols && y < other.y + other.rows;
+    });
+  };
+  // A side goes on if the cells beyond it are as much lighter and darker as those inside.
+  const auto side_goes_on = [&](int x, int y, int along_x, int along_y, int out_x, int out_y, int length) {
+    int alike = 0;
+    for (int i = 0; i < length; ++i, x += along_x, y += along_y) {
+      if (of_another_board(x + out_x, y + out_y)) continue;
+      const float inner = value(x, y), outer = value(x + out_x, y + out_y), within = value(x - out_x, y - out_y);
+      if (inner < 0 || outer < 0 || within < 0) continue;
+      alike += std::abs(outer - within) < kAlike * std::abs(within - inner);
+    }
+    return alike >= kLeastAlike * length;
+  };
+  const int cols = window.cols + 1, rows = window.rows + 1;
+  return side_goes_on(left, top, 1, 0, 0, -1, cols) + side_goes_on(left, bottom, 1, 0, 0, 1, cols) +
+             side_goes_on(left, top, 0, 1, -1, 0, rows) + side_goes_on(right, top, 0, 1, 1, 0, rows) >=
+         kMostSides;
 }
 
 bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
@@ -376,7 +415,7 @@ bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members,
     return false;
   placements_.clear();
   const Lattice::Window& all = lattice_.window();
-  cell_window_ = {all.x - 1, all.y - 1, all.cols + 1, all.rows + 1};
+  cell_window_ = {all.x - 2, all.y - 2, all.cols + 3, all.rows + 3};
   cells_.assign(static_cast<std::size_t>(cell_window_.cols * cell_window_.rows), CellSample{});
   // A grid that fits into a board, more or less, lies on one plane.
   const int cols = grid.max_x - grid.min_x + 1, rows = grid.max_y - grid.min_y + 1;

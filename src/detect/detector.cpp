@@ -22,6 +22,9 @@ constexpr double kAmbiguous = 0.001;
 /// Least contrast of a board over the noise of a pixel.
 constexpr double kLeastSignal = 2.5;
 
+/// Corners of boards lie where they should to 0.15 px even with 8 px of motion blur.
+constexpr double kMostDeviationPx = 0.5;
+
 std::vector<BorderPattern> PatternsOf(const DetectorOptions& options) {
   std::vector<BorderPattern> patterns;
   for (const MarkerFamily& family : options.families) {
@@ -188,7 +191,7 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
                                          .saturated = board.saturated,
                                          .covered = board.covered,
                                          .noise = noise ? &*noise : nullptr});
-    if (!fitted || fitted->signal_to_noise < kLeastSignal) {
+    if (!fitted || fitted->signal_to_noise < kLeastSignal || fitted->reprojection_rms_px > kMostDeviationPx) {
       ++stats.refused_fit;
       continue;
     }

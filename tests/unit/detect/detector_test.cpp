@@ -158,6 +158,47 @@ TEST(Detector, NeverThrowsOnAnyImage) {
   EXPECT_TRUE(detector.Detect(ImageView()).empty());
 }
 
+TEST(Detector, APartOfALargerBoardIsNoMarker) {
+  const MarkerCode large({10, 10}, Variant::kSecded), small({6, 7}, Variant::kSecded);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const test::KnownFrame frame = test::OneMarker(large, 0x1234'5678'9abc + 7919 * seed, 12, seed);
+    const std::vector<MarkerPose> found = DetectorFor(frame, small).Detect(frame.Draw().view());
+    for (const MarkerPose& marker : found)
+      EXPECT_FALSE(marker.id.has_value()) << "id " << *marker.id << " in a 10x10 board, seed " << seed;
+  }
+}
+
+TEST(Detector, ACoveredSideLeavesThePoseExact) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const test::KnownFrame frame = test::OneMarker(kSecded, 900 + seed, 16, seed);
+    Image image = frame.Draw();
+    // Grey over everything to the left of the corners' second column.
+    const std::vector<Eigen::Vector2d> corners = test::InnerCorners(frame.scene.markers[0], frame.options.camera);
+    const Eigen::Vector2d top = corners[0], down = (corners[20] - corners[0]).normalized(), right(down.y(), -down.x());
+    const ImageView view = image.view();
+    const int bytes = frame.options.format == PixelFormat::kBgr8 ? 3 : 1;
+    for (int y = 0; y < view.height(); ++y)
+      for (int x = 0; x < view.width(); ++x) {
+        const double across = (Eigen::Vector2d(x, y) - top).dot(right);
+        const double along = (Eigen::Vector2d(x, y) - top).dot(down);
+        if (across > 3 || across < -40 || along < -60 || along > 160) continue;
+        std::fill_n(const_cast<std::uint8_t*>(view.row(y)) + bytes * x, bytes, std::uint8_t{110});
+      }
+    const std::vector<MarkerPose> found = DetectorFor(frame).Detect(view);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_TRUE(found[0].Has(Warning::kPartlyHidden));
+    EXPECT_LE(found[0].corners_used, 20);
+    EXPECT_GE(found[0].corners_used, 15);
+    EXPECT_EQ(found[0].id.value_or(900 + seed), 900 + seed);
+    const RigidTransform& truth = frame.scene.markers[0].camera_from_marker;
+    const Eigen::Vector3d error = truth.translation - found[0].camera_from_marker.translation;
+    EXPECT_LT(error.norm(), 0.005 * truth.translation.norm());
+    const Eigen::Vector3d turn = VectorFromRotation(truth.rotation * found[0].camera_from_marker.rotation.conjugate());
+    EXPECT_LT(turn.norm(), 0.02);
+  }
+}
+
 TEST(Detector, ARosterKeepsOthersOut) {
   const test::KnownFrame frame = test::OneMarker(kSecded, 500, 12, 4);
   const Image image = frame.Draw();
