@@ -31,8 +31,9 @@ constexpr int kMostSides = 2;
 constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
 /// Lines of cells along one side that something may lie over.
 constexpr int kMostCovered = 2;
-/// How much less blue yellow cells return than white ones, in standard deviations of the difference, to be looked at.
-constexpr float kLeastBlueLead = 2;
+/// How much less blue yellow cells return than white ones to be looked at: as a share of their light, and in standard
+/// deviations of the difference.
+constexpr float kLeastBlueDifference = 0.004f, kLeastBlueLead = 2;
 /// How much a placement must beat those it overlaps with.
 constexpr double kLeastLead = 3;
 /// Distance between the group means over its standard error, each of light and dark cells.
@@ -58,7 +59,13 @@ float Median(std::vector<float>& values) {
 }  // namespace
 
 BorderPattern::BorderPattern(MarkerSize marker_size)
-    : size(marker_size), cells(BorderCells(marker_size)), saturated(BorderSaturation(marker_size)) {}
+    : size(marker_size), cells(BorderCells(marker_size)), saturated(BorderSaturation(marker_size)) {
+  for (int turn = 0; turn < 4; ++turn)
+    for (std::size_t k = 0; k < cells.size(); ++k)
+      if (!IsDark(cells[k].row, cells[k].col))
+        light_cells[static_cast<std::size_t>(turn)].emplace_back(InFootprint(size, cells[k].row, cells[k].col, turn),
+                                                                 saturated[k]);
+}
 
 BoardFinder::BoardFinder(std::vector<BorderPattern> patterns, ColorSpace space)
     : patterns_(std::move(patterns)), space_(space) {
@@ -104,34 +111,35 @@ std::optional<BoardFinder::Place> BoardFinder::PlaceByNeighbours(int x, int y) c
   return std::nullopt;
 }
 
-const BoardFinder::CellSample& BoardFinder::CellAt(int x, int y, const LightReader& reader) {
-  CellSample& sample = cells_[static_cast<std::size_t>((y - cell_window_.y) * cell_window_.cols + x - cell_window_.x)];
-  if (sample.sampled) return sample;
+void BoardFinder::SampleCell(int x, int y, const LightReader& reader, CellSample& sample) const {
   sample.sampled = true;
   const std::optional<Place> place = shared_ ? PlaceByHomography(x, y) : PlaceByNeighbours(x, y);
   sample.inside = place && place->center.x() >= 0 && place->center.y() >= 0 &&
                   place->center.x() <= reader.width() - 1 && place->center.y() <= reader.height() - 1;
-  if (!sample.inside) return sample;
+  if (!sample.inside) return;
   const float half_px = static_cast<float>(std::min(kSampledShare * place->side, kMostSampledPx));
   sample.light =
       reader.Rgb(static_cast<float>(place->center.x()), static_cast<float>(place->center.y()), half_px).cwiseMax(0);
   sample.blue_share = sample.light[2] / std::max(sample.light.sum(), 1e-6f);
-  return sample;
 }
 
 /// Whether the light cells of the border that should be yellow return less blue than the others. Whatever the white
 /// is, so no colours need be computed: refuses nearly every window of a wall of tiles at once.
 bool BoardFinder::MayBeBorder(const BorderPattern& pattern, const Lattice::Window& window, int turn,
                               const LightReader& reader) {
-  std::array<std::vector<float>, 2>& shares = blue_shares_;  // by saturation
+  // Most windows fail by the means.
+  std::array<float, 2> n{}, sum{};  // by saturation
+  for (const auto& [cell, saturated] : pattern.light_cells[static_cast<std::size_t>(turn)]) {
+    const CellSample& sample = CellAt(window.x - 1 + cell.col, window.y - 1 + cell.row, reader);
+    n[saturated] += sample.inside ? 1.0f : 0.0f;
+    sum[saturated] += sample.blue_share;
+  }
+  if (n[0] < 2 || n[1] < 2 || sum[0] * n[1] - sum[1] * n[0] < kLeastBlueDifference * n[0] * n[1]) return false;
+  std::array<std::vector<float>, 2>& shares = blue_shares_;
   for (std::vector<float>& group : shares) group.clear();
-  for (std::size_t k = 0; k < pattern.cells.size(); ++k) {
-    const Cell& cell = pattern.cells[k];
-    if (IsDark(cell.row, cell.col)) continue;
-    const Cell at = InFootprint(pattern.size, cell.row, cell.col, turn);
-    const CellSample& sample = CellAt(window.x - 1 + at.col, window.y - 1 + at.row, reader);
-    if (!sample.inside) continue;
-    shares[pattern.saturated[k]].push_back(sample.blue_share);
+  for (const auto& [cell, saturated] : pattern.light_cells[static_cast<std::size_t>(turn)]) {
+    const CellSample& sample = CellAt(window.x - 1 + cell.col, window.y - 1 + cell.row, reader);
+    if (sample.inside) shares[saturated].push_back(sample.blue_share);
   }
   // Medians: something may lie over a side.
   float variance = 0;
@@ -291,6 +299,10 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
 }
 
 bool BoardFinder::JudgeCovered(Placement& placement) {
+  // With the most cells under cover, enough others have to show.
+  const int seen = static_cast<int>(std::count(visible_.begin(), visible_.end(), 1));
+  const int rows = placement.corners.rows + 1, cols = placement.corners.cols + 1;
+  if (seen < kLeastVisibleBesides * (rows * cols - kMostCovered * std::max(rows, cols))) return false;
   for (placement.covered.lines = 1; placement.covered.lines <= kMostCovered; ++placement.covered.lines)
     for (placement.covered.side = 0; placement.covered.side < 4; ++placement.covered.side)
       if (JudgeBorder(placement, nullptr)) return true;

@@ -35,6 +35,8 @@ struct BorderPattern {
   MarkerSize size;
   std::vector<Cell> cells;
   std::vector<std::uint8_t> saturated;
+  /// The light cells and their saturation, by turn, in rows and columns of the footprint.
+  std::array<std::vector<std::pair<Cell, std::uint8_t>>, 4> light_cells;
 };
 
 /// Finds the boards in grids: tries every placement and turn of every size that the light and dark cells allow and
@@ -92,7 +94,13 @@ class BoardFinder {
   bool FitWindow(const Lattice::Window& window, std::vector<PointPair>* pairs);
   std::optional<Place> PlaceByHomography(int x, int y) const;
   std::optional<Place> PlaceByNeighbours(int x, int y) const;
-  const CellSample& CellAt(int x, int y, const LightReader& reader);
+  const CellSample& CellAt(int x, int y, const LightReader& reader) {
+    CellSample& sample =
+        cells_[static_cast<std::size_t>((y - cell_window_.y) * cell_window_.cols + x - cell_window_.x)];
+    if (!sample.sampled) SampleCell(x, y, reader, sample);
+    return sample;
+  }
+  void SampleCell(int x, int y, const LightReader& reader, CellSample& sample) const;
   bool MayBeBorder(const BorderPattern& pattern, const Lattice::Window& window, int turn, const LightReader& reader);
   void MarkVisible(const Lattice::Window& window, const LightReader& reader);
   bool JudgeBorder(Placement& placement, AnchoredBoard* board);

@@ -4,6 +4,8 @@
 // The loop above includes this file once a target; what follows the guard at the end is compiled once.
 #include <hwy/highway.h>
 
+#include <cstddef>
+
 #include "detect/photometric_kernel.h"
 
 #ifndef CHEQUER_DETECT_BOARD_SYSTEM
@@ -22,14 +24,19 @@ struct BoardSystem {
   double normal[kColumns][kColumns] = {};  ///< upper triangle
 };
 
-/// A corner's sums, made ready.
-struct CornerSums {
-  /// Products of the four level columns with each other and with the other columns; by phase, merged by channel.
-  double levels[4][4][4];  ///< [level][level][phase]
-  double shift_x[4][4];    ///< [level][phase]
-  double shift_y[4][4];
-  double blur[4][4];
-  double residual[4][4];
+/// How the four phases share channels: merged[k] = half[k] + beside · half[k ^ 1], half[k] = sum[k] + opposite[k] ·
+/// sum[3 − k].
+struct PhaseShares {
+  float opposite[4];
+  float beside;
+};
+
+/// A corner as it is added.
+struct CornerTerms {
+  const float* sums;          ///< of the corner's first lane
+  std::ptrdiff_t stride;      ///< from one kind of sum to the next
+  int cell_of[4];             ///< the four cells around it
+  const double *by_x, *by_y;  ///< moves of its board coordinates by the geometry's parameters
 };
 
 }  // namespace chequer
@@ -42,28 +49,84 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using D4 = hn::CappedTag<double, 4>;
 
-/// Adds a corner's levels to the system: `cell_of` its four cells, by_x and by_y the columns that its shifts move.
-void AddLevels(const CornerSums& sums, const int* cell_of, const double* by_x, const double* by_y,
-               BoardSystem& system) {
+/// Adds what a corner says of geometry and blur alone.
+void AddShape(const CornerTerms& corner, BoardSystem& system) {
+  constexpr int kParameters = BoardSystem::kColumns - 2, kBlurColumn = kParameters, kResidualColumn = kParameters + 1;
+  const auto sum = [&](int a, int b) HWY_ATTR {
+    const float* s = corner.sums + ProductSum(a, b) * corner.stride;
+    return static_cast<double>((s[0] + s[1]) + (s[2] + s[3]));
+  };
+  const double xx = sum(kShiftX, kShiftX), xy = sum(kShiftX, kShiftY), yy = sum(kShiftY, kShiftY);
+  const double x_blur = sum(kShiftX, kBlur), y_blur = sum(kShiftY, kBlur);
+  const double x_residual = sum(kShiftX, kResidual), y_residual = sum(kShiftY, kResidual);
   const D4 d;
   const int step = static_cast<int>(hn::Lanes(d));
+  for (int a = 0; a < kParameters; ++a) {
+    const double ax = corner.by_x[a], ay = corner.by_y[a];
+    const auto along_x = hn::Set(d, xx * ax + xy * ay), along_y = hn::Set(d, xy * ax + yy * ay);
+    double* HWY_RESTRICT row = system.normal[a];
+    for (int b = 0; b < kParameters; b += step)
+      hn::StoreU(hn::MulAdd(along_x, hn::LoadU(d, corner.by_x + b),
+                            hn::MulAdd(along_y, hn::LoadU(d, corner.by_y + b), hn::LoadU(d, row + b))),
+                 d, row + b);
+    row[kBlurColumn] += x_blur * ax + y_blur * ay;
+    row[kResidualColumn] += x_residual * ax + y_residual * ay;
+  }
+  system.normal[kBlurColumn][kBlurColumn] += sum(kBlur, kBlur);
+  system.normal[kBlurColumn][kResidualColumn] += sum(kBlur, kResidual);
+  system.normal[kResidualColumn][kResidualColumn] += sum(kResidual, kResidual);
+}
+
+/// Each phase's sum becomes that of its channel.
+HWY_INLINE void MergePhases(const CornerTerms& corner, int sum, const PhaseShares& shares, float* merged) {
+  const float* s = corner.sums + sum * corner.stride;
+#if HWY_TARGET == HWY_SCALAR
+  float half[4];
+  for (int k = 0; k < 4; ++k) half[k] = s[k] + shares.opposite[k] * s[3 - k];
+  for (int k = 0; k < 4; ++k) merged[k] = half[k] + shares.beside * half[k ^ 1];
+#else
+  const hn::FixedTag<float, 4> d;
+  const auto sums = hn::LoadU(d, s);
+  const auto half = hn::MulAdd(hn::LoadU(d, shares.opposite), hn::Reverse(d, sums), sums);
+  hn::StoreU(hn::MulAdd(hn::Set(d, shares.beside), hn::Shuffle2301(half), half), d, merged);
+#endif
+}
+
+/// Adds a corner's levels.
+void AddLevels(const CornerTerms& corner, const PhaseShares& shares, BoardSystem& system) {
   constexpr int kParameters = BoardSystem::kColumns - 2;
+  const D4 d;
+  const hn::Rebind<float, D4> df;
+  const int step = static_cast<int>(hn::Lanes(d));
+  float merged[4][kLaneColumns][4];
+  for (int a = 0; a < 4; ++a) {
+    for (int b = 0; b < kLevel00; ++b) MergePhases(corner, ProductSum(kLevel00 + a, b), shares, merged[a][b]);
+    for (int b = kLevel00 + a; b < kLaneColumns; ++b)
+      MergePhases(corner, ProductSum(kLevel00 + a, b), shares, merged[a][b]);
+  }
   for (int part = 0; part < 4; part += step)
     for (int a = 0; a < 4; ++a) {
+      const auto product = [&](int b) HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(df, merged[a][b] + part)); };
+      const int cell = corner.cell_of[a];
       for (int b = a; b < 4; ++b) {
-        double* to = system.matrix + (cell_of[a] * (system.band + 1) + cell_of[b] - cell_of[a]) * 4 + part;
-        hn::StoreU(hn::Add(hn::LoadU(d, to), hn::LoadU(d, sums.levels[a][b] + part)), d, to);
+        double* to = system.matrix + (cell * (system.band + 1) + corner.cell_of[b] - cell) * 4 + part;
+        hn::StoreU(hn::Add(hn::LoadU(d, to), product(kLevel00 + b)), d, to);
       }
-      const auto shift_x = hn::LoadU(d, sums.shift_x[a] + part), shift_y = hn::LoadU(d, sums.shift_y[a] + part);
-      double* HWY_RESTRICT to = system.right + cell_of[a] * BoardSystem::kColumns * 4 + part;
+      const auto shift_x = product(kShiftX), shift_y = product(kShiftY);
+      double* HWY_RESTRICT to = system.right + cell * BoardSystem::kColumns * 4 + part;
       for (int column = 0; column < kParameters; ++column, to += 4)
-        hn::StoreU(hn::MulAdd(shift_x, hn::Set(d, by_x[column]),
-                              hn::MulAdd(shift_y, hn::Set(d, by_y[column]), hn::LoadU(d, to))),
+        hn::StoreU(hn::MulAdd(shift_x, hn::Set(d, corner.by_x[column]),
+                              hn::MulAdd(shift_y, hn::Set(d, corner.by_y[column]), hn::LoadU(d, to))),
                    d, to);
-      hn::StoreU(hn::Add(hn::LoadU(d, to), hn::LoadU(d, sums.blur[a] + part)), d, to);
+      hn::StoreU(hn::Add(hn::LoadU(d, to), product(kBlur)), d, to);
       to += 4;
-      hn::StoreU(hn::Add(hn::LoadU(d, to), hn::LoadU(d, sums.residual[a] + part)), d, to);
+      hn::StoreU(hn::Add(hn::LoadU(d, to), product(kResidual)), d, to);
     }
+}
+
+void AddCorner(const CornerTerms& corner, const PhaseShares& shares, BoardSystem& system) {
+  AddShape(corner, system);
+  AddLevels(corner, shares, system);
 }
 
 /// matrix becomes its Cholesky factor L with the inverses of the diagonal in the diagonal's place, right becomes
@@ -153,6 +216,9 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
+#include <algorithm>
+#include <cstring>
+
 #include "detect/board_equations.h"
 
 namespace chequer {
@@ -160,7 +226,7 @@ namespace {
 
 static_assert(BoardSystem::kColumns == BoardEquations::kUnknowns + 1);
 
-HWY_EXPORT(AddLevels);
+HWY_EXPORT(AddCorner);
 HWY_EXPORT(Solve);
 HWY_EXPORT(SolveBack);
 
@@ -168,65 +234,19 @@ HWY_EXPORT(SolveBack);
 /// stay where they are.
 constexpr double kLeastInformation = 1e-3;
 
-/// How the four phases share channels.
-struct PhaseMerge {
-  explicit PhaseMerge(int red_phase) {
-    if (red_phase < 0) {
-      opposite = {1, 1, 1, 1};
-      beside = 1;
-      weight = {1, 0, 0, 0};
-      return;
-    }
-    // Green are the two phases beside the red one.
-    const std::size_t red = static_cast<std::size_t>(red_phase);
-    opposite[red ^ 1] = opposite[red ^ 2] = 1;
-    weight[red] = weight[3 - red] = weight[red ^ 1] = 1;
+/// Each phase's own channel of a mosaic, or one for all.
+PhaseShares SharesOf(int red_phase, double* phase_weight) {
+  PhaseShares shares{{1, 1, 1, 1}, 1};
+  std::fill_n(phase_weight, 4, 0.0);
+  if (red_phase < 0) {
+    phase_weight[0] = 1;
+    return shares;
   }
-
-  /// Each phase's sum becomes that of its channel.
-  void operator()(const float* sums, double* merged) const {
-    double half[4];
-    for (std::size_t k = 0; k < 4; ++k) half[k] = double{sums[k]} + opposite[k] * double{sums[3 - k]};
-    for (std::size_t k = 0; k < 4; ++k) merged[k] = half[k] + beside * half[k ^ 1];
-  }
-
-  std::array<double, 4> opposite{}, weight{};
-  double beside = 0;
-};
-
-void MergeSums(const LaneBlock& lanes, int lane, const PhaseMerge& merge, CornerSums& sums) {
-  for (int a = 0; a < 4; ++a) {
-    const int level = kLevel00 + a;
-    for (int b = a; b < 4; ++b) merge(lanes.sum_data(ProductSum(level, kLevel00 + b)) + lane, sums.levels[a][b]);
-    merge(lanes.sum_data(ProductSum(kShiftX, level)) + lane, sums.shift_x[a]);
-    merge(lanes.sum_data(ProductSum(kShiftY, level)) + lane, sums.shift_y[a]);
-    merge(lanes.sum_data(ProductSum(kBlur, level)) + lane, sums.blur[a]);
-    merge(lanes.sum_data(ProductSum(level, kResidual)) + lane, sums.residual[a]);
-  }
-}
-
-/// Adds what a corner says of geometry and blur alone.
-void AddShape(const LaneBlock& lanes, int lane, const CornerDerivative& by, BoardSystem& system) {
-  const auto sum = [&](int a, int b) {
-    const float* s = lanes.sum_data(ProductSum(a, b)) + lane;
-    return double{s[0]} + double{s[1]} + double{s[2]} + double{s[3]};
-  };
-  const double xx = sum(kShiftX, kShiftX), xy = sum(kShiftX, kShiftY), yy = sum(kShiftY, kShiftY);
-  const double x_blur = sum(kShiftX, kBlur), y_blur = sum(kShiftY, kBlur);
-  const double x_residual = sum(kShiftX, kResidual), y_residual = sum(kShiftY, kResidual);
-  constexpr int blur = BoardSystem::kColumns - 2, residual = BoardSystem::kColumns - 1;
-  for (int a = 0; a < blur; ++a) {
-    const double ax = by.x[static_cast<std::size_t>(a)], ay = by.y[static_cast<std::size_t>(a)];
-    const double along_x = xx * ax + xy * ay, along_y = xy * ax + yy * ay;
-    double* row = system.normal[a];
-    for (int b = a; b < blur; ++b)
-      row[b] += along_x * by.x[static_cast<std::size_t>(b)] + along_y * by.y[static_cast<std::size_t>(b)];
-    row[blur] += x_blur * ax + y_blur * ay;
-    row[residual] += x_residual * ax + y_residual * ay;
-  }
-  system.normal[blur][blur] += sum(kBlur, kBlur);
-  system.normal[blur][residual] += sum(kBlur, kResidual);
-  system.normal[residual][residual] += sum(kResidual, kResidual);
+  // Green are the two phases beside the red one; they hold the same sums and count once.
+  shares = {{0, 0, 0, 0}, 0};
+  shares.opposite[red_phase ^ 1] = shares.opposite[red_phase ^ 2] = 1;
+  phase_weight[red_phase] = phase_weight[3 - red_phase] = phase_weight[red_phase ^ 1] = 1;
+  return shares;
 }
 
 }  // namespace
@@ -236,24 +256,28 @@ void BoardEquations::Assemble(const Input& input) {
   const MarkerSize size = pixels.size();
   cells_ = size.rows * size.cols;
   band_ = size.cols + 1;
-  matrix_.assign(static_cast<std::size_t>(cells_ * (band_ + 1) * 4), 0.0);
-  right_.assign(static_cast<std::size_t>(cells_ * BoardSystem::kColumns * 4), 0.0);
+  matrix_.resize(static_cast<std::size_t>(cells_ * (band_ + 1) * 4));
+  right_.resize(static_cast<std::size_t>(cells_ * BoardSystem::kColumns * 4));
+  std::memset(matrix_.data(), 0, matrix_.size() * sizeof(double));
+  std::memset(right_.data(), 0, right_.size() * sizeof(double));
   BoardSystem system;
   system.cells = cells_;
   system.band = band_;
   system.matrix = matrix_.data();
   system.right = right_.data();
-  const PhaseMerge merge(input.red_phase);
-  std::copy(merge.weight.begin(), merge.weight.end(), system.phase_weight);
-  CornerSums sums;
+  const PhaseShares shares = SharesOf(input.red_phase, system.phase_weight);
+  const LaneBlock& lanes = pixels.lanes();
   for (int corner = 0; corner < pixels.corners(); ++corner) {
     if (!input.used[static_cast<std::size_t>(corner)]) continue;
     const CornerDerivative& by = input.derivatives[static_cast<std::size_t>(corner)];
-    const int lane = pixels.Lane(corner), cell = pixels.Cell(corner);
-    const int cell_of[4] = {cell, cell + 1, cell + size.cols, cell + size.cols + 1};
-    AddShape(pixels.lanes(), lane, by, system);
-    MergeSums(pixels.lanes(), lane, merge, sums);
-    HWY_DYNAMIC_DISPATCH(AddLevels)(sums, cell_of, by.x.data(), by.y.data(), system);
+    const int cell = pixels.Cell(corner);
+    HWY_DYNAMIC_DISPATCH(AddCorner)
+    ({.sums = lanes.sum_data(0) + pixels.Lane(corner),
+      .stride = lanes.padded(),
+      .cell_of = {cell, cell + 1, cell + size.cols, cell + size.cols + 1},
+      .by_x = by.x.data(),
+      .by_y = by.y.data()},
+     shares, system);
   }
   HWY_DYNAMIC_DISPATCH(Solve)(kLeastInformation, system);
   for (int a = 0; a < kUnknowns; ++a) {

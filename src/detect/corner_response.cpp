@@ -73,11 +73,14 @@ void PeaksOfRow(const std::uint8_t* row, std::ptrdiff_t stride, int y, int width
     const auto not_below_before = hn::Eq(hn::Max(before, value), value);
     const auto peak = hn::And(strong, hn::And(above_after, not_below_before));
     if (hn::AllFalse(d, peak)) continue;
-    HWY_ALIGN std::uint8_t bits[HWY_MAX_BYTES];
-    hn::StoreMaskBits(d, peak, bits);
-    for (int i = 0; i < lanes && x + i < width - kRingMargin; ++i)
-      if (bits[i / 8] >> (i % 8) & 1)
+    std::uint64_t words[(HWY_MAX_BYTES + 63) / 64 + 1] = {};
+    hn::StoreMaskBits(d, peak, reinterpret_cast<std::uint8_t*>(words));
+    for (int first = 0; first < lanes; first += 64)
+      for (std::uint64_t bits = words[first / 64]; bits != 0; bits &= bits - 1) {
+        const int i = first + __builtin_ctzll(bits);
+        if (i >= lanes || x + i >= width - kRingMargin) break;
         peaks.push_back({static_cast<std::uint16_t>(x + i), static_cast<std::uint16_t>(y), p[i]});
+      }
   }
 }
 

@@ -41,8 +41,8 @@ namespace chequer {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Looks at the corners first … last − 1 from the corner `from`.
-void Consider(const search::Arrays& in, int from, int first, int last, float longest, search::Best& best) {
+/// Looks from the corner `from` at the corners of `rows` ranges, each given by its first and the one past its last.
+void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int rows, float longest, search::Best& best) {
   const hn::ScalableTag<float> d;
   using V = hn::Vec<decltype(d)>;
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -54,42 +54,46 @@ void Consider(const search::Arrays& in, int from, int first, int last, float lon
   const V most_contrast = hn::Set(d, in.contrast[from] * search::kMostContrastRatio);
   const V nearest = hn::Set(d, search::kShortest * search::kShortest), farthest = hn::Set(d, longest * longest);
   const V cosine = hn::Set(d, search::kLeastSquaredCosine);
-  for (int i = first; i < last; i += lanes) {
-    const V dx = hn::Sub(hn::LoadU(d, in.x + i), x), dy = hn::Sub(hn::LoadU(d, in.y + i), y);
-    const V square = hn::MulAdd(dx, dx, hn::Mul(dy, dy));
-    const V least = hn::Mul(square, cosine);
-    // Along the rays of the one, and of the other.
-    const V along0 = hn::MulAdd(ray0_x, dx, hn::Mul(ray0_y, dy)), along1 = hn::MulAdd(ray1_x, dx, hn::Mul(ray1_y, dy));
-    const V back0 = hn::MulAdd(hn::LoadU(d, in.ray0_x + i), dx, hn::Mul(hn::LoadU(d, in.ray0_y + i), dy));
-    const V back1 = hn::MulAdd(hn::LoadU(d, in.ray1_x + i), dx, hn::Mul(hn::LoadU(d, in.ray1_y + i), dy));
-    const auto on0 = hn::And(hn::Gt(hn::Mul(along0, along0), least), hn::Gt(hn::Mul(back1, back1), least));
-    const auto on1 = hn::And(hn::Gt(hn::Mul(along1, along1), least), hn::Gt(hn::Mul(back0, back0), least));
-    const V contrast = hn::LoadU(d, in.contrast + i);
-    auto fits = hn::And(hn::Or(on0, on1), hn::And(hn::Gt(square, nearest), hn::Lt(square, farthest)));
-    fits = hn::And(fits, hn::And(hn::Gt(contrast, least_contrast), hn::Lt(contrast, most_contrast)));
-    if (hn::AllFalse(d, fits)) continue;
+  for (int row = 0; row < rows; ++row) {
+    const int last = ranges[row][1];
+    for (int i = ranges[row][0]; i < last; i += lanes) {
+      const V dx = hn::Sub(hn::LoadU(d, in.x + i), x), dy = hn::Sub(hn::LoadU(d, in.y + i), y);
+      const V square = hn::MulAdd(dx, dx, hn::Mul(dy, dy));
+      const V least = hn::Mul(square, cosine);
+      // Along the rays of the one, and of the other.
+      const V along0 = hn::MulAdd(ray0_x, dx, hn::Mul(ray0_y, dy)),
+              along1 = hn::MulAdd(ray1_x, dx, hn::Mul(ray1_y, dy));
+      const V back0 = hn::MulAdd(hn::LoadU(d, in.ray0_x + i), dx, hn::Mul(hn::LoadU(d, in.ray0_y + i), dy));
+      const V back1 = hn::MulAdd(hn::LoadU(d, in.ray1_x + i), dx, hn::Mul(hn::LoadU(d, in.ray1_y + i), dy));
+      const auto on0 = hn::And(hn::Gt(hn::Mul(along0, along0), least), hn::Gt(hn::Mul(back1, back1), least));
+      const auto on1 = hn::And(hn::Gt(hn::Mul(along1, along1), least), hn::Gt(hn::Mul(back0, back0), least));
+      const V contrast = hn::LoadU(d, in.contrast + i);
+      auto fits = hn::And(hn::Or(on0, on1), hn::And(hn::Gt(square, nearest), hn::Lt(square, farthest)));
+      fits = hn::And(fits, hn::And(hn::Gt(contrast, least_contrast), hn::Lt(contrast, most_contrast)));
+      if (hn::AllFalse(d, fits)) continue;
 
-    HWY_ALIGN float squares[kMaxLanes], a0[kMaxLanes], a1[kMaxLanes], b0[kMaxLanes], b1[kMaxLanes];
-    std::uint64_t bits = 0;
-    hn::StoreMaskBits(d, fits, reinterpret_cast<std::uint8_t*>(&bits));
-    const int rest = last - i < lanes ? last - i : lanes;
-    bits &= (std::uint64_t{1} << rest) - 1;
-    hn::Store(square, d, squares);
-    hn::Store(hn::IfThenElseZero(on0, along0), d, a0);
-    hn::Store(hn::IfThenElseZero(on1, along1), d, a1);
-    hn::Store(back0, d, b0);
-    hn::Store(back1, d, b1);
-    for (; bits != 0; bits &= bits - 1) {
-      const int k = __builtin_ctzll(bits);
-      const bool axis = (a1[k] < 0 ? -a1[k] : a1[k]) > (a0[k] < 0 ? -a0[k] : a0[k]);
-      const float along = axis ? a1[k] : a0[k], back = axis ? b0[k] : b1[k];
-      const int ray = (axis ? 1 : 0) + (along > 0 ? 0 : 2);
-      const float distance = __builtin_sqrtf(squares[k]);
-      const float cost = distance + search::kOffAxisCost * (distance - (along < 0 ? -along : along));
-      if (cost >= best.cost[ray]) continue;
-      best.cost[ray] = cost;
-      best.corner[ray] = i + k;
-      best.ray[ray] = (axis ? 0 : 1) + (back > 0 ? 2 : 0);
+      HWY_ALIGN float squares[kMaxLanes], a0[kMaxLanes], a1[kMaxLanes], b0[kMaxLanes], b1[kMaxLanes];
+      std::uint64_t bits = 0;
+      hn::StoreMaskBits(d, fits, reinterpret_cast<std::uint8_t*>(&bits));
+      const int rest = last - i < lanes ? last - i : lanes;
+      bits &= (std::uint64_t{1} << rest) - 1;
+      hn::Store(square, d, squares);
+      hn::Store(hn::IfThenElseZero(on0, along0), d, a0);
+      hn::Store(hn::IfThenElseZero(on1, along1), d, a1);
+      hn::Store(back0, d, b0);
+      hn::Store(back1, d, b1);
+      for (; bits != 0; bits &= bits - 1) {
+        const int k = __builtin_ctzll(bits);
+        const bool axis = (a1[k] < 0 ? -a1[k] : a1[k]) > (a0[k] < 0 ? -a0[k] : a0[k]);
+        const float along = axis ? a1[k] : a0[k], back = axis ? b0[k] : b1[k];
+        const int ray = (axis ? 1 : 0) + (along > 0 ? 0 : 2);
+        const float distance = __builtin_sqrtf(squares[k]);
+        const float cost = distance + search::kOffAxisCost * (distance - (along < 0 ? -along : along));
+        if (cost >= best.cost[ray]) continue;
+        best.cost[ray] = cost;
+        best.corner[ray] = i + k;
+        best.ray[ray] = (axis ? 0 : 1) + (back > 0 ? 2 : 0);
+      }
     }
   }
 }
@@ -112,7 +116,7 @@ HWY_EXPORT(Consider);
 
 /// Cells are empty but for noise: a neighbour is among the nearest corners, or there is none. In clutter, this bounds
 /// the work.
-constexpr int kMostConsidered = 40;
+constexpr int kMostConsidered = 24;
 /// Sides of one cell do not differ that much: no ray is searched farther than so many times the nearest neighbour.
 constexpr float kFarthestRatio = 3;
 constexpr float kFarthestMore = 16;
@@ -155,16 +159,20 @@ NearestCorners CornerSearch::Find(int index) const {
   const std::size_t i = static_cast<std::size_t>(index);
   const int col = Col(x_[i]), row = Row(y_[i]);
   const int reach = static_cast<int>(kLongest) >> kShift;
-  for (int ring = 1;; ring = std::min(2 * ring + 1, reach)) {
+  for (int ring = 1;; ring = std::min(2 * ring, reach)) {
     std::fill(std::begin(best.cost), std::end(best.cost), std::numeric_limits<float>::infinity());
     std::fill(std::begin(best.corner), std::end(best.corner), -1);
     const int first_col = std::max(col - ring, 0), last_col = std::min(col + ring, cols_ - 1);
-    int considered = 0;
+    int considered = 0, rows = 0;
+    int ranges[2 * (static_cast<int>(kLongest) >> kShift) + 1][2];
     for (int r = std::max(row - ring, 0); r <= std::min(row + ring, rows_ - 1); ++r) {
       const int first = First(r, first_col), last = First(r, last_col + 1);
+      if (first == last) continue;
       considered += last - first;
-      if (first < last) HWY_DYNAMIC_DISPATCH(Consider)(arrays, index, first, last, kLongest, best);
+      ranges[rows][0] = first;
+      ranges[rows++][1] = last;
     }
+    HWY_DYNAMIC_DISPATCH(Consider)(arrays, index, ranges, rows, kLongest, best);
     const float searched = static_cast<float>(ring << kShift);
     const float nearest = *std::min_element(std::begin(best.cost), std::end(best.cost));
     const float farthest = *std::max_element(std::begin(best.cost), std::end(best.cost));

@@ -24,10 +24,6 @@ class CornerSearch {
   /// bucket at its edge.
   void Build(int width, int height, std::vector<Corner>& corners);
 
-  /// Takes a corner out: nobody finds it any more.
-  void Drop(int index) { contrast_[static_cast<std::size_t>(index)] = 0; }
-  bool dropped(int index) const { return contrast_[static_cast<std::size_t>(index)] == 0; }
-
   /// The nearest corners that lie along the rays of one, are of similar contrast, and whose own ray that comes back is
   /// of the opposite kind: neighbouring corners swap light and dark, so an edge that leaves one by a rising ray comes
   /// in by a falling one. In clutter, gives up after a few dozen others.

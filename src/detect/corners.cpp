@@ -1,8 +1,8 @@
 #include "detect/corners.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 namespace chequer {
@@ -15,6 +15,9 @@ constexpr std::uint8_t kLeastResponse = 4;
 /// by 60 degrees; clutter mostly less.
 constexpr float kLeastShare = 0.10f;
 
+/// Cosine of how far opposite edges may be from a straight line (43 degrees).
+constexpr float kStraight = 0.73f;
+
 constexpr int kRing = 12;
 struct Offset {
   int x, y;
@@ -22,20 +25,6 @@ struct Offset {
 /// By growing angle from (3, 1).
 constexpr std::array<Offset, kRing> kOffsets{
     {{3, 1}, {2, 2}, {1, 3}, {-1, 3}, {-2, 2}, {-3, 1}, {-3, -1}, {-2, -2}, {-1, -3}, {1, -3}, {2, -2}, {3, -1}}};
-
-/// Angles of the ring's pixels.
-const std::array<float, kRing + 1>& RingAngles() {
-  static const auto angles = [] {
-    std::array<float, kRing + 1> a{};
-    for (std::size_t i = 0; i < kRing; ++i) {
-      const double angle = std::atan2(kOffsets[i].y, kOffsets[i].x);
-      a[i] = static_cast<float>(angle < 0 ? angle + 2 * std::numbers::pi : angle);
-    }
-    a[kRing] = a[0] + static_cast<float>(2 * std::numbers::pi);
-    return a;
-  }();
-  return angles;
-}
 
 /// Peak of a parabola through three values, −½..½.
 float ParabolaPeak(int left, int middle, int right) {
@@ -45,16 +34,27 @@ float ParabolaPeak(int left, int middle, int right) {
              : 0.0f;
 }
 
+/// The ring's places in a plane with rows so far apart.
+std::array<std::ptrdiff_t, kRing> RingOf(std::ptrdiff_t stride) {
+  std::array<std::ptrdiff_t, kRing> ring;
+  for (std::size_t i = 0; i < kRing; ++i) ring[i] = kOffsets[i].y * stride + kOffsets[i].x;
+  return ring;
+}
+
 /// The four edges from the values on the ring; nothing if it does not change between light and dark exactly four times
 /// or opposite edges are not in line.
-std::optional<Corner> Saddle(const BytePlane& plane, const BytePlane& response, const Peak& peak) {
-  std::array<int, kRing + 1> value;
+std::optional<Corner> Saddle(const BytePlane& plane, const std::array<std::ptrdiff_t, kRing>& ring,
+                             const BytePlane& response, const Peak& peak) {
+  const std::uint8_t* center = plane.row(peak.y) + peak.x;
+  std::array<int, kRing> value;
   int sum = 0;
-  for (std::size_t i = 0; i < kRing; ++i) sum += value[i] = plane.at(peak.x + kOffsets[i].x, peak.y + kOffsets[i].y);
-  value[kRing] = value[0];
+  for (std::size_t i = 0; i < kRing; ++i) sum += value[i] = center[ring[i]];
   int light_sum = 0, light_count = 0;
-  for (std::size_t i = 0; i < kRing; ++i)
-    if (kRing * value[i] > sum) light_sum += value[i], ++light_count;
+  for (std::size_t i = 0; i < kRing; ++i) {
+    const int is_light = kRing * value[i] > sum;
+    light_sum += is_light * value[i];
+    light_count += is_light;
+  }
   if (light_count == 0 || light_count == kRing) return std::nullopt;
   const float light = static_cast<float>(light_sum) / static_cast<float>(light_count);
   const float dark = static_cast<float>(sum - light_sum) / static_cast<float>(kRing - light_count);
@@ -62,34 +62,35 @@ std::optional<Corner> Saddle(const BytePlane& plane, const BytePlane& response, 
   if (static_cast<float>(peak.response) < kLeastShare * contrast) return std::nullopt;
   const float middle = (light + dark) / 2;
 
-  std::array<float, 4> crossing{};  // angles; first the rising ones
-  int rising = 0, falling = 0;
-  const auto& angles = RingAngles();
-  for (std::size_t i = 0; i < kRing; ++i) {
-    const float a = static_cast<float>(value[i]) - middle, b = static_cast<float>(value[i + 1]) - middle;
-    if ((a < 0) == (b < 0)) continue;
-    const float angle = angles[i] + (angles[i + 1] - angles[i]) * a / (a - b);
-    int& count = a < 0 ? rising : falling;
-    if (count == 2) return std::nullopt;
-    crossing[static_cast<std::size_t>((a < 0 ? 0 : 2) + count++)] = angle;
-  }
-  if (rising != 2 || falling != 2) return std::nullopt;
-
-  constexpr float kPi = std::numbers::pi_v<float>;
+  // Where the ring crosses between light and dark: the rising ones, then the falling ones, by growing angle.
+  unsigned lighter = 0;
+  for (std::size_t i = 0; i < kRing; ++i) lighter |= static_cast<unsigned>(static_cast<float>(value[i]) >= middle) << i;
+  const unsigned next_lighter = (lighter >> 1 | lighter << (kRing - 1)) & ((1u << kRing) - 1);
+  const unsigned rises = next_lighter & ~lighter, falls = lighter & ~next_lighter;
+  if (std::popcount(rises) != 2 || std::popcount(falls) != 2) return std::nullopt;
+  std::array<Eigen::Vector2f, 4> crossing;
+  std::size_t count = 0;
+  for (unsigned changes : {rises, falls})
+    for (; changes != 0; changes &= changes - 1) {
+      const std::size_t i = static_cast<std::size_t>(std::countr_zero(changes)), next = i + 1 == kRing ? 0 : i + 1;
+      const float part = (static_cast<float>(value[i]) - middle) / static_cast<float>(value[i] - value[next]);
+      const Offset &from = kOffsets[i], &to = kOffsets[next];
+      crossing[count++] = {static_cast<float>(from.x) + part * static_cast<float>(to.x - from.x),
+                           static_cast<float>(from.y) + part * static_cast<float>(to.y - from.y)};
+    }
   // Opposite edges lie half a turn apart.
-  constexpr float kStraight = 0.75f;
-  const float bend_rising = crossing[1] - crossing[0] - kPi, bend_falling = crossing[3] - crossing[2] - kPi;
-  if (std::abs(bend_rising) > kStraight || std::abs(bend_falling) > kStraight) return std::nullopt;
-  const float r = crossing[0] + bend_rising / 2;
-  float f = crossing[2] + bend_falling / 2;
-  while (f < r) f += kPi;
-  while (f > r + kPi) f -= kPi;
+  const auto straight = [](const Eigen::Vector2f& a, const Eigen::Vector2f& b) {
+    const float dot = a.dot(b);
+    return dot < 0 && dot * dot > kStraight * kStraight * a.squaredNorm() * b.squaredNorm();
+  };
+  if (!straight(crossing[0], crossing[1]) || !straight(crossing[2], crossing[3])) return std::nullopt;
+  const Eigen::Vector2f up = (crossing[0] - crossing[1]).normalized();
+  Eigen::Vector2f down = (crossing[2] - crossing[3]).normalized();
+  // The falling ray comes within half a turn after the rising one.
+  if (up.x() * down.y() - up.y() * down.x() < 0) down = -down;
 
   Corner corner;
-  corner.rays[0] = {std::cos(r), std::sin(r)};
-  corner.rays[1] = {std::cos(f), std::sin(f)};
-  corner.rays[2] = -corner.rays[0];
-  corner.rays[3] = -corner.rays[1];
+  corner.rays = {up, down, -up, -down};
   corner.contrast = contrast;
   const std::uint8_t* p = response.row(peak.y) + peak.x;
   corner.position = {static_cast<float>(peak.x) + ParabolaPeak(p[-1], p[0], p[1]),
@@ -105,11 +106,36 @@ void LimitPeaks(std::vector<Peak>& peaks) {
   peaks.resize(kMaxPeaks);
 }
 
+/// Where corners of finer levels lie, in blocks of 2 × 2 image pixels.
+class Occupancy {
+ public:
+  Occupancy(std::vector<std::uint8_t>& blocks, int width, int height)
+      : blocks_(blocks), cols_(width / 2 + 2), rows_(height / 2 + 2) {
+    blocks_.assign(static_cast<std::size_t>(cols_ * rows_), 0);
+  }
+  void Mark(const Eigen::Vector2f& p) { blocks_[static_cast<std::size_t>(Row(p.y()) * cols_ + Col(p.x()))] = 1; }
+  bool Near(const Eigen::Vector2f& p, float radius) const {
+    const int first = Col(p.x() - radius), last = Col(p.x() + radius);
+    for (int row = Row(p.y() - radius); row <= Row(p.y() + radius); ++row)
+      for (int col = first; col <= last; ++col)
+        if (blocks_[static_cast<std::size_t>(row * cols_ + col)]) return true;
+    return false;
+  }
+
+ private:
+  int Col(float x) const { return std::clamp(static_cast<int>(x / 2), 0, cols_ - 1); }
+  int Row(float y) const { return std::clamp(static_cast<int>(y / 2), 0, rows_ - 1); }
+
+  std::vector<std::uint8_t>& blocks_;
+  int cols_, rows_;
+};
+
 }  // namespace
 
 int FindCorners(Pyramid& pyramid, std::vector<Corner>& corners) {
   corners.clear();
   int looked_at = 0;
+  Occupancy occupancy(pyramid.occupied, pyramid.base.plane.width(), pyramid.base.plane.height());
   for (int level = 0; level < Pyramid::kLevels; ++level) {
     if (level > 0) HalvePlane(pyramid.level(level - 1), pyramid.halves[static_cast<std::size_t>(level - 1)]);
     const BytePlane& plane = pyramid.level(level);
@@ -120,13 +146,19 @@ int FindCorners(Pyramid& pyramid, std::vector<Corner>& corners) {
     LimitPeaks(pyramid.peaks);
     looked_at += static_cast<int>(pyramid.peaks.size());
     const float scale = static_cast<float>(1 << level);
+    const std::array<std::ptrdiff_t, kRing> ring = RingOf(plane.stride());
+    const std::size_t finer = corners.size();
     for (const Peak& peak : pyramid.peaks) {
-      std::optional<Corner> corner = Saddle(plane, response, peak);
+      // Each corner counts at the finest level that shows it.
+      const Eigen::Vector2f at = pyramid.ToImage({static_cast<float>(peak.x), static_cast<float>(peak.y)}, level);
+      if (level > 0 && occupancy.Near(at, 2 * scale)) continue;
+      std::optional<Corner> corner = Saddle(plane, ring, response, peak);
       if (!corner) continue;
       corner->position = pyramid.ToImage(corner->position, level);
       corner->scale = scale;
       corners.push_back(*corner);
     }
+    for (std::size_t i = finer; i < corners.size(); ++i) occupancy.Mark(corners[i].position);
   }
   return looked_at;
 }

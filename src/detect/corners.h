@@ -25,7 +25,8 @@ struct Pyramid {
   DetectionPlane base;
   std::array<BytePlane, kLevels - 1> halves;  ///< levels 1 and 2
   std::array<BytePlane, kLevels> response;
-  std::vector<Peak> peaks;  ///< scratch
+  std::vector<Peak> peaks;             ///< scratch
+  std::vector<std::uint8_t> occupied;  ///< scratch
 
   const BytePlane& level(int index) const {
     return index == 0 ? base.plane : halves[static_cast<std::size_t>(index - 1)];

@@ -17,38 +17,25 @@ constexpr std::array<int, 4> kStepX{1, 0, -1, 0};
 constexpr std::array<int, 4> kStepY{0, 1, 0, -1};
 
 /// Whether the image shows an edge all along from a to b, light on the side that `lighter` (unit normal) points to.
-bool EdgeIsThere(const DetectionPlane& plane, const Corner& a, const Corner& b, const Eigen::Vector2f& lighter) {
+bool EdgeIsThere(const DetectionPlane& detection, const Corner& a, const Corner& b, const Eigen::Vector2f& lighter) {
+  const BytePlane& plane = detection.plane;
   const Eigen::Vector2f along = b.position - a.position;
-  const float length = along.norm();
-  const float reach = std::min(0.25f * length, 3.0f * std::max(a.scale, b.scale));
+  const float reach = std::min(0.25f * along.norm(), 3.0f * std::max(a.scale, b.scale));
   const float least = 0.2f * std::min(a.contrast, b.contrast);
-  const Eigen::Vector2f origin = a.position - Eigen::Vector2f::Constant(plane.offset_px);
-  const Eigen::Vector2f limit(static_cast<float>(plane.plane.width() - 1),
-                              static_cast<float>(plane.plane.height() - 1));
-  for (const float part : {0.3f, 0.5f, 0.7f}) {
-    const Eigen::Vector2f p = origin + part * along;
-    const Eigen::Vector2f light = (p + reach * lighter).cwiseMax(0).cwiseMin(limit);
-    const Eigen::Vector2f dark = (p - reach * lighter).cwiseMax(0).cwiseMin(limit);
-    if (plane.plane.Bilinear(light.x(), light.y()) - plane.plane.Bilinear(dark.x(), dark.y()) < least) return false;
+  const Eigen::Vector2f origin = a.position - Eigen::Vector2f::Constant(detection.offset_px);
+  const float right = static_cast<float>(plane.width() - 1), bottom = static_cast<float>(plane.height() - 1);
+  const auto at = [&](float x, float y) {
+    return plane.Bilinear(std::min(std::max(x, 0.0f), right), std::min(std::max(y, 0.0f), bottom));
+  };
+  const float out_x = reach * lighter.x(), out_y = reach * lighter.y();
+  for (const float part : {0.5f, 0.3f, 0.7f}) {
+    const float x = origin.x() + part * along.x(), y = origin.y() + part * along.y();
+    if (at(x + out_x, y + out_y) - at(x - out_x, y - out_y) < least) return false;
   }
   return true;
 }
 
 }  // namespace
-
-void GridLinker::DropCoarserTwins(const std::vector<Corner>& corners) {
-  for (int i = 0; i < static_cast<int>(corners.size()); ++i) {
-    const Corner& corner = corners[static_cast<std::size_t>(i)];
-    if (corner.scale == 1) continue;
-    const float radius = 2 * corner.scale;
-    bool twin = false;
-    search_.ForNeighbours(corner.position, radius, [&](int j) {
-      const Corner& other = corners[static_cast<std::size_t>(j)];
-      twin |= other.scale < corner.scale && (other.position - corner.position).squaredNorm() <= radius * radius;
-    });
-    if (twin) search_.Drop(i);
-  }
-}
 
 void GridLinker::KeepMutual(const DetectionPlane& plane, const std::vector<Corner>& corners) {
   for (std::size_t i = 0; i < links_.size(); ++i)
@@ -161,11 +148,9 @@ void GridLinker::Link(const DetectionPlane& plane, std::vector<Corner>& corners,
   out.grids.clear();
   out.corners.clear();
   search_.Build(plane.plane.width() + 1, plane.plane.height() + 1, corners);
-  DropCoarserTwins(corners);
   const int count = static_cast<int>(corners.size());
   links_.assign(corners.size(), Links{});
   for (int i = 0; i < count; ++i) {
-    if (search_.dropped(i)) continue;
     const NearestCorners nearest = search_.Find(i);
     links_[static_cast<std::size_t>(i)].corner = nearest.corner;
     links_[static_cast<std::size_t>(i)].ray = nearest.ray;

@@ -40,7 +40,7 @@ class GridLinker {
  public:
   /// The fewest corners of a grid that is kept: fewer do not determine a homography with something to spare.
   static constexpr int kFewest = 6;
-  /// Sorts `corners`, leaves out those that a finer level has too, then fills `out`. `plane` (with its offset to the
+  /// Sorts `corners`, then fills `out`. `plane` (with its offset to the
   /// image) tells whether the edge between two corners is there.
   void Link(const DetectionPlane& plane, std::vector<Corner>& corners, Grids& out);
   /// Of the corners as last linked.
@@ -53,7 +53,6 @@ class GridLinker {
     std::uint8_t squares = 0;                   ///< bit k: the link of ray k is a side of a closed square
   };
 
-  void DropCoarserTwins(const std::vector<Corner>& corners);
   void KeepMutual(const DetectionPlane& plane, const std::vector<Corner>& corners);
   void KeepSquares(const std::vector<Corner>& corners);
   bool StartAt(int seed, const std::vector<Corner>& corners);

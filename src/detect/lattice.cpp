@@ -80,7 +80,7 @@ void Lattice::Extend(const Eigen::Matrix3d& image_from_lattice, const std::vecto
       int best = -1;
       search.ForNeighbours(center, reach, [&](int i) {
         const float square = (corners[static_cast<std::size_t>(i)].position - center).squaredNorm();
-        if (square < nearest && !search.dropped(i) && !claimed[static_cast<std::size_t>(i)]) nearest = square, best = i;
+        if (square < nearest && !claimed[static_cast<std::size_t>(i)]) nearest = square, best = i;
       });
       if (best < 0) continue;
       const Corner& corner = corners[static_cast<std::size_t>(best)];
