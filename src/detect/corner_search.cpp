@@ -43,10 +43,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 /// Looks from the corner `from` at the corners of `rows` ranges, each given by its first and the one past its last.
 void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int rows, float longest, search::Best& best) {
-  const hn::ScalableTag<float> d;
+  // A row's range is short: longer vectors would be empty for the most part.
+  constexpr std::size_t kMaxLanes = 8;
+  const hn::CappedTag<float, kMaxLanes> d;
   using V = hn::Vec<decltype(d)>;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  constexpr std::size_t kMaxLanes = HWY_MAX_BYTES / sizeof(float);
   const V x = hn::Set(d, in.x[from]), y = hn::Set(d, in.y[from]);
   const V ray0_x = hn::Set(d, in.ray0_x[from]), ray0_y = hn::Set(d, in.ray0_y[from]);
   const V ray1_x = hn::Set(d, in.ray1_x[from]), ray1_y = hn::Set(d, in.ray1_y[from]);

@@ -37,27 +37,31 @@ bool EdgeIsThere(const DetectionPlane& detection, const Corner& a, const Corner&
 
 }  // namespace
 
-void GridLinker::KeepMutual(const DetectionPlane& plane, const std::vector<Corner>& corners) {
+void GridLinker::KeepMutual() {
   for (std::size_t i = 0; i < links_.size(); ++i)
     for (std::size_t k = 0; k < 4; ++k) {
       const int j = links_[i].corner[k];
       if (j < 0) continue;
       const std::size_t back = static_cast<std::size_t>(links_[i].ray[k]);
-      Links& other = links_[static_cast<std::size_t>(j)];
-      const bool mutual = other.corner[back] == static_cast<int>(i) && other.ray[back] == static_cast<int>(k);
-      if (!mutual) {
-        links_[i].corner[k] = -1;
-        continue;
-      }
-      if (j < static_cast<int>(i)) continue;  // looked at from the other end
+      const Links& other = links_[static_cast<std::size_t>(j)];
+      // A link that was taken away already from the other end is no longer mutual either.
+      if (other.corner[back] != static_cast<int>(i) || other.ray[back] != static_cast<int>(k)) links_[i].corner[k] = -1;
+    }
+}
+
+void GridLinker::KeepEdges(const DetectionPlane& plane, const std::vector<Corner>& corners) {
+  for (std::size_t i = 0; i < links_.size(); ++i)
+    for (std::size_t k = 0; k < 4; ++k) {
+      const int j = links_[i].corner[k];
+      // Each link once.
+      if (j < static_cast<int>(i) || !(links_[i].squares >> k & 1)) continue;
       const Eigen::Vector2f along = corners[static_cast<std::size_t>(j)].position - corners[i].position;
       Eigen::Vector2f lighter(-along.y(), along.x());  // by growing angle
       lighter.normalize();
       if (k % 2 == 1) lighter = -lighter;
-      if (!EdgeIsThere(plane, corners[i], corners[static_cast<std::size_t>(j)], lighter)) {
-        links_[i].corner[k] = -1;
-        other.corner[back] = -1;
-      }
+      if (EdgeIsThere(plane, corners[i], corners[static_cast<std::size_t>(j)], lighter)) continue;
+      links_[static_cast<std::size_t>(j)].corner[static_cast<std::size_t>(links_[i].ray[k])] = -1;
+      links_[i].corner[k] = -1;
     }
 }
 
@@ -155,8 +159,9 @@ void GridLinker::Link(const DetectionPlane& plane, std::vector<Corner>& corners,
     links_[static_cast<std::size_t>(i)].corner = nearest.corner;
     links_[static_cast<std::size_t>(i)].ray = nearest.ray;
   }
-  KeepMutual(plane, corners);
+  KeepMutual();
   KeepSquares(corners);
+  KeepEdges(plane, corners);
   state_.assign(corners.size(), 0);
   turn_.resize(corners.size());
   for (int i = 0; i < count; ++i)

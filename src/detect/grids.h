@@ -53,7 +53,8 @@ class GridLinker {
     std::uint8_t squares = 0;                   ///< bit k: the link of ray k is a side of a closed square
   };
 
-  void KeepMutual(const DetectionPlane& plane, const std::vector<Corner>& corners);
+  void KeepMutual();
+  void KeepEdges(const DetectionPlane& plane, const std::vector<Corner>& corners);
   void KeepSquares(const std::vector<Corner>& corners);
   bool StartAt(int seed, const std::vector<Corner>& corners);
   void Walk(int seed, const std::vector<Corner>& corners, Grids& out);
