@@ -1,13 +1,8 @@
 #include "simulate/coding.h"
 
-#include <turbojpeg.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
-#include <stdexcept>
-#include <type_traits>
 
 #include "chequer/check.h"
 
@@ -76,37 +71,6 @@ void ConvertBlock(const ImageView& bgr, int x0, int y0, YuvRange range, const Yu
   out.data[2][row * out.stride[2] + column * out.step[2]] = CodeSample(v / count, false, range);
 }
 
-struct DestroyTurbo {
-  void operator()(void* handle) const { tjDestroy(handle); }
-};
-using TurboHandle = std::unique_ptr<std::remove_pointer_t<tjhandle>, DestroyTurbo>;
-
-struct FreeTurbo {
-  void operator()(unsigned char* bytes) const { tjFree(bytes); }
-};
-
-[[noreturn]] void FailTurbo(const std::string& doing, tjhandle handle) {
-  throw std::runtime_error(doing + ": " + tjGetErrorStr2(handle));
-}
-
-int TurboPixels(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::kBgr8: return TJPF_BGR;
-    case PixelFormat::kRgb8: return TJPF_RGB;
-    case PixelFormat::kMono8: return TJPF_GRAY;
-    default: return TJPF_UNKNOWN;
-  }
-}
-
-int TurboSampling(PixelFormat planar) {
-  switch (planar) {
-    case PixelFormat::kYuv420p: return TJSAMP_420;
-    case PixelFormat::kYuv422p: return TJSAMP_422;
-    case PixelFormat::kYuv444p: return TJSAMP_444;
-    default: return -1;
-  }
-}
-
 }  // namespace
 
 Image ConvertFromBgr(const ImageView& bgr, PixelFormat format, YuvRange range) {
@@ -124,52 +88,6 @@ Image ConvertFromBgr(const ImageView& bgr, PixelFormat format, YuvRange range) {
   for (int y = 0; y < bgr.height(); y += layout.chroma_height)
     for (int x = 0; x < bgr.width(); x += layout.chroma_width) ConvertBlock(bgr, x, y, range, layout);
   return out;
-}
-
-std::vector<std::uint8_t> EncodeJpeg(const ImageView& image, int quality, JpegChroma chroma) {
-  CHEQUER_CHECK(TurboPixels(image.format()) != TJPF_UNKNOWN, "JPEG is made of BGR8, RGB8 or Mono8");
-  CHEQUER_CHECK(quality >= 1 && quality <= 100, "JPEG quality must be from 1 to 100");
-  const TurboHandle handle(tjInitCompress());
-  constexpr int kSampling[] = {TJSAMP_444, TJSAMP_422, TJSAMP_420};
-  const int sampling = image.format() == PixelFormat::kMono8 ? TJSAMP_GRAY : kSampling[static_cast<int>(chroma)];
-  unsigned char* bytes = nullptr;
-  unsigned long size = 0;
-  const int status =
-      tjCompress2(handle.get(), image.row(0), image.width(), static_cast<int>(image.plane(0).stride_bytes),
-                  image.height(), TurboPixels(image.format()), &bytes, &size, sampling, quality, TJFLAG_ACCURATEDCT);
-  const std::unique_ptr<unsigned char, FreeTurbo> owned(bytes);
-  if (status != 0) FailTurbo("encoding a JPEG", handle.get());
-  return {bytes, bytes + size};
-}
-
-Image DecodeJpeg(std::span<const std::uint8_t> jpeg, PixelFormat format, ToneCurve tone_curve) {
-  const TurboHandle handle(tjInitDecompress());
-  int width = 0, height = 0, sampling = 0, colours = 0;
-  if (tjDecompressHeader3(handle.get(), jpeg.data(), jpeg.size(), &width, &height, &sampling, &colours) != 0)
-    FailTurbo("reading a JPEG's header", handle.get());
-  if (!SizeIsValid(format, width, height)) throw std::runtime_error("the JPEG's size is not one that images can have");
-  Image image(format, width, height, tone_curve);
-  if (const int pixels = TurboPixels(format); pixels != TJPF_UNKNOWN) {
-    if (tjDecompress2(handle.get(), jpeg.data(), jpeg.size(), image.bytes().data(), width, 0, height, pixels,
-                      TJFLAG_ACCURATEDCT) != 0)
-      FailTurbo("decoding a JPEG", handle.get());
-    return image;
-  }
-  if (TurboSampling(format) != sampling)
-    throw std::runtime_error("the JPEG does not store its chroma as " + std::string(PixelFormatName(format)));
-  const auto shapes = PlaneShapes(format, width, height);
-  unsigned char* planes[3];
-  int strides[3];
-  unsigned char* next = image.bytes().data();
-  for (std::size_t i = 0; i < 3; ++i) {
-    planes[i] = next;
-    strides[i] = shapes[i].row_bytes;
-    next += static_cast<std::ptrdiff_t>(shapes[i].row_bytes) * shapes[i].rows;
-  }
-  if (tjDecompressToYUVPlanes(handle.get(), jpeg.data(), jpeg.size(), planes, width, strides, height,
-                              TJFLAG_ACCURATEDCT) != 0)
-    FailTurbo("decoding a JPEG", handle.get());
-  return image;
 }
 
 }  // namespace chequer

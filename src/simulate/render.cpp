@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "capture/jpeg.h"
 #include "simulate/coding.h"
 #include "simulate/outline.h"
 #include "simulate/random.h"
@@ -24,9 +25,9 @@ bool IsPlanarYuv(PixelFormat format) {
 }
 
 /// Cameras that stream JPEG store it as 4:2:2; files are mostly 4:2:0.
-JpegChroma ChromaOf(PixelFormat format) {
-  if (format == PixelFormat::kYuv444p) return JpegChroma::k444;
-  return format == PixelFormat::kYuv422p ? JpegChroma::k422 : JpegChroma::k420;
+ChromaSharing ChromaOf(PixelFormat format) {
+  if (format == PixelFormat::kYuv444p) return ChromaSharing::k444;
+  return format == PixelFormat::kYuv422p ? ChromaSharing::k422 : ChromaSharing::k420;
 }
 
 LinearImage Light(const LinearImage& background, int rim, const std::vector<SceneMarker>& markers,
@@ -36,11 +37,18 @@ LinearImage Light(const LinearImage& background, int rim, const std::vector<Scen
   return light;
 }
 
+/// What a JPEG of the image holds, in the format asked for.
+Image ThroughJpeg(const Image& image, int quality, const RenderOptions& options) {
+  const auto jpeg = JpegFromImage(image.view(), {quality, ChromaOf(options.format)});
+  const JpegColour colour = IsYuv(options.format) ? JpegColour::kYuv : JpegColour::kBgr;
+  Image decoded = ImageFromJpeg(jpeg, colour, options.tone_curve);
+  if (options.format == PixelFormat::kRgb8) return ConvertFromBgr(decoded.view(), PixelFormat::kRgb8);
+  return decoded;
+}
+
 /// What the camera does after the sensor: conversion and coding.
 Image Deliver(Image image, const RenderOptions& options) {
-  if (options.jpeg_quality)
-    return DecodeJpeg(EncodeJpeg(image.view(), *options.jpeg_quality, ChromaOf(options.format)), options.format,
-                      options.tone_curve);
+  if (options.jpeg_quality) return ThroughJpeg(image, *options.jpeg_quality, options);
   if (!IsYuv(options.format)) return image;
   const YuvRange range = IsPlanarYuv(options.format) ? YuvRange::kFull : options.yuv_range;
   return ConvertFromBgr(image.view(), options.format, range);

@@ -1,11 +1,9 @@
 #include "simulate/coding.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
-#include <stdexcept>
 
 namespace chequer {
 namespace {
@@ -96,55 +94,6 @@ TEST(ConvertFromBgr, RgbSwapsChannels) {
   const Image rgb = ConvertFromBgr(bgr.view(), PixelFormat::kRgb8);
   for (int x = 0; x < 4; ++x)
     for (int c = 0; c < 3; ++c) EXPECT_EQ(rgb.view().row(1)[3 * x + c], bgr.view().row(1)[3 * x + 2 - c]);
-}
-
-Image Smooth(PixelFormat format, int width, int height) {
-  Image image(format, width, height);
-  const auto shape = PlaneShapes(format, width, height)[0];
-  const int channels = shape.row_bytes / width;
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      for (int c = 0; c < channels; ++c)
-        image.bytes()[static_cast<std::size_t>((y * width + x) * channels + c)] =
-            static_cast<std::uint8_t>(60 + x + y + 20 * c);
-  return image;
-}
-
-TEST(Jpeg, SmoothImagesSurviveHighQuality) {
-  for (const PixelFormat format : {PixelFormat::kBgr8, PixelFormat::kRgb8, PixelFormat::kMono8}) {
-    const Image image = Smooth(format, 64, 48);
-    const Image back = DecodeJpeg(EncodeJpeg(image.view(), 95, JpegChroma::k420), format);
-    ASSERT_EQ(back.bytes().size(), image.bytes().size());
-    for (std::size_t i = 0; i < image.bytes().size(); ++i)
-      ASSERT_NEAR(back.bytes()[i], image.bytes()[i], 5) << PixelFormatName(format) << " byte " << i;
-  }
-}
-
-TEST(Jpeg, PlanesHoldWhatConversionGives) {
-  const Image bgr = Smooth(PixelFormat::kBgr8, 62, 46);
-  const std::pair<PixelFormat, JpegChroma> formats[] = {{PixelFormat::kYuv420p, JpegChroma::k420},
-                                                        {PixelFormat::kYuv422p, JpegChroma::k422},
-                                                        {PixelFormat::kYuv444p, JpegChroma::k444}};
-  for (const auto& [format, chroma] : formats) {
-    const Image planes = DecodeJpeg(EncodeJpeg(bgr.view(), 95, chroma), format);
-    const Image expected = ConvertFromBgr(bgr.view(), format);
-    ASSERT_EQ(planes.bytes().size(), expected.bytes().size());
-    for (std::size_t i = 0; i < expected.bytes().size(); ++i)
-      ASSERT_NEAR(planes.bytes()[i], expected.bytes()[i], 4) << PixelFormatName(format) << " byte " << i;
-  }
-}
-
-TEST(Jpeg, LowerQualityTakesFewerBytes) {
-  const Image image = Blocks(64, 64);
-  EXPECT_LT(EncodeJpeg(image.view(), 30, JpegChroma::k420).size(),
-            EncodeJpeg(image.view(), 95, JpegChroma::k420).size());
-}
-
-TEST(Jpeg, WhatIsNoJpegIsRefused) {
-  const std::vector<std::uint8_t> junk(100, 7);
-  EXPECT_THROW(DecodeJpeg(junk, PixelFormat::kBgr8), std::runtime_error);
-  const auto jpeg = EncodeJpeg(Blocks(16, 16).view(), 90, JpegChroma::k444);
-  EXPECT_THROW(DecodeJpeg(jpeg, PixelFormat::kYuv420p), std::runtime_error);
 }
 
 }  // namespace

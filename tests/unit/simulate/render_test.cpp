@@ -231,6 +231,24 @@ TEST(Render, JpegKeepsFormatAndCurve) {
   }
 }
 
+TEST(Render, JpegOfOddSizesShowsTheSameScene) {
+  const MarkerCode code = Secded();
+  const Scene scene = SceneOf({Marker(code, 77, FacingPose({0, 0, 1.5}, 0.3))});
+  for (const PixelFormat format : {PixelFormat::kBgr8, PixelFormat::kRgb8, PixelFormat::kMono8, PixelFormat::kYuv420p,
+                                   PixelFormat::kYuv422p, PixelFormat::kYuv444p}) {
+    RenderOptions options = Pinhole(97, 75);
+    options.format = format;
+    options.blur_sigma_px = 2;
+    const Image plain = Render(scene, options, 1);
+    options.jpeg_quality = 95;
+    const Image coded = Render(scene, options, 1);
+    ASSERT_EQ(coded.bytes().size(), plain.bytes().size());
+    double difference = 0;
+    for (std::size_t i = 0; i < plain.bytes().size(); ++i) difference += std::abs(coded.bytes()[i] - plain.bytes()[i]);
+    EXPECT_LT(difference / static_cast<double>(plain.bytes().size()), 4) << PixelFormatName(format);
+  }
+}
+
 TEST(Render, SameArgumentsSameBytes) {
   RenderOptions options = Pinhole(160, 120);
   Scene scene = SceneOf({Marker(Secded(), 3, FacingPose({0, 0, 2}, 0))});
