@@ -57,6 +57,8 @@ std::string Summary(const StatusMessage& status) {
     text += separator + drop.name + " " + std::to_string(drop.count);
     separator = ", ";
   }
+  if (status.publisher.failed > 0)
+    text += "; LCM did not take " + std::to_string(status.publisher.failed) + " messages";
   return text;
 }
 

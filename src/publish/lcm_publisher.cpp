@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <lcm/lcm-cpp.hpp>
@@ -24,15 +26,21 @@ using std::chrono::milliseconds;
 constexpr milliseconds kFirstRetry{250};
 constexpr milliseconds kLongestRetry{5000};
 
+/// Whether that error is why a message did not go out; LCM leaves others behind in passing.
+bool LosesMessages(int error) {
+  constexpr std::array kLosing{ENETUNREACH, EHOSTUNREACH, ENETDOWN, EINVAL, EPERM, ENOBUFS,
+                               ENODEV,      ENOSPC,       EDQUOT,   EFBIG,  EIO};
+  return std::find(kLosing.begin(), kLosing.end(), error) != kLosing.end();
+}
+
 /// Empty if the bytes went out, else why not.
 std::string Send(lcm::LCM& lcm, const std::string& channel, std::span<const std::uint8_t> bytes) {
-  // LCM 1.3.1 answers 0 for a message of several datagrams even where sending them failed; errno alone tells.
+  // LCM 1.3.1 answers 0 for a message of several datagrams even where sending them failed, and for a log on a full
+  // disk; errno alone tells.
   errno = 0;
   const int status = lcm.publish(channel, bytes.data(), static_cast<unsigned>(bytes.size()));
   const int error = errno;
-  const bool unreported = error == ENETUNREACH || error == EHOSTUNREACH || error == ENETDOWN || error == EINVAL ||
-                          error == EPERM || error == ENOBUFS || error == ENODEV;
-  if (status == 0 && !unreported) return {};
+  if (status == 0 && !LosesMessages(error)) return {};
   return error == 0 ? "LCM refused it" : std::strerror(error);
 }
 

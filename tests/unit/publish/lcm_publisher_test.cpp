@@ -87,6 +87,15 @@ TEST(LcmPublisher, WaitsForWhatCannotBeOpenedAndComplainsOnce) {
   EXPECT_THAT(log.lines()[1], HasSubstr("works again; 20 messages were lost"));
 }
 
+TEST(LcmPublisher, NoticesAFullDisk) {
+  LcmPublisher publisher({"file:///dev/full?mode=w", "CHEQUER"});
+  // The first ones stay in the log's buffer.
+  for (int i = 0; i < 100 && publisher.health().failed == 0; ++i) publisher.Publish(SamplePoses(20));
+  EXPECT_GT(publisher.health().failed, 0u);
+  EXPECT_EQ(publisher.health().state, PublisherState::kFailing);
+  EXPECT_THAT(publisher.health().message, HasSubstr("No space left on device"));
+}
+
 TEST(LcmPublisher, TriesAgainWithBackOffOnly) {
   const TemporaryDirectory folder;
   const std::filesystem::path missing = folder / "missing";
