@@ -31,6 +31,12 @@ std::string Printable(std::string text) {
   return text.substr(0, cut) + "…";
 }
 
+std::string Text(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.10g", number);
+  return text;
+}
+
 std::string Shown(const toml::node& node) {
   std::string shown;
   if (node.is_table()) return "{…}";
@@ -39,15 +45,13 @@ std::string Shown(const toml::node& node) {
       shown += (i == 0 ? "" : ", ") + Shown(*list->get(i));
     return Printable("[" + shown + "]");
   }
+  if (const auto number = node.as_floating_point()) {  // toml++ gives 17 digits
+    const std::string text = Text(number->get());
+    return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
+  }
   std::ostringstream text;
   node.visit([&](const auto& value) { text << value; });
   return Printable(text.str());
-}
-
-std::string Text(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.10g", number);
-  return text;
 }
 
 std::string Allowed(NumberRange range) { return "from " + Text(range.min) + " to " + Text(range.max); }
