@@ -126,6 +126,12 @@ class Listener {
   MonotonicTime next_redraw_{};
 };
 
+/// CLI11's own names the largest number with all its 309 digits.
+std::string IsAboveZero(const std::string& typed) {
+  double value = 0;
+  return CLI::detail::lexical_cast(typed, value) && value > 0 ? "" : "'" + typed + "' must be a number above 0";
+}
+
 }  // namespace
 
 void AddListenCommand(CLI::App& app) {
@@ -140,8 +146,8 @@ void AddListenCommand(CLI::App& app) {
   command->add_option("--channel", request->filter.channel, "Only this channel");
   command->add_flag("--json", request->json, "One JSON object a line and message instead of a table");
   command->add_option("--count", request->count, "End after so many frames; status 1 if fewer came")
-      ->check(CLI::PositiveNumber);
-  command->add_option("--seconds", request->seconds, "End after so many seconds")->check(CLI::PositiveNumber);
+      ->check(IsAboveZero);
+  command->add_option("--seconds", request->seconds, "End after so many seconds")->check(IsAboveZero);
   command
       ->add_option("--truth", request->truth,
                    "Recording that chequerd replays: compare with its truth until it is over; status 1 if wrong")

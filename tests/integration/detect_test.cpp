@@ -222,6 +222,22 @@ TEST(Tool, HelpOfEveryCommandHasAnExample) {
   }
 }
 
+TEST(Tool, NamesANumberThatIsNotAboveZero) {
+  for (const std::string option : {"--seconds", "--count"}) {
+    test::Process process({CHEQUER, "listen", option, "-1"});
+    EXPECT_EQ(process.Wait(), 2);
+    EXPECT_EQ(process.output(), "chequer listen: " + option + ": '-1' must be a number above 0\n");
+  }
+}
+
+TEST(Tool, SaysThatItsOutputCannotBeWritten) {
+  for (const std::string redirection : {">/dev/full", ">&-"}) {
+    test::Process process({"/bin/sh", "-c", "exec '" CHEQUER "' detect '" + Frame("000000.jpg") + "' " + redirection});
+    EXPECT_EQ(process.Wait(), 1);
+    EXPECT_THAT(process.output(), HasSubstr("standard output could not be written"));
+  }
+}
+
 TEST(Tool, TellsItsVersion) {
   test::Process process({CHEQUER, "--version"});
   EXPECT_EQ(process.Wait(), 0);
