@@ -188,7 +188,15 @@ void BoardFinder::MarkVisible(const Lattice::Window& window, const LightReader& 
   const auto upper = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 2 / 3);
   std::nth_element(sorted_.begin(), upper, sorted_.end());
   const float least = 0.3f * *upper;
-  for (std::size_t i = 0; i < samples_.size(); ++i) visible_[i] = samples_[i].inside && std::abs(lead_[i]) > least;
+  // The lattice's cell (i, j) is light where i + j is even.
+  showing_ = 0;
+  for (int row = 0; row < rows; ++row)
+    for (int col = 0; col < cols; ++col) {
+      const std::size_t i = static_cast<std::size_t>(row * cols + col);
+      const bool dark = (window.x - 1 + col + window.y - 1 + row) % 2 != 0;
+      visible_[i] = samples_[i].inside && (dark ? -lead_[i] : lead_[i]) > least;
+      showing_ += visible_[i];
+    }
 }
 
 bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
@@ -205,7 +213,7 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
   };
   const auto visible = [&](int row, int col) {
     const std::size_t i = index(row, col);
-    return visible_[i] && (lead_[i] < 0) == IsDark(row, col) && !covered(row, col);
+    return visible_[i] && !covered(row, col);
   };
   if (board) {
     board->light.resize(static_cast<std::size_t>(size.rows * size.cols));
@@ -218,14 +226,7 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
       for (int col = 0; col < size.cols; ++col)
         board->covered[static_cast<std::size_t>(row * size.cols + col)] = !visible(row, col);
   }
-  int seen = 0;
-  for (int row = 0; row < size.rows; ++row)
-    for (int col = 0; col < size.cols; ++col) seen += visible(row, col);
-  // What is left of a covered board has to be beyond doubt.
-  const int lines = placement.covered.lines;
-  const int covered_cells = lines * (placement.covered.side < 2 ? cols : placement.corners.rows + 1);
-  if (seen < (lines ? kLeastVisibleBesides : kLeastVisible) * (size.rows * size.cols - covered_cells)) return false;
-
+  const int seen = ShowingBesides(placement), lines = placement.covered.lines;
   // White, by the border cells that are white if this turn is right.
   Eigen::Vector3f white = Eigen::Vector3f::Zero();
   int whites = 0;
@@ -294,18 +295,33 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
     if (!MayBeBorder(patterns_[static_cast<std::size_t>(pattern)], window, turn, reader)) continue;
     if (!marked) MarkVisible(window, reader);
     marked = true;
-    if (JudgeBorder(placement, nullptr) || JudgeCovered(placement)) placements_.push_back(placement);
+    if ((ShowsEnough(placement) && JudgeBorder(placement, nullptr)) || JudgeCovered(placement))
+      placements_.push_back(placement);
   }
 }
 
-bool BoardFinder::JudgeCovered(Placement& placement) {
-  // With the most cells under cover, enough others have to show.
-  const int seen = static_cast<int>(std::count(visible_.begin(), visible_.end(), 1));
+int BoardFinder::ShowingBesides(const Placement& placement) const {
+  const Cover& covered = placement.covered;
   const int rows = placement.corners.rows + 1, cols = placement.corners.cols + 1;
-  if (seen < kLeastVisibleBesides * (rows * cols - kMostCovered * std::max(rows, cols))) return false;
+  int hidden = 0;
+  if (covered.lines > 0)
+    for (int row = 0; row < rows; ++row)
+      for (int col = 0; col < cols; ++col)
+        if (covered.Holds(row, col, rows, cols)) hidden += visible_[static_cast<std::size_t>(row * cols + col)];
+  return showing_ - hidden;
+}
+
+bool BoardFinder::ShowsEnough(const Placement& placement) const {
+  const int rows = placement.corners.rows + 1, cols = placement.corners.cols + 1;
+  const int lines = placement.covered.lines, hidden = lines * (placement.covered.side < 2 ? cols : rows);
+  // What is left of a covered board has to be beyond doubt.
+  return ShowingBesides(placement) >= (lines ? kLeastVisibleBesides : kLeastVisible) * (rows * cols - hidden);
+}
+
+bool BoardFinder::JudgeCovered(Placement& placement) {
   for (placement.covered.lines = 1; placement.covered.lines <= kMostCovered; ++placement.covered.lines)
     for (placement.covered.side = 0; placement.covered.side < 4; ++placement.covered.side)
-      if (JudgeBorder(placement, nullptr)) return true;
+      if (ShowsEnough(placement) && JudgeBorder(placement, nullptr)) return true;
   return false;
 }
 

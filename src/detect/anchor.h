@@ -103,6 +103,9 @@ class BoardFinder {
   void SampleCell(int x, int y, const LightReader& reader, CellSample& sample) const;
   bool MayBeBorder(const BorderPattern& pattern, const Lattice::Window& window, int turn, const LightReader& reader);
   void MarkVisible(const Lattice::Window& window, const LightReader& reader);
+  /// Cells of the window that show and are not covered.
+  int ShowingBesides(const Placement& placement) const;
+  bool ShowsEnough(const Placement& placement) const;
   bool JudgeBorder(Placement& placement, AnchoredBoard* board);
   /// The same without the cells that something may lie over.
   bool JudgeCovered(Placement& placement);
@@ -125,8 +128,9 @@ class BoardFinder {
   bool shared_ = false;
   /// Of the window's cells, row by row in lattice orientation.
   std::vector<CellSample> samples_;
-  std::vector<std::uint8_t> visible_;
-  std::vector<float> lead_;  ///< how much lighter a cell is than its neighbours
+  std::vector<std::uint8_t> visible_;  ///< lighter or darker than its neighbours, as it should be
+  int showing_ = 0;                    ///< of them, all
+  std::vector<float> lead_;            ///< how much lighter a cell is than its neighbours
   std::vector<float> sorted_, value_;
   std::array<std::vector<float>, 2> blue_shares_;
   std::vector<std::pair<std::size_t, float>> values_;  ///< border cells with their saturation

@@ -20,8 +20,9 @@ struct Arrays {
 struct Best {
   float cost[4];
   int corner[4];
-  int ray[4];
 };
+
+constexpr float kInfinity = 1e30f;
 
 /// Squared cosine of how far the neighbour may lie off the ray (25 degrees), at both ends.
 constexpr float kLeastSquaredCosine = 0.906f * 0.906f;
@@ -46,6 +47,7 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
   // A row's range is short: longer vectors would be empty for the most part.
   constexpr std::size_t kMaxLanes = 8;
   const hn::CappedTag<float, kMaxLanes> d;
+  const hn::RebindToSigned<decltype(d)> di;
   using V = hn::Vec<decltype(d)>;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V x = hn::Set(d, in.x[from]), y = hn::Set(d, in.y[from]);
@@ -54,7 +56,11 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
   const V least_contrast = hn::Set(d, in.contrast[from] / search::kMostContrastRatio);
   const V most_contrast = hn::Set(d, in.contrast[from] * search::kMostContrastRatio);
   const V nearest = hn::Set(d, search::kShortest * search::kShortest), farthest = hn::Set(d, longest * longest);
-  const V cosine = hn::Set(d, search::kLeastSquaredCosine);
+  const V cosine = hn::Set(d, search::kLeastSquaredCosine), off_axis = hn::Set(d, search::kOffAxisCost);
+  const V zero = hn::Zero(d), infinity = hn::Set(d, search::kInfinity);
+  // The best of each vector lane, by ray; one of them is the best of all.
+  V cost0 = infinity, cost1 = infinity, cost2 = infinity, cost3 = infinity;
+  auto index0 = hn::Set(di, -1), index1 = index0, index2 = index0, index3 = index0;
   for (int row = 0; row < rows; ++row) {
     const int last = ranges[row][1];
     for (int i = ranges[row][0]; i < last; i += lanes) {
@@ -71,32 +77,44 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
       const V contrast = hn::LoadU(d, in.contrast + i);
       auto fits = hn::And(hn::Or(on0, on1), hn::And(hn::Gt(square, nearest), hn::Lt(square, farthest)));
       fits = hn::And(fits, hn::And(hn::Gt(contrast, least_contrast), hn::Lt(contrast, most_contrast)));
+      fits = hn::And(fits, hn::FirstN(d, static_cast<std::size_t>(last - i < lanes ? last - i : lanes)));
       if (hn::AllFalse(d, fits)) continue;
 
-      HWY_ALIGN float squares[kMaxLanes], a0[kMaxLanes], a1[kMaxLanes], b0[kMaxLanes], b1[kMaxLanes];
-      std::uint64_t bits = 0;
-      hn::StoreMaskBits(d, fits, reinterpret_cast<std::uint8_t*>(&bits));
-      const int rest = last - i < lanes ? last - i : lanes;
-      bits &= (std::uint64_t{1} << rest) - 1;
-      hn::Store(square, d, squares);
-      hn::Store(hn::IfThenElseZero(on0, along0), d, a0);
-      hn::Store(hn::IfThenElseZero(on1, along1), d, a1);
-      hn::Store(back0, d, b0);
-      hn::Store(back1, d, b1);
-      for (; bits != 0; bits &= bits - 1) {
-        const int k = __builtin_ctzll(bits);
-        const bool axis = (a1[k] < 0 ? -a1[k] : a1[k]) > (a0[k] < 0 ? -a0[k] : a0[k]);
-        const float along = axis ? a1[k] : a0[k], back = axis ? b0[k] : b1[k];
-        const int ray = (axis ? 1 : 0) + (along > 0 ? 0 : 2);
-        const float distance = __builtin_sqrtf(squares[k]);
-        const float cost = distance + search::kOffAxisCost * (distance - (along < 0 ? -along : along));
-        if (cost >= best.cost[ray]) continue;
-        best.cost[ray] = cost;
-        best.corner[ray] = i + k;
-        best.ray[ray] = (axis ? 0 : 1) + (back > 0 ? 2 : 0);
-      }
+      const V a0 = hn::IfThenElseZero(on0, hn::Abs(along0)), a1 = hn::IfThenElseZero(on1, hn::Abs(along1));
+      const auto second = hn::Gt(a1, a0);
+      const V along = hn::IfThenElse(second, along1, along0);
+      const V distance = hn::Sqrt(square);
+      const V cost = hn::MulAdd(off_axis, hn::Sub(distance, hn::Abs(along)), distance);
+      const auto forward = hn::And(fits, hn::Gt(along, zero)), backward = hn::AndNot(hn::Gt(along, zero), fits);
+      const auto index = hn::Iota(di, i);
+      const auto keep = [&](auto on_ray, V& best_cost, auto& best_index) HWY_ATTR {
+        const auto better = hn::And(on_ray, hn::Lt(cost, best_cost));
+        best_cost = hn::IfThenElse(better, cost, best_cost);
+        best_index = hn::IfThenElse(hn::RebindMask(di, better), index, best_index);
+      };
+      keep(hn::AndNot(second, forward), cost0, index0);
+      keep(hn::And(second, forward), cost1, index1);
+      keep(hn::AndNot(second, backward), cost2, index2);
+      keep(hn::And(second, backward), cost3, index3);
     }
   }
+  const auto reduce = [&](V cost, auto index, int ray) HWY_ATTR {
+    HWY_ALIGN float costs[kMaxLanes];
+    HWY_ALIGN std::int32_t indices[kMaxLanes];
+    hn::Store(cost, d, costs);
+    hn::Store(index, di, indices);
+    best.cost[ray] = search::kInfinity;
+    best.corner[ray] = -1;
+    for (int k = 0; k < lanes; ++k)
+      if (costs[k] < best.cost[ray]) {
+        best.cost[ray] = costs[k];
+        best.corner[ray] = indices[k];
+      }
+  };
+  reduce(cost0, index0, 0);
+  reduce(cost1, index1, 1);
+  reduce(cost2, index2, 2);
+  reduce(cost3, index3, 3);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -106,7 +124,6 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 
 #include <algorithm>
-#include <limits>
 
 #include "detect/corner_search.h"
 
@@ -161,8 +178,6 @@ NearestCorners CornerSearch::Find(int index) const {
   const int col = Col(x_[i]), row = Row(y_[i]);
   const int reach = static_cast<int>(kLongest) >> kShift;
   for (int ring = 1;; ring = std::min(2 * ring, reach)) {
-    std::fill(std::begin(best.cost), std::end(best.cost), std::numeric_limits<float>::infinity());
-    std::fill(std::begin(best.corner), std::end(best.corner), -1);
     const int first_col = std::max(col - ring, 0), last_col = std::min(col + ring, cols_ - 1);
     int considered = 0, rows = 0;
     int ranges[2 * (static_cast<int>(kLongest) >> kShift) + 1][2];
@@ -182,8 +197,16 @@ NearestCorners CornerSearch::Find(int index) const {
       break;
   }
   NearestCorners found;
-  std::copy(std::begin(best.corner), std::end(best.corner), found.corner.begin());
-  std::copy(std::begin(best.ray), std::end(best.ray), found.ray.begin());
+  for (std::size_t ray = 0; ray < 4; ++ray) {
+    found.corner[ray] = best.corner[ray];
+    if (best.corner[ray] < 0) continue;
+    // Of its rays of the other kind, the one that points back.
+    const std::size_t j = static_cast<std::size_t>(best.corner[ray]);
+    const bool even = ray % 2 == 1;
+    const float away =
+        (even ? ray0_x_[j] : ray1_x_[j]) * (x_[j] - x_[i]) + (even ? ray0_y_[j] : ray1_y_[j]) * (y_[j] - y_[i]);
+    found.ray[ray] = (even ? 0 : 1) + (away > 0 ? 2 : 0);
+  }
   return found;
 }
 

@@ -50,18 +50,22 @@ bool Lattice::Read(const Grid& grid, std::span<const LatticeCorner> members, con
     points_.push_back({corner.position.cast<double>(), corner.scale, at.corner});
   }
   if (static_cast<int>(points_.size()) < GridLinker::kFewest) return false;
-  if (exact || cols > most + kBeyond || rows > most + kBeyond) return true;
-  const auto image_from_lattice = Fit({grid.min_x, grid.min_y, cols, rows}, nullptr);
-  if (!image_from_lattice) return true;
-  Extend(*image_from_lattice, corners, search, claimed, width, height);
+  if (!exact && cols <= most + kBeyond && rows <= most + kBeyond)
+    if (const auto image_from_lattice = Fit({grid.min_x, grid.min_y, cols, rows}, nullptr))
+      Extend(*image_from_lattice, corners, search, claimed, width, height);
+  SumUp();
   return true;
 }
 
-int Lattice::Count(const Window& window) const {
-  int count = 0;
-  for (int y = window.y; y < window.y + window.rows; ++y)
-    for (int x = window.x; x < window.x + window.cols; ++x) count += At(x, y) != nullptr;
-  return count;
+void Lattice::SumUp() {
+  sums_.assign(static_cast<std::size_t>((window_.cols + 1) * (window_.rows + 1)), 0);
+  for (int y = 0; y < window_.rows; ++y) {
+    int row = 0;
+    for (int x = 0; x < window_.cols; ++x) {
+      row += map_[static_cast<std::size_t>(y * window_.cols + x)] >= 0;
+      sums_[static_cast<std::size_t>((y + 1) * (window_.cols + 1) + x + 1)] = Below(x + 1, y) + row;
+    }
+  }
 }
 
 void Lattice::Extend(const Eigen::Matrix3d& image_from_lattice, const std::vector<Corner>& corners,

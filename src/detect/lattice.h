@@ -40,7 +40,12 @@ class Lattice {
     return i < 0 ? nullptr : &points_[static_cast<std::size_t>(i)];
   }
   const Window& window() const { return window_; }
-  int Count(const Window& window) const;
+  /// Corners in a window that lies within window().
+  int Count(const Window& window) const {
+    const int left = window.x - window_.x, top = window.y - window_.y;
+    return Below(left + window.cols, top + window.rows) - Below(left, top + window.rows) -
+           Below(left + window.cols, top) + Below(left, top);
+  }
 
   /// The homography, image from lattice, of the corners in a window; corners that do not belong are left out. Nothing
   /// if too few agree. With `pairs`, those that do.
@@ -50,11 +55,15 @@ class Lattice {
   std::size_t Slot(int x, int y) const {
     return static_cast<std::size_t>((y - window_.y) * window_.cols + x - window_.x);
   }
+  /// Corners in the first columns and rows of the window.
+  int Below(int cols, int rows) const { return sums_[static_cast<std::size_t>(rows * (window_.cols + 1) + cols)]; }
+  void SumUp();
   void Extend(const Eigen::Matrix3d& image_from_lattice, const std::vector<Corner>& corners, const CornerSearch& search,
               std::span<const std::uint8_t> claimed, int width, int height);
 
   Window window_;
   std::vector<int> map_;
+  std::vector<int> sums_;
   std::vector<Point> points_;
   std::vector<PointPair> pairs_;
 };

@@ -56,13 +56,14 @@ PlanePose Descend(RigidTransform pose, const MeasuredHomography& measured, doubl
     if (!(pose.translation.z() > 1e-9)) break;
     ByPose by_pose;
     const Parameters residual = target - Homography(pose, cell_m, focal, &by_pose);
-    const Parameters weighted = measured.information * residual;
+    const Parameters weighted = measured.information.lazyProduct(residual);
     const double chi_square = residual.dot(weighted);
     if (chi_square < best.chi_square) {
       const bool settled = best.chi_square - chi_square < kSettled * (chi_square + 1);
-      const ByPose weighted_by_pose = measured.information * by_pose;
-      normal.noalias() = by_pose.transpose() * weighted_by_pose;
-      gradient.noalias() = by_pose.transpose() * weighted;
+      // Eigen's products of that size are made for larger ones.
+      const ByPose weighted_by_pose = measured.information.lazyProduct(by_pose);
+      normal = by_pose.transpose().lazyProduct(weighted_by_pose);
+      gradient = by_pose.transpose().lazyProduct(weighted);
       best.camera_from_board = pose;
       best.chi_square = chi_square;
       if (settled) break;
