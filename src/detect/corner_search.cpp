@@ -99,17 +99,10 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
     }
   }
   const auto reduce = [&](V cost, auto index, int ray) HWY_ATTR {
-    HWY_ALIGN float costs[kMaxLanes];
-    HWY_ALIGN std::int32_t indices[kMaxLanes];
-    hn::Store(cost, d, costs);
-    hn::Store(index, di, indices);
-    best.cost[ray] = search::kInfinity;
-    best.corner[ray] = -1;
-    for (int k = 0; k < lanes; ++k)
-      if (costs[k] < best.cost[ray]) {
-        best.cost[ray] = costs[k];
-        best.corner[ray] = indices[k];
-      }
+    const V least_cost = hn::MinOfLanes(d, cost);
+    best.cost[ray] = hn::GetLane(least_cost);
+    best.corner[ray] =
+        hn::ExtractLane(index, static_cast<std::size_t>(hn::FindFirstTrue(d, hn::Eq(cost, least_cost))));
   };
   reduce(cost0, index0, 0);
   reduce(cost1, index1, 1);
@@ -135,9 +128,23 @@ HWY_EXPORT(Consider);
 /// Cells are empty but for noise: a neighbour is among the nearest corners, or there is none. In clutter, this bounds
 /// the work.
 constexpr int kMostConsidered = 24;
-/// Sides of one cell do not differ that much: no ray is searched farther than so many times the nearest neighbour.
+/// No ray is searched farther than so many times the nearest neighbour, as long as only one direction of the lattice
+/// has one: seen at a slant, cells are that much longer than wide.
 constexpr float kFarthestRatio = 3;
 constexpr float kFarthestMore = 16;
+/// With one in both directions, the opposite ones lie hardly farther.
+constexpr float kOppositeRatio = 1.5f;
+constexpr float kOppositeMore = 3;
+
+/// How far there can be neighbours that matter.
+float Sufficient(const search::Best& best) {
+  const float* cost = best.cost;
+  const float farthest = *std::max_element(cost, cost + 4);
+  const float even = std::min(cost[0], cost[2]), odd = std::min(cost[1], cost[3]);
+  if (even < search::kInfinity && odd < search::kInfinity)
+    return std::min(farthest, kOppositeRatio * std::max(even, odd) + kOppositeMore);
+  return std::min(farthest, kFarthestRatio * std::min(even, odd) + kFarthestMore);
+}
 
 }  // namespace
 
@@ -170,6 +177,17 @@ void CornerSearch::Build(int width, int height, std::vector<Corner>& corners) {
   }
 }
 
+float CornerSearch::Covered(float x, float y, int ring) const {
+  // From the point to the nearest side of the buckets around its own; the image's border hides nothing.
+  const float size = static_cast<float>(1 << kShift);
+  const auto to_side = [&](float at, int bucket, int buckets) {
+    const float before = bucket - ring <= 0 ? 1e9f : at - static_cast<float>(bucket - ring) * size;
+    const float after = bucket + ring >= buckets - 1 ? 1e9f : static_cast<float>(bucket + ring + 1) * size - at;
+    return std::min(before, after);
+  };
+  return std::min(to_side(x, Col(x), cols_), to_side(y, Row(y), rows_));
+}
+
 NearestCorners CornerSearch::Find(int index) const {
   const search::Arrays arrays{x_.data(),      y_.data(),      ray0_x_.data(),  ray0_y_.data(),
                               ray1_x_.data(), ray1_y_.data(), contrast_.data()};
@@ -189,12 +207,7 @@ NearestCorners CornerSearch::Find(int index) const {
       ranges[rows++][1] = last;
     }
     HWY_DYNAMIC_DISPATCH(Consider)(arrays, index, ranges, rows, kLongest, best);
-    const float searched = static_cast<float>(ring << kShift);
-    const float nearest = *std::min_element(std::begin(best.cost), std::end(best.cost));
-    const float farthest = *std::max_element(std::begin(best.cost), std::end(best.cost));
-    if (searched >= farthest || searched >= kFarthestRatio * nearest + kFarthestMore || considered > kMostConsidered ||
-        ring >= reach)
-      break;
+    if (considered > kMostConsidered || ring >= reach || Covered(x_[i], y_[i], ring) >= Sufficient(best)) break;
   }
   NearestCorners found;
   for (std::size_t ray = 0; ray < 4; ++ray) {

@@ -38,10 +38,12 @@ class CornerSearch {
   }
 
  private:
-  static constexpr int kShift = 4;  ///< buckets of 16 × 16 px
+  static constexpr int kShift = 5;  ///< buckets of 32 × 32 px
 
   int Col(float x) const { return std::clamp(static_cast<int>(x) >> kShift, 0, cols_ - 1); }
   int Row(float y) const { return std::clamp(static_cast<int>(y) >> kShift, 0, rows_ - 1); }
+  /// How far around a point all corners lie in its bucket and the `ring` buckets around it, pixels.
+  float Covered(float x, float y, int ring) const;
   /// First corner of a bucket; those of a row's buckets stand one after the other.
   int First(int row, int col) const { return start_[static_cast<std::size_t>(row * cols_ + col)]; }
 

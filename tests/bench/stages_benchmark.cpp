@@ -83,7 +83,9 @@ struct Stages {
 
   void FindBoards() {
     boards.clear();
-    for (const Grid& grid : grids.grids) finder.Find(grid, grids.Of(grid), linked, reader, lens, boards);
+    finder.Start(linked.size());
+    for (const Grid& grid : grids.grids)
+      finder.Find(grid, grids.Of(grid), linked, linker.search(), reader, lens, boards);
   }
 
   DetectorOptions options;
@@ -93,7 +95,7 @@ struct Stages {
   Lens lens;
   Pyramid pyramid;
   std::vector<Corner> corners;  ///< as found
-  std::vector<Corner> linked;   ///< without the twins of coarser levels
+  std::vector<Corner> linked;   ///< in the linker's order
   GridLinker linker;
   Grids grids;
   BoardFinder finder;
@@ -107,23 +109,26 @@ Stages& Prepared() {
 
 double CellM() { return kSideM / 6; }
 
-/// Board points in metres and where they are seen on the plane z = 1.
-std::vector<PointPair> NormalizedPairs(const AnchoredBoard& board, const Lens& lens) {
-  std::vector<PointPair> pairs;
-  for (const PointPair& pair : board.pairs) pairs.push_back({CellM() * pair.from, pair.to / lens.focal()});
-  return pairs;
+/// Where the fit of a board starts.
+PhotometricFit::Start StartOf(const AnchoredBoard& board, const NoiseModel* noise) {
+  return {.size = board.size,
+          .geometry = BoardGeometry(board.plane_from_board),
+          .blur_px = 0.8 * static_cast<double>(board.scale),
+          .light = board.light,
+          .saturated = board.saturated,
+          .covered = board.covered,
+          .noise = noise};
 }
 
-/// Where the fit of a board starts.
-PhotometricFit::Start StartOf(const AnchoredBoard& board, const Lens& lens) {
-  const std::vector<PointPair> pairs = NormalizedPairs(board, lens);
-  const auto poses = PlanePoses(FitHomography(pairs).value(), pairs).value();
-  PhotometricFit::Start start;
-  start.size = board.size;
-  start.blur_px = 0.8 * static_cast<double>(board.scale);
-  start.saturated = board.saturated;
-  start.geometry = BoardGeometry::FromPose(poses[0].camera_from_board, CellM(), lens.focal());
-  return start;
+/// All boards fitted, the first one telling the noise.
+std::vector<FittedBoard> FitAll(const Stages& stages) {
+  PhotometricFit fit;
+  std::vector<FittedBoard> fitted;
+  for (const AnchoredBoard& board : stages.boards)
+    if (const FittedBoard* result =
+            fit.Fit(stages.reader, stages.lens, StartOf(board, fitted.empty() ? nullptr : &fitted.front().noise)))
+      fitted.push_back(*result);
+  return fitted;
 }
 
 void CountBoards(benchmark::State& state, std::size_t boards) {
@@ -166,7 +171,7 @@ void Link(benchmark::State& state) {
   std::vector<Corner> corners;
   Grids grids;
   for (auto _ : state) {
-    corners = stages.corners;  // the linker drops twins from its input; the copy is cheap beside it
+    corners = stages.corners;  // the linker sorts its input; the copy is cheap beside it
     stages.linker.Link(stages.pyramid.base, corners, grids);
   }
   state.counters["grids"] = static_cast<double>(grids.grids.size());
@@ -180,37 +185,32 @@ void Anchor(benchmark::State& state) {
 }
 BENCHMARK(Anchor)->Unit(benchmark::kMicrosecond);
 
-void StartPose(benchmark::State& state) {
+void Fit(benchmark::State& state) {
   const Stages& stages = Prepared();
+  const NoiseModel noise = FitAll(stages).at(0).noise;
+  PhotometricFit fit;
   for (auto _ : state) {
-    for (const AnchoredBoard& board : stages.boards) benchmark::DoNotOptimize(StartOf(board, stages.lens));
+    for (const AnchoredBoard& board : stages.boards)
+      benchmark::DoNotOptimize(fit.Fit(stages.reader, stages.lens, StartOf(board, &noise)));
   }
   CountBoards(state, stages.boards.size());
 }
-BENCHMARK(StartPose)->Unit(benchmark::kMicrosecond);
-
-void Fit(benchmark::State& state) {
-  const Stages& stages = Prepared();
-  std::vector<PhotometricFit::Start> starts;
-  for (const AnchoredBoard& board : stages.boards) starts.push_back(StartOf(board, stages.lens));
-  PhotometricFit fit;
-  for (auto _ : state) {
-    for (const PhotometricFit::Start& start : starts)
-      benchmark::DoNotOptimize(fit.Fit(stages.reader, stages.lens, start));
-  }
-  CountBoards(state, starts.size());
-}
 BENCHMARK(Fit)->Unit(benchmark::kMicrosecond);
+
+void Poses(benchmark::State& state) {
+  const Stages& stages = Prepared();
+  const std::vector<FittedBoard> fitted = FitAll(stages);
+  for (auto _ : state) {
+    for (const FittedBoard& board : fitted)
+      benchmark::DoNotOptimize(PlanePoses({board.geometry, board.information}, CellM(), stages.lens.focal()));
+  }
+  CountBoards(state, fitted.size());
+}
+BENCHMARK(Poses)->Unit(benchmark::kMicrosecond);
 
 void Identify(benchmark::State& state) {
   const Stages& stages = Prepared();
-  PhotometricFit fit;
-  std::vector<FittedBoard> fitted;
-  for (const AnchoredBoard& board : stages.boards) {
-    if (const FittedBoard* result = fit.Fit(stages.reader, stages.lens, StartOf(board, stages.lens))) {
-      fitted.push_back(*result);
-    }
-  }
+  const std::vector<FittedBoard> fitted = FitAll(stages);
   Identifier identifier(stages.options);
   const MarkerSize size = stages.options.families[0].code.size();
   for (auto _ : state) {
