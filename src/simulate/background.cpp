@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
 #include <utility>
 
+#include "capture/image_file.h"
 #include "chequer/tone_curve.h"
 #include "simulate/clutter.h"
 #include "simulate/random.h"
@@ -29,9 +28,10 @@ constexpr std::array<std::pair<BackgroundKind, std::string_view>, 9> kNames{{
 
 /// The file's middle, scaled to fill the frame.
 cv::Mat LoadCut(const std::string& file, int width, int height) {
-  const cv::Mat image = cv::imread(file, cv::IMREAD_COLOR);
-  if (image.empty())
-    throw std::runtime_error("background " + file + " cannot be read; give an image file such as PNG or JPEG");
+  Image loaded = LoadImage(file, {PixelFormat::kMono8, JpegColour::kBgr, ToneCurve::Srgb()});
+  const bool grey = loaded.format() == PixelFormat::kMono8;
+  cv::Mat image(loaded.height(), loaded.width(), grey ? CV_8UC1 : CV_8UC3, loaded.bytes().data());
+  if (grey) cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
   const double scale = std::max(static_cast<double>(width) / image.cols, static_cast<double>(height) / image.rows);
   cv::Mat scaled;
   const cv::Size size(std::max(width, static_cast<int>(std::lround(image.cols * scale))),

@@ -8,6 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "support/temporary_directory.h"
+
 namespace chequer {
 namespace {
 
@@ -55,13 +57,10 @@ TEST(DrawBackground, PlainIsItsColour) {
 }
 
 TEST(DrawBackground, ImageFillsTheFrameInLinearLight) {
-  const auto path = std::filesystem::temp_directory_path() / "chequer_background_test.png";
-  cv::imwrite(path.string(), cv::Mat(30, 60, CV_8UC3, cv::Scalar(0, 188, 255)));
-  Background background;
-  background.kind = BackgroundKind::kImage;
-  background.file = path.string();
+  const test::TemporaryDirectory folder;
+  Background background{.kind = BackgroundKind::kImage, .file = (folder / "floor.png").string()};
+  cv::imwrite(background.file, cv::Mat(30, 60, CV_8UC3, cv::Scalar(0, 188, 255)));
   const LinearImage image = DrawBackground(background, 50, 40);
-  std::filesystem::remove(path);
   EXPECT_EQ(image.width, 50);
   EXPECT_EQ(image.height, 40);
   EXPECT_NEAR(image.Pixel(49, 39)[0], 0.9, 1e-4);
@@ -69,16 +68,31 @@ TEST(DrawBackground, ImageFillsTheFrameInLinearLight) {
   EXPECT_NEAR(image.Pixel(20, 20)[2], 0, 1e-6);
 }
 
-TEST(DrawBackground, UnreadableImageIsNamed) {
-  Background background;
-  background.kind = BackgroundKind::kImage;
-  background.file = "/nowhere/floor.png";
+TEST(DrawBackground, GreyImageIsGrey) {
+  const test::TemporaryDirectory folder;
+  Background background{.kind = BackgroundKind::kImage, .file = (folder / "grey.png").string()};
+  cv::imwrite(background.file, cv::Mat(30, 60, CV_8UC1, cv::Scalar(188)));
+  const LinearImage image = DrawBackground(background, 50, 40);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(image.Pixel(20, 20)[c], 0.9 * 0.503, 2e-3);
+}
+
+std::string ErrorOf(const Background& background) {
   try {
     DrawBackground(background, 10, 10);
-    FAIL() << "a missing file was accepted";
   } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("/nowhere/floor.png"));
+    return error.what();
   }
+  return "accepted";
+}
+
+TEST(DrawBackground, UnreadableImageIsNamed) {
+  const test::TemporaryDirectory folder;
+  Background background{.kind = BackgroundKind::kImage, .file = (folder / "floor.png").string()};
+  EXPECT_THAT(ErrorOf(background), ::testing::HasSubstr(background.file));
+  cv::imwrite(background.file, cv::Mat(30, 60, CV_8UC3, cv::Scalar(0, 188, 255)));
+  std::filesystem::resize_file(background.file, std::filesystem::file_size(background.file) - 20);
+  EXPECT_THAT(ErrorOf(background),
+              ::testing::AllOf(::testing::HasSubstr(background.file), ::testing::HasSubstr("truncated")));
 }
 
 TEST(BackgroundName, RoundTrips) {
