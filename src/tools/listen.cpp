@@ -60,6 +60,7 @@ class Listener {
     while (!IsEnough(clock_.monotonic() - begin)) {
       if (subscriber.Wait(kRedraw) == LcmSubscriber::Outcome::kClosed) break;
       if (output_ == Output::kTable) Redraw();
+      if (std::ferror(stdout) != 0) throw std::runtime_error("standard output cannot be written");
     }
     if (subscriber.unreadable() > 0)
       std::fprintf(stderr, "chequer listen: %llu messages were of another version or damaged\n",

@@ -56,6 +56,15 @@ TEST(Listen, HearsOnlyThePrefixThatWasAskedFor) {
   EXPECT_EQ(other.output().find("test frame"), std::string::npos);
 }
 
+TEST(Listen, EndsWhereItsOutputCannotBeWritten) {
+  const Workspace workspace;
+  Process listener({"/bin/sh", "-c", "exec '" CHEQUER "' listen >/dev/full"});
+  ASSERT_TRUE(listener.WaitForOutput("listening at"));
+  Process daemon({CHEQUERD, "--config", workspace.Configure("loop = true")});
+  EXPECT_EQ(listener.Wait(), 1);
+  EXPECT_THAT(listener.output(), HasSubstr("standard output cannot be written"));
+}
+
 TEST(Listen, FailsWhereTooFewFramesCome) {
   Process listener({CHEQUER, "listen", "--count", "3", "--seconds", "0.2"});
   EXPECT_EQ(listener.Wait(), 1);
