@@ -101,8 +101,7 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
   const auto reduce = [&](V cost, auto index, int ray) HWY_ATTR {
     const V least_cost = hn::MinOfLanes(d, cost);
     best.cost[ray] = hn::GetLane(least_cost);
-    best.corner[ray] =
-        hn::ExtractLane(index, static_cast<std::size_t>(hn::FindFirstTrue(d, hn::Eq(cost, least_cost))));
+    best.corner[ray] = hn::ExtractLane(index, static_cast<std::size_t>(hn::FindFirstTrue(d, hn::Eq(cost, least_cost))));
   };
   reduce(cost0, index0, 0);
   reduce(cost1, index1, 1);

@@ -8,6 +8,7 @@
 #include "detect/anchor.h"
 #include "detect/board_geometry.h"
 #include "detect/corners.h"
+#include "detect/crew.h"
 #include "detect/fit.h"
 #include "detect/grids.h"
 #include "detect/identify.h"
@@ -65,14 +66,30 @@ std::string DetectorOptions::Check() const {
 
 struct Detector::Impl {
   explicit Impl(DetectorOptions given)
-      : options(std::move(given)), finder(PatternsOf(options), options.color_space), identifier(options) {}
+      : options(std::move(given)), finder(PatternsOf(options), options.color_space), crew(options.threads) {
+    for (int worker = 0; worker < crew.workers(); ++worker) workers.emplace_back(options);
+  }
 
   void Detect(const ImageView& image, std::vector<MarkerPose>& markers);
   void FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const;
   void Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity, const Lens& lens,
                 MarkerPose& marker) const;
   void DescribePose(const std::array<PlanePose, 2>& poses, MarkerPose& marker) const;
-  double SideOf(MarkerSize size) const;
+
+  /// What one thread needs for itself.
+  struct Worker {
+    explicit Worker(const DetectorOptions& options) : identifier(options) {}
+    PhotometricFit fit;
+    Identifier identifier;
+  };
+  /// What became of a board.
+  struct Outcome {
+    bool accepted = false;
+    NoiseModel noise;
+    MarkerPose marker;
+  };
+  Outcome Measure(const LightReader& reader, const Lens& lens, const AnchoredBoard& board, const NoiseModel* noise,
+                  Worker& worker) const;
 
   DetectorOptions options;
   DetectStats stats;
@@ -82,17 +99,12 @@ struct Detector::Impl {
   Grids grids;
   BoardFinder finder;
   std::vector<AnchoredBoard> boards;
-  PhotometricFit fit;
-  Identifier identifier;
+  Crew crew;
+  std::vector<Worker> workers;
+  std::vector<Outcome> outcomes;
   ToneCurve table_curve = ToneCurve::Srgb();
   std::array<float, 256> table = ToneCurve::Srgb().LinearTable();
 };
-
-double Detector::Impl::SideOf(MarkerSize size) const {
-  for (const MarkerFamily& family : options.families)
-    if (family.code.size() == size) return family.side_m;
-  return 0;
-}
 
 void Detector::Impl::FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const {
   // The boards' surroundings have the texture that tells.
@@ -180,40 +192,55 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   stats.boards = static_cast<int>(boards.size());
   FindMosaic(image, lens, reader);
 
-  // The noise is the camera's: the first board tells it for all.
-  std::optional<NoiseModel> noise;
-  for (const AnchoredBoard& board : boards) {
-    const FittedBoard* fitted = fit.Fit(reader, lens,
-                                        {.size = board.size,
-                                         .geometry = BoardGeometry(board.plane_from_board),
-                                         .blur_px = 0.8 * board.scale,
-                                         .light = board.light,
-                                         .saturated = board.saturated,
-                                         .covered = board.covered,
-                                         .noise = noise ? &*noise : nullptr});
-    if (!fitted || fitted->signal_to_noise < kLeastSignal || fitted->reprojection_rms_px > kMostDeviationPx) {
-      ++stats.refused_fit;
-      continue;
-    }
-    std::optional<std::array<PlanePose, 2>> poses;
-    if (calibrated) {
-      const double cell_m = SideOf(board.size) / std::max(board.size.rows, board.size.cols);
-      poses = PlanePoses({fitted->geometry, fitted->information}, cell_m, lens.focal());
-      if (!poses) {
-        ++stats.refused_fit;
-        continue;
-      }
-    }
-    const Identity identity = identifier.Identify(*fitted, board.size, reader, lens);
-    if (!identity.plausible) {
-      ++stats.refused_fit;
-      continue;
-    }
-    if (!noise) noise = fitted->noise;
-    stats.undecided += !identity.id_decided;
-    Describe(*fitted, board, identity, lens, markers.emplace_back());
-    if (poses) DescribePose(*poses, markers.back());
+  // The noise is the camera's: the first board that is one tells it for all.
+  outcomes.resize(boards.size());
+  std::size_t first = 0;
+  for (bool known = false; first < boards.size() && !known; ++first) {
+    outcomes[first] = Measure(reader, lens, boards[first], nullptr, workers[0]);
+    known = outcomes[first].accepted;
   }
+  const NoiseModel* noise = first > 0 ? &outcomes[first - 1].noise : nullptr;
+  crew.Run(static_cast<int>(boards.size() - first), [&](int item, int worker) {
+    const std::size_t i = first + static_cast<std::size_t>(item);
+    outcomes[i] = Measure(reader, lens, boards[i], noise, workers[static_cast<std::size_t>(worker)]);
+  });
+  for (const Outcome& outcome : outcomes) {
+    if (!outcome.accepted) {
+      ++stats.refused_fit;
+      continue;
+    }
+    stats.undecided += !outcome.marker.id;
+    markers.push_back(outcome.marker);
+  }
+}
+
+Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const Lens& lens, const AnchoredBoard& board,
+                                                const NoiseModel* noise, Worker& worker) const {
+  Outcome outcome;
+  const FittedBoard* fitted = worker.fit.Fit(reader, lens,
+                                             {.size = board.size,
+                                              .geometry = BoardGeometry(board.plane_from_board),
+                                              .blur_px = 0.8 * board.scale,
+                                              .light = board.light,
+                                              .saturated = board.saturated,
+                                              .covered = board.covered,
+                                              .noise = noise});
+  if (!fitted || fitted->signal_to_noise < kLeastSignal || fitted->reprojection_rms_px > kMostDeviationPx)
+    return outcome;
+  const Identity identity = worker.identifier.Identify(*fitted, board.size, reader, lens);
+  if (!identity.plausible) return outcome;
+  std::optional<std::array<PlanePose, 2>> poses;
+  if (lens.calibrated()) {
+    const double side_m = options.families[static_cast<std::size_t>(identity.family)].side_m;
+    poses = PlanePoses({fitted->geometry, fitted->information}, side_m / std::max(board.size.rows, board.size.cols),
+                       lens.focal());
+    if (!poses) return outcome;
+  }
+  outcome.accepted = true;
+  outcome.noise = fitted->noise;
+  Describe(*fitted, board, identity, lens, outcome.marker);
+  if (poses) DescribePose(*poses, outcome.marker);
+  return outcome;
 }
 
 Detector::Detector(DetectorOptions options) {

@@ -214,6 +214,48 @@ TEST(Detector, ARosterKeepsOthersOut) {
   }
 }
 
+TEST(Detector, FamiliesOfOneSizeKeepTheirOwnSides) {
+  const MarkerCode unconstrained({6, 6}, Variant::kUnconstrained);
+  const test::KnownFrame frame = test::OneMarker(kSecded, 77, 12, 4);
+  DetectorOptions options;
+  options.families = {{.code = unconstrained, .side_m = 0.05, .roster = {1, 2}},
+                      {.code = kSecded, .side_m = frame.scene.markers[0].side_m, .roster = {}}};
+  options.camera = frame.options.camera;
+  const std::vector<MarkerPose> found = Detector(options).Detect(frame.Draw().view());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].family, 1);
+  EXPECT_EQ(found[0].id, std::optional<std::uint64_t>(77));
+  const Eigen::Vector3d truth = frame.scene.markers[0].camera_from_marker.translation;
+  EXPECT_LT((found[0].camera_from_marker.translation - truth).norm(), 0.01 * truth.norm());
+}
+
+TEST(Detector, ThreadsChangeNothingButTheTime) {
+  test::KnownFrame frame = test::OneMarker(kSecded, 1, 9, 5);
+  for (int i = 1; i < 12; ++i) {
+    RigidTransform pose = frame.scene.markers[0].camera_from_marker;
+    pose.translation.x() += 0.22 * (i % 4 - 1.5);
+    pose.translation.y() += 0.22 * (i / 4 - 1);
+    frame.scene.markers.push_back(test::MarkerOf(kSecded, 1 + static_cast<std::uint64_t>(i), pose));
+  }
+  frame.scene.markers.erase(frame.scene.markers.begin());
+  const Image image = frame.Draw();
+  DetectorOptions options;
+  options.families = {{.code = kSecded, .side_m = 0.12, .roster = {}}};
+  options.camera = frame.options.camera;
+  const std::vector<MarkerPose> alone = Detector(options).Detect(image.view());
+  ASSERT_GE(alone.size(), 6u);
+  options.threads = 3;
+  Detector detector(options);
+  for (int run = 0; run < 3; ++run) {
+    const std::vector<MarkerPose> together = detector.Detect(image.view());
+    ASSERT_EQ(together.size(), alone.size());
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+      EXPECT_EQ(together[i].id, alone[i].id);
+      EXPECT_EQ(together[i].camera_from_marker.translation, alone[i].camera_from_marker.translation);
+    }
+  }
+}
+
 TEST(Detector, SaysWhatIsWrongWithOptions) {
   DetectorOptions options;
   options.camera = test::PlainCamera();
