@@ -18,6 +18,10 @@ constexpr float kLeastShare = 0.10f;
 /// Cosine of how far opposite edges may be from a straight line (43 degrees).
 constexpr float kStraight = 0.73f;
 
+/// Peaks a pixel that are a lot, and the least share of the response that one in twenty reaches.
+constexpr double kManyPeaks = 0.002;
+constexpr float kWeakShare = 0.15f;
+
 constexpr int kRing = 12;
 struct Offset {
   int x, y;
@@ -98,8 +102,17 @@ std::optional<Corner> Saddle(const BytePlane& plane, const std::array<std::ptrdi
   return corner;
 }
 
-/// The strongest kMaxPeaks of the peaks.
-void LimitPeaks(std::vector<Peak>& peaks) {
+/// Where there is a lot to look at, leaves out what is much weaker than the strongest: of a board, all corners are
+/// alike, so what goes is grain and grout, or a board in light many times as dim as its surroundings.
+void LimitPeaks(double area_px, std::vector<Peak>& peaks) {
+  if (static_cast<double>(peaks.size()) <= kManyPeaks * area_px) return;
+  std::array<std::size_t, 256> count{};
+  for (const Peak& peak : peaks) ++count[peak.response];
+  std::size_t above = 0;
+  int strong = 255;
+  while (strong > 0 && (above += count[static_cast<std::size_t>(strong)]) < peaks.size() / 20) --strong;
+  const int least = static_cast<int>(kWeakShare * static_cast<float>(strong));
+  std::erase_if(peaks, [&](const Peak& peak) { return peak.response < least; });
   if (peaks.size() <= kMaxPeaks) return;
   std::nth_element(peaks.begin(), peaks.begin() + kMaxPeaks, peaks.end(),
                    [](const Peak& a, const Peak& b) { return a.response > b.response; });
@@ -143,7 +156,7 @@ int FindCorners(Pyramid& pyramid, std::vector<Corner>& corners) {
     CornerResponse(plane, response);
     pyramid.peaks.clear();
     FindPeaks(response, kLeastResponse, pyramid.peaks);
-    LimitPeaks(pyramid.peaks);
+    LimitPeaks(static_cast<double>(plane.width()) * plane.height(), pyramid.peaks);
     looked_at += static_cast<int>(pyramid.peaks.size());
     const float scale = static_cast<float>(1 << level);
     const std::array<std::ptrdiff_t, kRing> ring = RingOf(plane.stride());
