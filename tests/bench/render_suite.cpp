@@ -15,6 +15,7 @@ namespace {
 constexpr std::uint64_t kAprilTags = 587;
 constexpr std::uint64_t kArucoTags = 1000;
 constexpr double kGapM = 0.01;
+constexpr double kFloorM = 3.1;
 
 MarkerCode ChequerCode() { return MarkerCode(MarkerSize{6, 6}, Variant::kSecded); }
 
@@ -106,6 +107,8 @@ Suite RenderSwarm(const CameraModel& camera, int robots, double side_m, int fram
   swarm_options.camera = camera;
   swarm_options.side_m = side_m;
   swarm_options.gap_m = kGapM;
+  // So far away that 200 boards with ArUco's rims fit into five megapixels.
+  swarm_options.distance_m = kFloorM;
   // Room is made for the boards with the widest rims, then each is printed in every pattern.
   const Pattern widest = HasAruco() ? Pattern::kAruco : Pattern::kChequer;
   for (int i = 0; i < robots; ++i) swarm_options.boards.push_back(BoardOf(widest, static_cast<std::uint64_t>(i)));
