@@ -126,6 +126,7 @@ void AddMarkerOptions(CLI::App& command, MarkerOptions& options) {
       ->type_name("SIZE[:VARIANT[:SIDE]]")
       ->take_all()
       ->expected(1)
+      ->allow_extra_args(false)
       ->capture_default_str();
   command.add_option("--variant", options.variant, "How ids are coded: " + VariantNames())->capture_default_str();
   command.add_option("--side", options.side_m, "Side of the whole board in metres (its longer side), cells included")

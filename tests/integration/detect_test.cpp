@@ -92,8 +92,9 @@ TEST(Detect, SeeksSeveralKindsInARawFrame) {
   const fs::path scene = kScenes / "families";
   const Result result =
       Detect({"--json", "--calibration", (scene / "camera.toml").string(), "--pixel-format", "BayerRG8", "--marker",
-              "8x8:golay:0.12", "--marker", "6x7:secded:0.12", (scene / "0.png").string()});
+              "8x8:golay:0.12", "--marker", "6x7:secded:0.12", (scene / "0.png").string(), (scene / "0.png").string()});
   ASSERT_EQ(result.status, 0) << result.output;
+  ASSERT_EQ(result.images.size(), 2u) << "files after --marker are files";
   std::vector<std::string> found;  // the scene holds boards of four other kinds, too
   for (const json& marker : result.images[0]["markers"])
     found.push_back(marker["variant"].get<std::string>() + " " + marker["id"].dump());
