@@ -32,7 +32,7 @@ struct ListenRequest {
   std::string truth;        ///< a recording; empty: none
 };
 
-enum class Output { kTable, kPlain, kJson };
+enum class Form { kTable, kPlain, kJson };
 
 int TerminalLines() {
   winsize size{};
@@ -44,9 +44,9 @@ class Listener {
  public:
   explicit Listener(const ListenRequest& request)
       : request_(request),
-        output_(request.json                 ? Output::kJson
-                : isatty(STDOUT_FILENO) != 0 ? Output::kTable
-                                             : Output::kPlain) {
+        form_(request.json                 ? Form::kJson
+              : isatty(STDOUT_FILENO) != 0 ? Form::kTable
+                                           : Form::kPlain) {
     if (!request.truth.empty()) truth_.emplace(request.truth);
   }
 
@@ -59,7 +59,7 @@ class Listener {
     const MonotonicTime begin = clock_.monotonic();
     while (!IsEnough(clock_.monotonic() - begin)) {
       if (subscriber.Wait(kRedraw) == LcmSubscriber::Outcome::kClosed) break;
-      if (output_ == Output::kTable) Redraw();
+      if (form_ == Form::kTable) Redraw();
       if (std::ferror(stdout) != 0) throw std::runtime_error("standard output cannot be written");
     }
     if (subscriber.unreadable() > 0)
@@ -78,16 +78,15 @@ class Listener {
     // One call to the subscriber is one message, but a slow terminal must not make more of them than was asked for.
     ++frames_;
     if (truth_) truth_->Add(message);
-    if (output_ == Output::kTable)
+    if (form_ == Form::kTable)
       table_.Add(channel, message, clock_.monotonic());
     else
-      PrintLine(output_ == Output::kJson ? JsonLine(channel, message) : PlainLine(message));
+      PrintLine(form_ == Form::kJson ? JsonLine(channel, message) : PlainLine(message));
   }
 
   void Take(const std::string& channel, const StatusMessage& message) {
     if (truth_ && message.camera_state == CameraState::kEnded) ended_ = true;
-    if (output_ != Output::kTable)
-      PrintLine(output_ == Output::kJson ? JsonLine(channel, message) : PlainLine(message));
+    if (form_ != Form::kTable) PrintLine(form_ == Form::kJson ? JsonLine(channel, message) : PlainLine(message));
   }
 
   /// Flushed at once: whoever reads wants it live.
@@ -118,7 +117,7 @@ class Listener {
   }
 
   const ListenRequest& request_;
-  Output output_;
+  Form form_;
   Clock clock_ = Clock::System();
   LiveTable table_;
   std::optional<TruthCheck> truth_;
