@@ -123,6 +123,17 @@ void BoardFinder::SampleCell(int x, int y, const LightReader& reader, CellSample
   sample.blue_share = sample.light[2] / std::max(sample.light.sum(), 1e-6f);
 }
 
+/// Neighbours leave the cells at the corners of a board out, and place others roughly.
+void BoardFinder::ResampleByHomography(const Lattice::Window& window, const LightReader& reader) {
+  if (shared_) return;
+  shared_ = true;
+  for (int y = window.y - 1; y < window.y + window.rows; ++y)
+    for (int x = window.x - 1; x < window.x + window.cols; ++x)
+      SampleCell(x, y, reader,
+                 cells_[static_cast<std::size_t>((y - cell_window_.y) * cell_window_.cols + x - cell_window_.x)]);
+  shared_ = false;
+}
+
 /// Whether the light cells of the border that should be yellow return less blue than the others. Whatever the white
 /// is, so no colours need be computed: refuses nearly every window of a wall of tiles at once.
 bool BoardFinder::MayBeBorder(const BorderPattern& pattern, const Lattice::Window& window, int turn,
@@ -349,6 +360,7 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
   const Lattice::Window& window = placement.corners;
   board.size = pattern.size;
   if (!FitWindow(window, &pairs_)) return false;
+  ResampleByHomography(window, reader);
   MarkVisible(window, reader);
   Placement judged = placement;
   if (!JudgeBorder(judged, &board)) return false;

@@ -101,6 +101,7 @@ class BoardFinder {
     return sample;
   }
   void SampleCell(int x, int y, const LightReader& reader, CellSample& sample) const;
+  void ResampleByHomography(const Lattice::Window& window, const LightReader& reader);
   bool MayBeBorder(const BorderPattern& pattern, const Lattice::Window& window, int turn, const LightReader& reader);
   void MarkVisible(const Lattice::Window& window, const LightReader& reader);
   /// Cells of the window that show and are not covered.
@@ -124,7 +125,7 @@ class BoardFinder {
   std::vector<std::uint8_t> claimed_;  ///< by corner
   std::vector<PointPair> pairs_;
   Eigen::Matrix3d image_from_lattice_ = Eigen::Matrix3d::Identity();
-  /// Of a grid that fits into a board, all windows have this homography.
+  /// Of a grid that fits into a board, all windows have this homography; else cells are placed by their neighbours.
   bool shared_ = false;
   /// Of the window's cells, row by row in lattice orientation.
   std::vector<CellSample> samples_;
