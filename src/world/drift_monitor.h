@@ -1,0 +1,66 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "chequer/detector.h"
+#include "chequer/frame.h"
+#include "world/world_file.h"
+
+namespace chequer {
+
+struct DriftOptions {
+  /// Displacement of a reference that is warned of, metres at the reference, 0.0001..10.
+  double limit_m = 0.005;
+  /// Displacements are averaged over about that long, so that one bad pose warns of nothing.
+  std::chrono::milliseconds window{2000};
+
+  /// Empty, or what is wrong and what would be right.
+  std::string Check() const;
+};
+
+/// How far one reference is from where it stood when the world was set.
+struct ReferenceDrift {
+  std::uint64_t id = 0;
+  bool in_view = false;  ///< seen within the last window; what follows says nothing if not
+  double offset_m = 0;   ///< across the line of sight, root mean square over the board's corners, averaged
+};
+
+/// Notices that the camera was knocked, or a reference moved, from the references that stay in view. One thread.
+class DriftMonitor {
+ public:
+  /// Throws std::runtime_error with DriftOptions::Check's message. Without references it never warns.
+  explicit DriftMonitor(WorldCalibration world, DriftOptions options = {});
+
+  /// Takes the markers of one frame (others than the references are passed over; poses must be there). Frames must come
+  /// in the order of their times. Returns what to log where something has changed: that references have moved and which
+  /// (a knocked camera moves them all), or that they are back in their places. Nothing otherwise.
+  std::optional<std::string> Take(std::span<const MarkerPose> markers, MonotonicTime captured);
+
+  /// Whether the last thing that Take said was a warning.
+  bool has_drifted() const { return has_drifted_; }
+  /// In the order of WorldCalibration::references.
+  const std::vector<ReferenceDrift>& drifts() const { return drifts_; }
+
+ private:
+  struct Track {
+    std::optional<MonotonicTime> first_seen;  ///< of the time it has been in view without a gap
+    MonotonicTime last_seen{};
+    double mean_square = 0;
+  };
+
+  std::optional<std::string> Judge(MonotonicTime now);
+
+  WorldCalibration world_;
+  RigidTransform camera_from_world_;
+  DriftOptions options_;
+  std::vector<Track> tracks_;
+  std::vector<ReferenceDrift> drifts_;
+  bool has_drifted_ = false;
+};
+
+}  // namespace chequer
