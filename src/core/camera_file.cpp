@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <vector>
 
 #include "chequer/image.h"
 #include "core/file.h"
+#include "core/number_text.h"
 #include "core/toml_reader.h"
 
 namespace chequer {
@@ -39,8 +39,41 @@ void ReadDistortion(TomlTable& table, CameraModel& camera) {
   std::copy(coefficients.begin(), coefficients.end(), camera.distortion.begin());
 }
 
-CameraModel ReadCamera(TomlFile file) {
+/// Numbers that `distortion` has in a file.
+std::size_t CoefficientCount(CameraModel::Kind kind) {
+  switch (kind) {
+    case Kind::kPinhole: return 0;
+    case Kind::kFisheye: return 4;
+    case Kind::kBrownConrady: return 5;
+  }
+  return 0;
+}
+
+/// What a camera file holds.
+struct Calibration {
   CameraModel camera;
+  std::optional<CalibrationRecord> record;
+};
+
+std::optional<CalibrationRecord> ReadRecord(TomlTable& table, const CameraModel& camera) {
+  CalibrationRecord record;
+  std::vector<double> uncertainty;
+  const bool dated = table.Read("date", record.date, LengthRange{1, 64});
+  const bool measured = table.Read("rms", record.rms_px, NumberRange{0, 1e6});
+  const bool counted = table.Read("views", record.views, IntegerRange{1, 1'000'000});
+  const bool estimated = table.Read("uncertainty", uncertainty, LengthRange{0, 9}, NumberRange{0, 1e6});
+  const std::size_t count = 4 + CoefficientCount(camera.kind);
+  if (estimated && uncertainty.size() != count)
+    table.Fail("uncertainty", "must have " + std::to_string(count) +
+                                  " values with this model: of fx, fy, cx, cy and of each distortion coefficient");
+  std::copy(uncertainty.begin(), uncertainty.end(), record.uncertainty.begin());
+  if (!dated && !measured && !counted && !estimated) return std::nullopt;
+  return record;
+}
+
+Calibration ReadCalibration(TomlFile file) {
+  Calibration calibration;
+  CameraModel& camera = calibration.camera;
   TomlTable table = file.root().Table("camera");
   table.Require("width", camera.width, IntegerRange{1, kMaxImageSide});
   table.Require("height", camera.height, IntegerRange{1, kMaxImageSide});
@@ -50,45 +83,58 @@ CameraModel ReadCamera(TomlFile file) {
   table.Require("cy", camera.cy, kPrincipalPoint);
   table.Require("model", camera.kind, kKinds);
   ReadDistortion(table, camera);
+  calibration.record = ReadRecord(table, camera);
   file.CheckAllKeysRead();
-  return camera;
+  return calibration;
 }
 
-/// The shortest text that reads back as the same number.
-std::string Exact(double number) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
-  return {text.data(), end};
+std::string List(const double* numbers, std::size_t count) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < count; ++i) text += (i == 0 ? "" : ", ") + ExactText(numbers[i]);
+  return text + "]";
+}
+
+std::string FormatRecord(const CalibrationRecord& record, std::size_t coefficients) {
+  std::string text = "date = \"" + record.date + "\"\n";
+  text += "rms = " + ExactText(record.rms_px) + " # pixels\n";
+  text += "views = " + std::to_string(record.views) + "\n";
+  return text + "uncertainty = " + List(record.uncertainty.data(), 4 + coefficients) +
+         " # standard deviations of fx fy cx cy and of the distortion\n";
 }
 
 }  // namespace
 
-CameraModel LoadCamera(const std::filesystem::path& path) { return ReadCamera(TomlFile::Load(path)); }
+CameraModel LoadCamera(const std::filesystem::path& path) { return ReadCalibration(TomlFile::Load(path)).camera; }
 
-CameraModel ParseCamera(std::string_view text, const std::string& name) {
-  return ReadCamera(TomlFile::Parse(text, name));
+std::optional<CalibrationRecord> LoadCalibrationRecord(const std::filesystem::path& path) {
+  return ReadCalibration(TomlFile::Load(path)).record;
 }
 
-std::string FormatCamera(const CameraModel& camera) {
+CameraModel ParseCamera(std::string_view text, const std::string& name) {
+  return ReadCalibration(TomlFile::Parse(text, name)).camera;
+}
+
+std::string FormatCamera(const CameraModel& camera, const CalibrationRecord* record) {
   const auto kind =
       std::find_if(kKinds.begin(), kKinds.end(), [&](const auto& entry) { return entry.second == camera.kind; });
   std::string text = "[camera]\n";
   text += "width = " + std::to_string(camera.width) + "\n";
   text += "height = " + std::to_string(camera.height) + "\n";
-  text += "fx = " + Exact(camera.fx) + "\n";
-  text += "fy = " + Exact(camera.fy) + "\n";
-  text += "cx = " + Exact(camera.cx) + "\n";
-  text += "cy = " + Exact(camera.cy) + "\n";
+  text += "fx = " + ExactText(camera.fx) + "\n";
+  text += "fy = " + ExactText(camera.fy) + "\n";
+  text += "cx = " + ExactText(camera.cx) + "\n";
+  text += "cy = " + ExactText(camera.cy) + "\n";
   text.append("model = \"").append(kind->first).append("\"\n");
-  if (camera.kind == Kind::kPinhole) return text;
-  const std::size_t count = camera.kind == Kind::kFisheye ? 4 : 5;
-  text += "distortion = [";
-  for (std::size_t i = 0; i < count; ++i) text += (i == 0 ? "" : ", ") + Exact(camera.distortion[i]);
-  return text + (count == 5 ? "] # k1 k2 p1 p2 k3\n" : "] # k1 k2 k3 k4\n");
+  const std::size_t count = CoefficientCount(camera.kind);
+  if (count > 0)
+    text += "distortion = " + List(camera.distortion.data(), count) +
+            (count == 5 ? " # k1 k2 p1 p2 k3\n" : " # k1 k2 k3 k4\n");
+  if (record != nullptr) text += FormatRecord(*record, count);
+  return text;
 }
 
-void WriteCamera(const std::filesystem::path& path, const CameraModel& camera) {
-  WriteFileAtomically(path, FormatCamera(camera));
+void WriteCamera(const std::filesystem::path& path, const CameraModel& camera, const CalibrationRecord* record) {
+  WriteFileAtomically(path, FormatCamera(camera, record));
 }
 
 }  // namespace chequer

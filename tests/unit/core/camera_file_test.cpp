@@ -117,5 +117,32 @@ TEST(CameraFile, NamesAFileThatIsNotThere) {
   }
 }
 
+TEST(CameraFile, SaysHowTheCalibrationCameAbout) {
+  const test::TemporaryDirectory directory;
+  const std::filesystem::path path = directory.path() / "camera.toml";
+  CameraModel camera = ParseCamera(kGood, "cam.toml");
+  WriteCamera(path, camera);
+  EXPECT_FALSE(LoadCalibrationRecord(path).has_value());
+  CalibrationRecord record{.date = "2024-05-01T12:00:00Z", .rms_px = 0.123, .views = 17};
+  record.uncertainty = {0.1, 0.2, 0.3, 0.4, 0.001, 0.002, 0.003, 0.004, 0.005};
+  WriteCamera(path, camera, &record);
+  const auto back = LoadCalibrationRecord(path);
+  ASSERT_TRUE(back.has_value());
+  EXPECT_EQ(back->date, record.date);
+  EXPECT_EQ(back->rms_px, record.rms_px);
+  EXPECT_EQ(back->views, record.views);
+  EXPECT_EQ(back->uncertainty, record.uncertainty);
+  EXPECT_EQ(LoadCamera(path).distortion, camera.distortion);
+}
+
+TEST(CameraFile, ChecksWhatIsSaidOfTheCalibration) {
+  EXPECT_THAT(ErrorOf(std::string(kGood) + "uncertainty = [1, 2]\n"),
+              ::testing::AllOf(HasSubstr("cam.toml:10"), HasSubstr("camera.uncertainty"), HasSubstr("9 values")));
+  EXPECT_THAT(ErrorOf(std::string(kGood) + "rms = -1\n"), HasSubstr("camera.rms = -1"));
+  EXPECT_THAT(ErrorOf(std::string(kGood) + "views = 0\n"), HasSubstr("camera.views = 0"));
+  EXPECT_THAT(ErrorOf(std::string(kGood) + "date = 2024\n"), HasSubstr("camera.date"));
+  EXPECT_EQ(ErrorOf(std::string(kGood) + "date = \"yesterday\"\nrms = 0.1\n"), "no error");
+}
+
 }  // namespace
 }  // namespace chequer
