@@ -26,8 +26,11 @@ struct DriftOptions {
 /// How far one reference is from where it stood when the world was set.
 struct ReferenceDrift {
   std::uint64_t id = 0;
-  bool in_view = false;  ///< seen within the last window; what follows says nothing if not
-  double offset_m = 0;   ///< across the line of sight, root mean square over the board's corners, averaged
+  bool in_view = false;    ///< seen within the last window; what follows says nothing if not
+  bool has_moved = false;  ///< offset_m went above the limit and has not come well below it since
+  /// Across the line of sight, root mean square over the board's outer corners, averaged, metres. A single frame counts
+  /// at most three times the limit.
+  double offset_m = 0;
 };
 
 /// Notices that the camera was knocked, or a reference moved, from the references that stay in view. One thread.
@@ -36,31 +39,27 @@ class DriftMonitor {
   /// Throws std::runtime_error with DriftOptions::Check's message. Without references it never warns.
   explicit DriftMonitor(WorldCalibration world, DriftOptions options = {});
 
-  /// Takes the markers of one frame (others than the references are passed over; poses must be there). Frames must come
-  /// in the order of their times. Returns what to log where something has changed: that references have moved and which
-  /// (a knocked camera moves them all), or that they are back in their places. Nothing otherwise.
+  /// Takes the markers of one frame, with poses in the camera frame; others than the references are passed over. Frames
+  /// must come in the order of their times. Returns what to log where something has changed: that references have moved
+  /// and which (a knocked camera moves them all), or that they are back in their places. Nothing otherwise.
   std::optional<std::string> Take(std::span<const MarkerPose> markers, MonotonicTime captured);
 
-  /// Whether the last thing that Take said was a warning.
-  bool has_drifted() const { return has_drifted_; }
+  /// Whether a reference that is in view has moved.
+  bool has_drifted() const { return !moved_.empty(); }
   /// In the order of WorldCalibration::references.
   const std::vector<ReferenceDrift>& drifts() const { return drifts_; }
 
  private:
-  struct Track {
-    std::optional<MonotonicTime> first_seen;  ///< of the time it has been in view without a gap
-    MonotonicTime last_seen{};
-    double mean_square = 0;
-  };
-
+  void Average(std::size_t reference, double offset_m, MonotonicTime captured);
   std::optional<std::string> Judge(MonotonicTime now);
+  std::string Warning() const;
 
   WorldCalibration world_;
   RigidTransform camera_from_world_;
   DriftOptions options_;
-  std::vector<Track> tracks_;
   std::vector<ReferenceDrift> drifts_;
-  bool has_drifted_ = false;
+  std::vector<std::optional<MonotonicTime>> last_seen_;  ///< by reference
+  std::vector<std::size_t> moved_;                       ///< those in view that have moved, as last told
 };
 
 }  // namespace chequer

@@ -12,14 +12,14 @@ namespace chequer {
 
 // Where markers lie in the room, as measured by hand:
 //
-//   sigma = 0.001                       # may be left out: how exact the places are, standard deviation, metres
+//   sigma = 0.001              # may be left out: standard deviation of each coordinate below, metres; default 0.001
 //
 //   [[reference]]
 //   id = 3
-//   position = [1.2, 0.0]               # of the board's centre, metres; a third number is its height, else 0
-//   heading = 90                        # may be left out: of the board's x axis against the world's, degrees
-//   lies_flat = true                    # whether its face looks straight up; default true
-//   family = 0                          # which of several --marker it is; default 0
+//   position = [1.2, 0.0]      # of the board's centre, metres; a third number is its height over the floor, else 0
+//   heading = 90               # may be left out: of the board's x axis from the world's, degrees, counter-clockwise
+//   lies_flat = true           # whether its face looks straight up; default true
+//   family = 0                 # which of several kinds of markers it is, counted from 0; default 0
 
 /// A marker at a place that was measured by hand.
 struct Reference {
@@ -36,7 +36,7 @@ struct ReferenceList {
 };
 
 /// Reads a list of references. Throws std::runtime_error naming file, line, key, value and what would be right; also
-/// where an id stands twice or two references at the same place.
+/// where an id stands twice, or two references at the same place.
 ReferenceList LoadReferences(const std::filesystem::path& path);
 
 /// The same from a text. @param name stands for the file in messages.

@@ -64,7 +64,7 @@ WorldCalibration LoadWorld(const std::filesystem::path& path);
 /// The same from a text. @param name stands for the file in messages.
 WorldCalibration ParseWorld(std::string_view text, const std::string& name);
 
-/// The text of a world file; ParseWorld gives the same numbers back.
+/// The text of a world file; ParseWorld gives the same numbers back, to within the rounding of a quaternion.
 std::string FormatWorld(const WorldCalibration& world);
 
 /// Writes a world file whole or not at all. Throws std::runtime_error naming the file and the cause.
