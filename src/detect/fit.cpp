@@ -213,7 +213,7 @@ void PhotometricFit::EvenOutShading(const Start& start) {
 
 void PhotometricFit::Finish() {
   const LaneBlock& lanes = pixels_.lanes();
-  double weight = 0, residual_square = 0, residual_count = 0, contrast = 0, shift_square = 0;
+  double weight = 0, residual_square = 0, residual_count = 0, contrast = 0, shift_square = 0, shift_chi_square = 0;
   result_.corners_used = 0;
   result_.corner_used.fill(false);
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
@@ -243,18 +243,22 @@ void PhotometricFit::Finish() {
       shift -= step_[k] * Eigen::Vector2d(derivatives_[i].x[static_cast<std::size_t>(k)],
                                           derivatives_[i].y[static_cast<std::size_t>(k)]);
     shift_square += (place.pixel_by_board * shift).squaredNorm();
+    shift_chi_square += shift.dot(information * shift);
     contrast += Contrast(corner);
   }
   const double n = std::max(result_.corners_used, 1);
   const double unknowns = BoardEquations::kUnknowns + channels_ * size_.rows * size_.cols;
   const double chi_square_per_pixel = (equations_.chi_square() - gain_) / std::max(weight - unknowns, 1.0);
+  // Edges that lie where no homography puts them (paper that is not flat, print, what is left of the lens's distortion)
+  // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
+  const double chi_square_per_shift = shift_chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
   // The blur follows the geometry.
   constexpr int kBlurUnknown = BoardGeometry::kParameters;
   const BoardEquations::Matrix& normal = equations_.normal();
   const BoardGeometry::Parameters by_blur = normal.col(kBlurUnknown).head<BoardGeometry::kParameters>();
   result_.information = (normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
                          by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
-                        std::max(chi_square_per_pixel, 1e-9);
+                        std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
   result_.blur_px = blur_px_;
   result_.noise = noise_;
   result_.reprojection_rms_px = std::sqrt(shift_square / n);

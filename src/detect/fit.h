@@ -19,7 +19,7 @@ namespace chequer {
 struct FittedBoard {
   BoardGeometry geometry;
   /// Inverse covariance of the geometry's parameters, from all pixels, with the levels, the blur and the noise as
-  /// measured in this board.
+  /// measured in this board, widened by how much its corners disagree with the geometry beyond that noise.
   BoardGeometry::Information information;
   NoiseModel noise;
   double blur_px = 1;
