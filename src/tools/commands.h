@@ -22,6 +22,8 @@ void AddConvertCommand(CLI::App& app);
 void AddDetectCommand(CLI::App& app);
 /// `chequer listen`: what arrives over LCM.
 void AddListenCommand(CLI::App& app);
+/// `chequer print`: sheets of markers to print.
+void AddPrintCommand(CLI::App& app);
 /// `chequer render`: frames of markers as a camera would see them, written as a recording with truth.
 void AddRenderCommand(CLI::App& app);
 

@@ -37,6 +37,7 @@ int main(int argc, char** argv) {
   chequer::AddConvertCommand(app);
   chequer::AddDetectCommand(app);
   chequer::AddListenCommand(app);
+  chequer::AddPrintCommand(app);
   chequer::AddRenderCommand(app);
 
   try {
