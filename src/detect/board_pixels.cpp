@@ -48,47 +48,48 @@ std::optional<LocalLens> LensAround(const Lens& lens, const Eigen::Vector2d& pla
   return local;
 }
 
-/// A plane coordinate along a row of pixels: a parabola, evaluated by its differences.
-struct Parabola {
-  float value, step, bend;
+/// The plane coordinates of pixels around a local lens's pixel, from an origin: parabolas along rows, by differences.
+struct PlaneWalk {
+  float u, v, u_step, v_step, u_bend, v_bend;
 
   void Next() {
-    value += step;
-    step += bend;
+    u += u_step;
+    v += v_step;
+    u_step += u_bend;
+    v_step += v_bend;
   }
 };
 
-/// Along the row that lies dy below the local lens's pixel, from dx right of it.
-Parabola AlongRow(const LocalLens& lens, const Eigen::Vector2d& origin, int axis, double dx, double dy) {
-  const double slope = lens.by_pixel(axis, 0) + dy * lens.by_xy[axis];
-  const double at = lens.plane[axis] - origin[axis] + dy * (lens.by_pixel(axis, 1) + dy * lens.by_yy[axis]);
-  const double bend = lens.by_xx[axis];
-  return {static_cast<float>(at + dx * (slope + dx * bend)), static_cast<float>(slope + bend * (2 * dx + 1)),
-          static_cast<float>(2 * bend)};
+/// From the pixel that lies (dx, dy) from the local lens's.
+PlaneWalk WalkFrom(const LocalLens& lens, const Eigen::Vector2d& start, double dx, double dy) {
+  const Eigen::Vector2d slope = lens.by_pixel.col(0) + dy * lens.by_xy, bend = lens.by_xx;
+  const Eigen::Vector2d at = start + dy * (lens.by_pixel.col(1) + dy * lens.by_yy) + dx * (slope + dx * bend);
+  const Eigen::Vector2d step = slope + (2 * dx + 1) * bend;
+  return {static_cast<float>(at.x()),   static_cast<float>(at.y()),       static_cast<float>(step.x()),
+          static_cast<float>(step.y()), static_cast<float>(2 * bend.x()), static_cast<float>(2 * bend.y())};
 }
+
+/// A band of the board between two lines of constant x or y, cut along rows of pixels: offsets along the row from the
+/// corner's pixel, which move by `slope` a row.
+struct Band {
+  double low, high, slope;
+};
 
 /// The part of the board around a corner, in cells from it, and how it lies in the image.
 struct Region {
   double left, right, top, bottom;
   Eigen::Matrix2d board_by_pixel;
 
-  /// Narrows from..to, offsets from the corner's pixel along a row dy below it, to what lies inside.
-  void Clip(double dy, double* from, double* to) const {
-    ClipAxis(board_by_pixel.row(0), dy, left, right, from, to);
-    ClipAxis(board_by_pixel.row(1), dy, top, bottom, from, to);
+  std::array<Band, 2> Bands() const {
+    return {BandOf(board_by_pixel.row(0), left, right), BandOf(board_by_pixel.row(1), top, bottom)};
   }
 
  private:
-  static void ClipAxis(const Eigen::RowVector2d& by_pixel, double dy, double low, double high, double* from,
-                       double* to) {
-    const double offset = by_pixel[1] * dy;
-    if (std::abs(by_pixel[0]) < 1e-9) {
-      if (offset < low || offset >= high) *to = -1e9;
-      return;
-    }
-    const double inverse = 1 / by_pixel[0], a = (low - offset) * inverse, b = (high - offset) * inverse;
-    *from = std::max(*from, std::min(a, b));
-    *to = std::min(*to, std::max(a, b));
+  static Band BandOf(const Eigen::RowVector2d& by_pixel, double low, double high) {
+    // Rows that run along the band: nearly so will do, as no board is 1e6 px wide.
+    const double across = std::abs(by_pixel[0]) < 1e-6 ? std::copysign(1e-6, by_pixel[0]) : by_pixel[0];
+    const double a = low / across, b = high / across;
+    return {std::min(a, b), std::max(a, b), -by_pixel[1] / across};
   }
 };
 
@@ -194,33 +195,35 @@ void BoardPixels::CollectCorner(const LightReader& reader, const Lens& lens, con
   const int last_row = std::min(reader.height() - 1, static_cast<int>(std::floor(place.pixel.y() + y_max)));
   const std::size_t stride = static_cast<std::size_t>(lanes_.padded());
   const std::size_t end = lanes_.Place(0, lanes_.capacity());
+  float *const plane_u = lanes_.u_data(), *const plane_v = lanes_.v_data(), *const lights = lanes_.light_data();
   // Where the next pixel of each phase goes.
   std::array<std::size_t, 4> next{};
   for (int phase = 0; phase < 4; ++phase) next[static_cast<std::size_t>(phase)] = lanes_.Place(Lane(corner) + phase, 0);
+  const std::array<Band, 2> bands = region.Bands();
+  const Eigen::Vector2d start = local->plane - origin_;
   for (int y = first_row; y <= last_row; ++y) {
     const double dy = y - place.pixel.y();
-    double from = -1e6, to = 1e6;
-    region.Clip(dy, &from, &to);
-    const int first_col = std::max(0, static_cast<int>(std::ceil(from + place.pixel.x())));
-    const int last_col = std::min(reader.width() - 1, static_cast<int>(std::floor(to + place.pixel.x())));
-    if (first_col > last_col) continue;
+    const double shift_x = place.pixel.x() + dy * bands[0].slope, shift_y = place.pixel.x() + dy * bands[1].slope;
+    const double from = std::max({bands[0].low + shift_x, bands[1].low + shift_y, 0.0});
+    const double to = std::min({bands[0].high + shift_x, bands[1].high + shift_y, reader.width() - 1.0});
+    if (!(from <= to)) continue;
+    const int first_col = static_cast<int>(std::ceil(from)), last_col = static_cast<int>(to);
     const LightReader::Row light = reader.RowAt(y);
-    const double first_dx = first_col - place.pixel.x();
-    Parabola u = AlongRow(*local, origin_, 0, first_dx, dy), v = AlongRow(*local, origin_, 1, first_dx, dy);
+    PlaneWalk walk = WalkFrom(*local, start, first_col - place.pixel.x(), dy);
     std::size_t* const next_of_row = &next[static_cast<std::size_t>(2 * (y & 1))];
     const auto add = [&](int x) {
       std::size_t& at = next_of_row[x & 1];
       if (at >= end) return;
-      lanes_.u_data()[at] = u.value;
-      lanes_.v_data()[at] = v.value;
-      lanes_.light_data()[at] = light[x];
+      plane_u[at] = walk.u;
+      plane_v[at] = walk.v;
+      lights[at] = light[x];
       at += stride;
     };
     if (thinning.interior == 1) {
-      for (int x = first_col; x <= last_col; ++x, u.Next(), v.Next()) add(x);
+      for (int x = first_col; x <= last_col; ++x, walk.Next()) add(x);
       continue;
     }
-    for (int x = first_col; x <= last_col; ++x, u.Next(), v.Next()) {
+    for (int x = first_col; x <= last_col; ++x, walk.Next()) {
       const Eigen::Vector2d board = region.board_by_pixel * Eigen::Vector2d(x - place.pixel.x(), dy);
       if (thinning.Keeps(x, y, static_cast<float>(board.x()), static_cast<float>(board.y()))) add(x);
     }
