@@ -25,6 +25,9 @@ using std::chrono::milliseconds;
 // The first retries come quickly, because at boot a route appears within seconds; later ones cost nothing noticeable.
 constexpr milliseconds kFirstRetry{250};
 constexpr milliseconds kLongestRetry{5000};
+/// A log on a full disk takes one message into its buffer for each that fails: it works again when none has failed for
+/// so long.
+constexpr milliseconds kSteady{2000};
 
 /// Whether that error is why a message did not go out; LCM leaves others behind in passing.
 bool LosesMessages(int error) {
@@ -70,20 +73,29 @@ struct LcmPublisher::Impl {
   BackOff back_off{kFirstRetry, kLongestRetry};
   MonotonicTime next_try{};
   std::uint64_t failed_before = 0;  ///< the present trouble
+  bool in_trouble = false;          ///< as far as the log knows
+  MonotonicTime steady_at{};        ///< when the trouble is over, if nothing fails before
 
   void Complain(PublisherState state, const std::string& message) {
     health.state = state;
     health.message = message;
+    in_trouble = true;
     const std::string log = trouble.Occurred(message, {}, clock.monotonic());
     if (!log.empty()) spdlog::error("{}", log);
   }
 
-  void Recovered() {
-    health.state = PublisherState::kReady;
-    health.message.clear();
-    back_off.Succeeded();
-    if (trouble.Ended() > 0)
-      spdlog::info("LCM at {} works again; {} messages were lost", url.text, health.failed - failed_before);
+  void Sent() {
+    ++health.sent;
+    if (health.state != PublisherState::kReady) {
+      steady_at = clock.monotonic() + (health.state == PublisherState::kFailing ? kSteady : milliseconds{0});
+      health.state = PublisherState::kReady;
+      health.message.clear();
+      back_off.Succeeded();
+    }
+    if (!in_trouble || clock.monotonic() < steady_at) return;
+    in_trouble = false;
+    trouble.Ended();
+    spdlog::info("LCM at {} works again; {} messages were lost", url.text, health.failed - failed_before);
     failed_before = health.failed;
   }
 
@@ -114,8 +126,7 @@ struct LcmPublisher::Impl {
     if (lcm) {
       const std::string why = Send(*lcm, channel, encoder.Encode(message));
       if (why.empty()) {
-        ++health.sent;
-        if (health.state != PublisherState::kReady) Recovered();
+        Sent();
         return true;
       }
       SendFailed(why);

@@ -96,6 +96,21 @@ TEST(LcmPublisher, NoticesAFullDisk) {
   EXPECT_THAT(publisher.health().message, HasSubstr("No space left on device"));
 }
 
+TEST(LcmPublisher, AFullDiskIsComplainedOfOnce) {
+  test::SteppedClock time;
+  test::LogCapture log;
+  LcmPublisher publisher({"file:///dev/full?mode=w", "CHEQUER"}, time.clock());
+  // The buffer takes some messages between those that fail.
+  int taken = 0;
+  for (int i = 0; i < 500; ++i) {
+    taken += publisher.Publish(SamplePoses(20));
+    time.Advance(milliseconds(20));
+  }
+  EXPECT_GT(taken, 0);
+  EXPECT_GT(publisher.health().failed, 10u);
+  EXPECT_EQ(log.lines().size(), 1u);
+}
+
 TEST(LcmPublisher, TriesAgainWithBackOffOnly) {
   const TemporaryDirectory folder;
   const std::filesystem::path missing = folder / "missing";
