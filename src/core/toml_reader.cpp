@@ -162,6 +162,17 @@ void TomlTable::FailMissing(std::string_view key) const { Fail(key, "is missing 
 
 bool TomlTable::Has(std::string_view key) const { return node_->table != nullptr && node_->table->contains(key); }
 
+std::map<std::string, std::string> TomlTable::Texts() const {
+  std::map<std::string, std::string> texts;
+  if (node_->table == nullptr) return texts;
+  for (const auto& [key, value] : *node_->table) {
+    std::ostringstream text;
+    value.visit([&](const auto& of_any_type) { text << of_any_type; });
+    texts.emplace(key.str(), text.str());
+  }
+  return texts;
+}
+
 bool TomlTable::Read(std::string_view key, bool& value) {
   const toml::node* node = node_->Ask(key);
   if (node == nullptr) return false;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -73,6 +74,10 @@ class TomlTable {
   TomlTable Table(std::string_view key);
   /// The tables of that name ([[key]]), in order; none where it is missing.
   std::vector<TomlTable> Tables(std::string_view key, std::size_t max_count);
+
+  /// What each key says, printed so that equal texts mean the same: without comments, spacing and order. Does not count
+  /// as asking for them.
+  std::map<std::string, std::string> Texts() const;
 
   /// Throws with place, key and value in front: "swarm.toml:12: capture.fps = -3: why". Where the key is missing, the
   /// table's place is named.

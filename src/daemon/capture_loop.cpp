@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "daemon/log_event.h"
+
 namespace chequer {
 namespace {
 
@@ -15,27 +17,39 @@ std::string Text(FrameSize size) { return std::to_string(size.width) + "x" + std
 }  // namespace
 
 CaptureLoop::CaptureLoop(CaptureLoopOptions options, FrameSource& source, std::function<bool(CapturedFrame)> pass,
-                         Shared<CaptureReport>& report, Clock clock)
+                         Shared<CaptureReport>& report, SequenceCounter& sequence, CaptureActivity& activity,
+                         Clock clock)
     : options_(std::move(options)),
       source_(source),
       pass_(std::move(pass)),
       report_(report),
+      sequence_(sequence),
+      activity_(activity),
       clock_(std::move(clock)),
       back_off_(options_.first_reopen, options_.longest_reopen) {}
 
 void CaptureLoop::Run(std::stop_token stop) {
+  last_frame_ = clock_.monotonic();
   while (!stop.stop_requested()) {
     Next next = Next::kReopen;
-    if (Open(stop)) do {
+    if (is_open_ || Open(stop)) do {
+        activity_.capturing.Begin(clock_.monotonic());
         next = Take(source_.Next(kFrameTimeout));
       } while (next == Next::kGoOn && !stop.stop_requested());
+    activity_.capturing.End();
     if (next == Next::kFinish) return;
-    if (next == Next::kReopen) WaitToReopen(stop);
+    if (next == Next::kReopen) {
+      is_open_ = false;
+      WaitToReopen(stop);
+    }
   }
 }
 
 bool CaptureLoop::Open(const std::stop_token& stop) {
+  activity_.opening.Begin(clock_.monotonic());
   const std::string problem = source_.Open();
+  activity_.opening.End();
+  is_open_ = problem.empty();
   if (stop.stop_requested()) return false;
   if (!problem.empty()) {
     Complain("the camera cannot be opened", problem);
@@ -104,12 +118,12 @@ void CaptureLoop::NoFrame() {
   const std::string message = "no frame comes from " + source_.Describe();
   report_.Update([&](CaptureReport& report) { report.message = message; });
   if (const std::string log = trouble_.Occurred(message, {}, clock_.monotonic()); !log.empty())
-    spdlog::error("{}", log);
+    LogEvent(LogLevel::kError, "camera_silent", log);
 }
 
 void CaptureLoop::Recover() {
   back_off_.Succeeded();
-  if (trouble_.Ended() > 0) spdlog::info("frames come from {}", source_.Describe());
+  if (trouble_.Ended() > 0) LogEvent(LogLevel::kInfo, "camera_back", "frames come from " + source_.Describe());
 }
 
 void CaptureLoop::Complain(std::string_view cause, std::string_view detail) {
@@ -118,7 +132,7 @@ void CaptureLoop::Complain(std::string_view cause, std::string_view detail) {
     report.state = CameraState::kWaiting;
     report.message = std::string(cause).append(": ").append(detail);
   });
-  if (!log.empty()) spdlog::error("{}; trying again", log);
+  if (!log.empty()) LogEvent(LogLevel::kError, "camera_lost", log + "; trying again");
 }
 
 void CaptureLoop::WaitToReopen(const std::stop_token& stop) {

@@ -14,6 +14,7 @@
 #include "core/clock.h"
 #include "core/repeated_cause.h"
 #include "daemon/capture_report.h"
+#include "daemon/progress.h"
 #include "daemon/sequence_counter.h"
 #include "daemon/shared.h"
 
@@ -49,12 +50,19 @@ struct CapturedFrame {
 class CaptureLoop {
  public:
   /// @param pass takes each frame; false: nobody wants more.
+  /// @param sequence numbers the frames; it outlives the loop, as the numbers go on in the next one.
   CaptureLoop(CaptureLoopOptions options, FrameSource& source, std::function<bool(CapturedFrame)> pass,
-              Shared<CaptureReport>& report, Clock clock);
+              Shared<CaptureReport>& report, SequenceCounter& sequence, CaptureActivity& activity, Clock clock);
+
+  /// The source is open already: Run begins with its frames. Call it before Run.
+  void TakeOpenSource() { is_open_ = true; }
 
   /// Until the recording is over, or stopped (the stop must be followed by source.Interrupt()).
   /// Throws what FrameSource::Open throws: a source that can never work.
   void Run(std::stop_token stop);
+
+  /// Whether the source was left open when Run returned.
+  bool source_is_open() const { return is_open_; }
 
  private:
   enum class Next { kGoOn, kReopen, kFinish };
@@ -71,8 +79,10 @@ class CaptureLoop {
   FrameSource& source_;
   std::function<bool(CapturedFrame)> pass_;
   Shared<CaptureReport>& report_;
+  SequenceCounter& sequence_;
+  CaptureActivity& activity_;
   Clock clock_;
-  SequenceCounter sequence_;
+  bool is_open_ = false;
   BackOff back_off_;
   RepeatedCause trouble_;       ///< the source is not there, or silent
   RepeatedCause bad_frames_;    ///< it is there, and frames are unusable

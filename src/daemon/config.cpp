@@ -62,6 +62,25 @@ void ReadMarkers(TomlTable& root, const std::filesystem::path& base, DetectorOpt
     detector.families.push_back(ReadMarkerFamily(table, base, detector.camera.has_value()));
 }
 
+void ReadPipeline(TomlTable table, DaemonConfig& config) {
+  table.Read("workers", config.workers, IntegerRange{0, 64});
+  table.Read("when_busy", config.when_busy, kWhenBusy);
+  std::vector<std::int64_t> cpus;
+  table.Read("cpus", cpus, LengthRange{1, 64}, IntegerRange{0, 1023});
+  config.scheduling.cpus.assign(cpus.begin(), cpus.end());
+  table.Read("realtime_priority", config.scheduling.realtime_priority, IntegerRange{0, 98});
+}
+
+void ReadMetrics(TomlTable table, const std::filesystem::path& base, MetricsOptions& metrics) {
+  std::int64_t port = 0;
+  table.Read("port", port, IntegerRange{0, 65535});
+  metrics.port = static_cast<std::uint16_t>(port);
+  std::string file;
+  if (!table.Read("file", file)) return;
+  metrics.file = base / file;
+  if (metrics.file.extension() != ".prom") table.Fail("file", "must end in .prom, or the node exporter passes it over");
+}
+
 void ReadPublish(TomlTable table, const std::string& camera_name, LcmPublisherOptions& publish) {
   publish.prefix = DefaultPrefix(camera_name);
   table.Read("url", publish.url);
@@ -77,14 +96,14 @@ DaemonConfig ReadConfig(TomlFile& file, const std::filesystem::path& base) {
   config.capture = ReadCaptureOptions(root.Table("capture"), base);
   ReadDetect(root.Table("detect"), config.detector);
   ReadMarkers(root, base, config.detector);
-  TomlTable pipeline = root.Table("pipeline");
-  pipeline.Read("workers", config.workers, IntegerRange{0, 64});
-  pipeline.Read("when_busy", config.when_busy, kWhenBusy);
+  ReadPipeline(root.Table("pipeline"), config);
   ReadPublish(root.Table("publish"), config.camera_name, config.publish);
+  ReadMetrics(root.Table("metrics"), base, config.metrics);
   TomlTable log = root.Table("log");
   log.Read("level", config.log.level, kLevels);
   log.Read("target", config.log.target, kTargets);
   file.CheckAllKeysRead();
+  config.sections = root.Texts();
   return config;
 }
 

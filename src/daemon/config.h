@@ -2,27 +2,19 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "capture/source_factory.h"
 #include "chequer/detector.h"
 #include "core/toml_reader.h"
+#include "daemon/log_options.h"
+#include "daemon/metrics_options.h"
+#include "daemon/scheduling.h"
 #include "publish/lcm_publisher.h"
 
 namespace chequer {
-
-enum class LogLevel : std::uint8_t { kDebug, kInfo, kWarning, kError };
-enum class LogTarget : std::uint8_t {
-  kAuto,     ///< the journal where systemd connected standard error to it, else the console
-  kConsole,  ///< standard error
-  kJournal,
-};
-
-struct LogOptions {
-  LogLevel level = LogLevel::kInfo;
-  LogTarget target = LogTarget::kAuto;
-};
 
 enum class WhenBusyChoice : std::uint8_t {
   kAuto,  ///< kWait for a recording as fast as it goes, else kNewest
@@ -37,8 +29,12 @@ struct DaemonConfig {
   DetectorOptions detector;  ///< with the calibration, if one is given
   int workers = 0;           ///< 0: one a core
   WhenBusyChoice when_busy = WhenBusyChoice::kAuto;
+  SchedulingOptions scheduling;
   LcmPublisherOptions publish;
+  MetricsOptions metrics;
   LogOptions log;
+  /// What each table of the file said, in a form in which equal texts mean the same: tells what a changed file changes.
+  std::map<std::string, std::string> sections;
 };
 
 /// Channel prefix unless another is configured: CHEQUER_<camera name>.

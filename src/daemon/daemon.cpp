@@ -2,98 +2,178 @@
 
 #include <poll.h>
 #include <spdlog/spdlog.h>
-#include <sys/eventfd.h>
 #include <sys/signalfd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include "capture/source_factory.h"
 #include "core/unique_fd.h"
+#include "daemon/log_event.h"
+#include "daemon/logging.h"
+#include "daemon/mailbox.h"
+#include "daemon/metrics.h"
 #include "daemon/notify.h"
+#include "daemon/report.h"
+#include "daemon/restart_back_off.h"
+#include "daemon/vigil.h"
 #include "publish/lcm_publisher.h"
 
 namespace chequer {
 namespace {
 
-UniqueFd Checked(int fd, const char* what) {
-  if (fd < 0) throw std::system_error(errno, std::generic_category(), what);
-  return UniqueFd(fd);
-}
+using std::chrono::milliseconds;
+using std::chrono::seconds;
 
-/// Blocks the signals that end the daemon, here and in every thread started later, and gives them as a descriptor.
+/// Blocks the signals the daemon heeds, here and in every thread started later, and gives them as a descriptor.
 UniqueFd TakeSignals() {
   sigset_t signals;
   sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  return Checked(signalfd(-1, &signals, SFD_CLOEXEC), "signalfd");
+  UniqueFd fd(signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK));
+  if (!fd.valid()) throw std::system_error(errno, std::generic_category(), "signalfd");
+  return fd;
 }
 
-/// Waits until either can be read; whether it is the first.
-bool WaitForFirst(const UniqueFd& first, const UniqueFd& second) {
-  std::array<pollfd, 2> waiting{{{first.get(), POLLIN, 0}, {second.get(), POLLIN, 0}}};
-  while (poll(waiting.data(), waiting.size(), -1) < 0)
-    if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "poll");
-  return waiting[0].revents != 0;
+/// The next signal that has come; 0 if none has.
+int NextSignal(const UniqueFd& signals) {
+  signalfd_siginfo info{};
+  return read(signals.get(), &info, sizeof info) == sizeof info ? static_cast<int>(info.ssi_signo) : 0;
 }
 
-/// What the log says of a whole run.
-std::string Summary(const StatusMessage& status) {
-  std::string text = std::to_string(status.frames_published) + " frames published, " +
-                     std::to_string(status.frames_dropped) + " dropped";
-  const char* separator = ": ";
-  for (const NamedCount& drop : status.drops) {
-    if (drop.count == 0) continue;
-    text += separator + drop.name + " " + std::to_string(drop.count);
-    separator = ", ";
+/// Waits until one of them can be read, at most that long.
+void WaitForEither(int one, int other, milliseconds timeout) {
+  std::array<pollfd, 2> waiting{{{one, POLLIN, 0}, {other, POLLIN, 0}}};
+  if (poll(waiting.data(), waiting.size(), static_cast<int>(timeout.count())) < 0 && errno != EINTR)
+    throw std::system_error(errno, std::generic_category(), "poll");
+}
+
+ServiceParts RealParts(const std::string& version) {
+  return {.make_source = [](const CaptureOptions& options) { return MakeSource(options); },
+          .make_publisher = [](const LcmPublisherOptions& options) { return std::make_unique<LcmPublisher>(options); },
+          .make_detect = MakeDetectFrame,
+          .set_up_logging =
+              [version](const DaemonConfig& config) { SetUpLogging(config.log, config.camera_name, version); }};
+}
+
+/// The service and what is around it: signals, the service manager, metrics.
+class Runner {
+ public:
+  Runner(const DaemonConfig& config, std::filesystem::path file, const std::string& version)
+      : file_(std::move(file)), vigil_(WatchdogPeriod()) {
+    if (!WaitAfterFailures()) return;
+    metrics_ = std::make_unique<Metrics>(config.metrics);
+    PipelineEvents events;
+    events.ready = [this] {
+      NotifyReady();
+      mailbox_.PutReady();
+    };
+    events.status = [this](const StatusMessage& status) { mailbox_.Put(status); };
+    events.finished = [this] { mailbox_.PutFinished(); };
+    service_ = std::make_unique<Service>(config, version, RealParts(version), std::move(events));
   }
-  if (status.publisher.failed > 0)
-    text += "; LCM did not take " + std::to_string(status.publisher.failed) + " messages";
-  return text;
-}
 
-/// @param last gets each status; to be read when the pipeline has ended.
-PipelineEvents MakeEvents(const UniqueFd& finished, StatusMessage& last) {
-  PipelineEvents events;
-  events.ready = NotifyReady;
-  events.status = [&last](const StatusMessage& status) {
-    last = status;
-    NotifyStatus(StatusLine(status));
-    NotifyAlive();
-  };
-  events.finished = [&finished] { eventfd_write(finished.get(), 1); };
-  return events;
-}
+  void Run() {
+    if (!service_) return;
+    while (Step()) {
+    }
+    NotifyStopping();
+    service_->Stop();
+    service_->Join();
+    TakeMail();
+    LogEvent(LogLevel::kInfo, "stopped", "stopped; " + Summary(last_status_), ReportFields(last_status_));
+  }
+
+ private:
+  /// Whether the service is to be started: nobody asked to stop while it waited.
+  bool WaitAfterFailures() {
+    const char* folder = std::getenv("RUNTIME_DIRECTORY");
+    if (folder == nullptr) return true;
+    const seconds delay = DelayBeforeStart(folder, Clock::System().utc());
+    if (delay == seconds(0)) return true;
+    spdlog::warn("started again after a failure: waiting {} s", delay.count());
+    NotifyStatus("started again after a failure: waiting " + std::to_string(delay.count()) + " s");
+    NotifyStarting(delay + kStarting);
+    pollfd waiting{signals_.get(), POLLIN, 0};
+    return poll(&waiting, 1, static_cast<int>(milliseconds(delay).count())) == 0;
+  }
+
+  /// Waits for the next thing to do and does it; whether there is to be a next.
+  bool Step() {
+    WaitForEither(signals_.get(), mailbox_.fd(), vigil_.period());
+    if (TakeMail().finished && !service_->GoesOn()) return false;
+    service_->Settle();
+    vigil_.Look(service_->Stuck(vigil_.limits()), [this] {
+      NotifyAlive();
+      if (!ready_) NotifyStarting(kStarting);
+    });
+    const int signal = NextSignal(signals_);
+    if (signal == SIGHUP) Reload();
+    if (signal == 0 || signal == SIGHUP) return true;
+    spdlog::info("stopping on {}", signal == SIGINT ? "SIGINT" : "SIGTERM");
+    return false;
+  }
+
+  Mailbox::Mail TakeMail() {
+    Mailbox::Mail mail = mailbox_.Take();
+    ready_ = mail.ready;
+    if (mail.status) {
+      last_status_ = *mail.status;
+      NotifyStatus(StatusLine(last_status_) + refused_);
+      metrics_->Update(last_status_);
+      report_.Take(last_status_);
+    }
+    return mail;
+  }
+
+  void Reload() {
+    NotifyReloading();
+    try {
+      DaemonConfig next = LoadDaemonConfig(file_);
+      const DaemonConfig before = service_->config();
+      const std::string changed = ChangedSections(before, next);
+      service_->Reload(next);
+      if (changed.find("metrics") != std::string::npos) {
+        metrics_.reset();  // first: the port may be the same
+        metrics_ = std::make_unique<Metrics>(next.metrics);
+      }
+      refused_.clear();
+      LogEvent(LogLevel::kInfo, "reloaded",
+               "read " + file_.string() + " again; " + (changed.empty() ? "nothing" : changed) + " changed");
+    } catch (const std::runtime_error& error) {
+      LogEvent(LogLevel::kError, "reload_refused",
+               std::string("the changed configuration is refused, the former stays in force: ") + error.what());
+      refused_ = std::string("; changed configuration refused: ") + error.what();
+      NotifyStatus(StatusLine(last_status_) + refused_);
+    }
+    if (ready_) NotifyReady();
+  }
+
+  /// How long starting may take from the last sign of progress on.
+  static constexpr seconds kStarting{30};
+
+  const UniqueFd signals_ = TakeSignals();
+  std::filesystem::path file_;
+  Mailbox mailbox_;
+  Vigil vigil_;
+  Report report_{Clock::System()};
+  std::unique_ptr<Metrics> metrics_;
+  StatusMessage last_status_;
+  std::string refused_;  ///< what the service manager is told of a configuration that was not taken
+  bool ready_ = false;
+  std::unique_ptr<Service> service_;  ///< last: its threads use the mailbox
+};
 
 }  // namespace
-
-PipelineOptions MakePipelineOptions(const DaemonConfig& config, const std::string& version, unsigned cores) {
-  const ReplayOptions& replay = config.capture.replay;
-  const bool unlimited = config.capture.source == SourceKind::kReplay && replay.pace == ReplayPace::kUnlimited;
-  PipelineOptions options;
-  options.workers = config.workers > 0 ? config.workers : static_cast<int>(std::clamp(cores, 1u, 64u));
-  options.when_busy =
-      config.when_busy == WhenBusyChoice::kWait || (config.when_busy == WhenBusyChoice::kAuto && unlimited)
-          ? WhenBusy::kWait
-          : WhenBusy::kNewest;
-  options.capture_times_are_live =
-      !(config.capture.source == SourceKind::kReplay && replay.times == ReplayTimes::kRecorded);
-  if (config.detector.camera)
-    options.capture.size = FrameSize{config.detector.camera->width, config.detector.camera->height};
-  options.camera = config.camera_name;
-  options.version = version;
-  return options;
-}
 
 DetectFrame MakeDetectFrame(const DetectorOptions& options) {
   // Shared because std::function must be copyable; there is one owner.
@@ -103,26 +183,8 @@ DetectFrame MakeDetectFrame(const DetectorOptions& options) {
   };
 }
 
-void RunDaemon(const DaemonConfig& config, const std::string& version) {
-  const UniqueFd signals = TakeSignals();
-  const UniqueFd finished = Checked(eventfd(0, EFD_CLOEXEC), "eventfd");
-  StatusMessage last_status;
-  const PipelineOptions options = MakePipelineOptions(config, version, std::thread::hardware_concurrency());
-  std::unique_ptr<FrameSource> source = MakeSource(config.capture);
-  spdlog::info("chequerd {}: camera {} from {}, {} workers, LCM at {} as {}_POSES", version, config.camera_name,
-               source->Describe(), options.workers, config.publish.url, config.publish.prefix);
-  Pipeline pipeline(
-      options, std::move(source), [&] { return MakeDetectFrame(config.detector); },
-      std::make_unique<LcmPublisher>(config.publish), MakeEvents(finished, last_status));
-  if (WaitForFirst(signals, finished)) {
-    signalfd_siginfo info{};
-    const bool known = read(signals.get(), &info, sizeof info) == sizeof info;
-    spdlog::info("stopping on {}", known && info.ssi_signo == SIGINT ? "SIGINT" : "SIGTERM");
-  }
-  NotifyStopping();
-  pipeline.Stop();
-  pipeline.Join();
-  spdlog::info("stopped; {}", Summary(last_status));
+void RunDaemon(const DaemonConfig& config, const std::filesystem::path& file, const std::string& version) {
+  Runner(config, file, version).Run();
 }
 
 }  // namespace chequer

@@ -1,9 +1,10 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "daemon/config.h"
-#include "daemon/pipeline.h"
+#include "daemon/service.h"
 
 namespace chequer {
 
@@ -13,14 +14,13 @@ inline constexpr int kDaemonFailed = 1;      ///< something broke that should no
 inline constexpr int kDaemonUsage = 2;       ///< the command line is wrong
 inline constexpr int kDaemonBadConfig = 78;  ///< EX_CONFIG: starting again cannot help
 
-/// The pipeline that a configuration describes. @param cores of the machine, for the number of workers.
-PipelineOptions MakePipelineOptions(const DaemonConfig& config, const std::string& version, unsigned cores);
-
 /// A detector as a worker calls it. Throws std::runtime_error where the options are not valid.
 DetectFrame MakeDetectFrame(const DetectorOptions& options);
 
-/// Runs the daemon until the recording is over or SIGINT or SIGTERM comes. Blocks these signals, so it must be called
-/// before any thread is started. Throws std::runtime_error where the source can never work.
-void RunDaemon(const DaemonConfig& config, const std::string& version);
+/// Runs the daemon until the recording is over or SIGINT or SIGTERM comes; reads the configuration again on SIGHUP.
+/// Blocks these signals, so it must be called before any thread is started. Throws std::runtime_error where the source
+/// can never work.
+/// @param file what the configuration was read from.
+void RunDaemon(const DaemonConfig& config, const std::filesystem::path& file, const std::string& version);
 
 }  // namespace chequer

@@ -1,14 +1,16 @@
 #include "daemon/logging.h"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/sinks/systemd_sink.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <memory>
-#include <string>
+#include <vector>
+
+#include "daemon/journal_sink.h"
+#include "daemon/log_event.h"
 
 namespace chequer {
 namespace {
@@ -33,13 +35,14 @@ bool StandardErrorIsJournal() {
          std::string(stream) == std::to_string(status.st_dev) + ":" + std::to_string(status.st_ino);
 }
 
-void SetUpLogging(const LogOptions& options) {
+void SetUpLogging(const LogOptions& options, const std::string& camera, const std::string& version) {
   const bool journal =
       options.target == LogTarget::kJournal || (options.target == LogTarget::kAuto && StandardErrorIsJournal());
   std::shared_ptr<spdlog::logger> logger;
   if (journal) {
-    logger = std::make_shared<spdlog::logger>("chequerd", std::make_shared<spdlog::sinks::systemd_sink_mt>("chequerd"));
-    logger->set_pattern("%v");  // the journal adds time and level itself
+    logger = std::make_shared<spdlog::logger>(
+        "chequerd",
+        std::make_shared<JournalSink>(std::vector<LogField>{{"CHEQUER_CAMERA", camera}, {"CHEQUER_VERSION", version}}));
   } else {
     logger = std::make_shared<spdlog::logger>("chequerd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
     logger->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
@@ -47,6 +50,19 @@ void SetUpLogging(const LogOptions& options) {
   logger->set_level(SpdlogLevel(options.level));
   logger->flush_on(spdlog::level::info);
   spdlog::set_default_logger(std::move(logger));
+}
+
+void LogEvent(LogLevel level, std::string_view event, const std::string& message, std::span<const LogField> fields) {
+  spdlog::logger& logger = *spdlog::default_logger_raw();
+  if (!logger.should_log(SpdlogLevel(level))) return;
+  for (const spdlog::sink_ptr& sink : logger.sinks())
+    if (auto* journal = dynamic_cast<JournalSink*>(sink.get()); journal != nullptr) {
+      std::vector<LogField> all{{"CHEQUER_EVENT", std::string(event)}};
+      all.insert(all.end(), fields.begin(), fields.end());
+      journal->Send(SpdlogLevel(level), message, all);
+      return;
+    }
+  logger.log(SpdlogLevel(level), "{}", message);
 }
 
 }  // namespace chequer

@@ -8,23 +8,26 @@
 #include <string>
 #include <system_error>
 
+#include "daemon/command_line.h"
 #include "daemon/config.h"
 #include "daemon/daemon.h"
 #include "daemon/logging.h"
 
 namespace {
 
-int RunConfigured(const std::string& file) {
+int RunConfigured(const chequer::DaemonCommandLine& command_line) {
   std::optional<chequer::DaemonConfig> config;
   try {
-    config = chequer::LoadDaemonConfig(file);
+    config = chequer::LoadDaemonConfig(command_line.config);
+    chequer::CheckCpus(config->scheduling.cpus);
   } catch (const std::runtime_error& error) {
     std::fprintf(stderr, "chequerd: %s\n", error.what());
     return chequer::kDaemonBadConfig;
   }
-  chequer::SetUpLogging(config->log);
+  if (command_line.check) return chequer::kDaemonOk;
+  chequer::SetUpLogging(config->log, config->camera_name, CHEQUER_VERSION);
   try {
-    chequer::RunDaemon(*config, CHEQUER_VERSION);
+    chequer::RunDaemon(*config, command_line.config, CHEQUER_VERSION);
     return chequer::kDaemonOk;
   } catch (const std::system_error& error) {
     spdlog::critical("{}", error.what());
@@ -42,14 +45,9 @@ int RunConfigured(const std::string& file) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Finds colour-checkerboard markers in a camera's frames and publishes their poses over LCM.",
-               "chequerd");
-  std::string file;
-  app.add_option("--config", file, "Configuration (TOML); config/chequerd.toml documents every key")
-      ->required()
-      ->type_name("FILE");
-  app.set_version_flag("--version", std::string("chequerd ") + CHEQUER_VERSION);
-  app.footer("Example: chequerd --config /etc/chequer/chequerd.toml");
+  CLI::App app;
+  chequer::DaemonCommandLine command_line;
+  chequer::DescribeDaemon(app, command_line);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help_or_version) {
@@ -58,5 +56,5 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "chequerd: %s\n", error.what());
     return chequer::kDaemonUsage;
   }
-  return RunConfigured(file);
+  return RunConfigured(command_line);
 }

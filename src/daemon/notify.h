@@ -1,7 +1,8 @@
 #pragma once
 
+#include <chrono>
+#include <optional>
 #include <string>
-#include <string_view>
 
 #include "publish/messages.h"
 
@@ -11,15 +12,21 @@ namespace chequer {
 // NOTIFY_SOCKET in the environment). Any thread.
 
 void NotifyReady();
+/// The configuration is being read again; NotifyReady follows.
+void NotifyReloading();
 void NotifyStopping();
 /// One line for `systemctl status`.
 void NotifyStatus(const std::string& line);
-/// Says that the daemon lives, if the unit asks for it (WatchdogSec=). Called with each status, so once a second: the
-/// unit's time must leave room for some of them.
+/// It is still starting and makes progress: the time it may take runs anew.
+void NotifyStarting(std::chrono::microseconds may_take);
+/// Says that the daemon makes progress.
 void NotifyAlive();
 
-/// The line that says how the daemon fares, such as "60.0 frames/s, 49.5 markers a frame, 3 frames dropped" or
-/// "waiting for the camera: …".
+/// How often the service manager wants to hear that the daemon is alive (WatchdogSec= of the unit), if at all.
+std::optional<std::chrono::microseconds> WatchdogPeriod();
+
+/// The line that says how the daemon fares, such as "60.0 frames/s, 49.5 markers a frame, 3 frames dropped, latency
+/// 5.2 ms (99 %: 8.1 ms)" or "waiting for the camera: …".
 std::string StatusLine(const StatusMessage& status);
 
 }  // namespace chequer

@@ -11,6 +11,9 @@
 #include "chequer/detector.h"
 #include "core/clock.h"
 #include "daemon/capture_loop.h"
+#include "daemon/pipeline_state.h"
+#include "daemon/progress.h"
+#include "daemon/scheduling.h"
 #include "publish/publisher.h"
 
 namespace chequer {
@@ -28,6 +31,7 @@ struct PipelineOptions {
   /// measured from a frame's arrival.
   bool capture_times_are_live = true;
   CaptureLoopOptions capture;
+  SchedulingOptions scheduling;
   std::string camera = "camera";
   std::string version;
   std::chrono::milliseconds status_period{1000};
@@ -56,13 +60,17 @@ struct PipelineEvents {
 ///
 ///   capture thread ──▶ NewestQueue ──▶ workers ──▶ ReorderBuffer ──▶ publish thread
 ///
-/// Runs from construction until the recording is over or Stop is called. At the end every frame that a worker had begun
-/// is published whole, then one last status.
+/// Runs from construction until the recording is over, or Stop or Drain is called. At the end every frame that a worker
+/// had begun is published whole, then one last status.
 class Pipeline {
  public:
   /// @param make_detect called once a worker, before any runs. @pre options in range.
   Pipeline(PipelineOptions options, std::unique_ptr<FrameSource> source,
            const std::function<DetectFrame()>& make_detect, std::unique_ptr<Publisher> publisher,
+           PipelineEvents events = {}, Clock clock = Clock::System());
+  /// Takes the place of a pipeline that was drained and joined, where that left off. @pre state has a source and a
+  /// publisher.
+  Pipeline(PipelineOptions options, PipelineState state, const std::function<DetectFrame()>& make_detect,
            PipelineEvents events = {}, Clock clock = Clock::System());
   /// Stops and joins.
   ~Pipeline();
@@ -72,9 +80,23 @@ class Pipeline {
   /// Ends capturing; does not wait. Any thread, also several times.
   void Stop();
 
+  /// Ends capturing as Stop does, but the frame that waits for a worker is worked on too: nothing is dropped. The
+  /// source stays open. Does not wait. Any thread.
+  void Drain();
+
   /// Waits for the end. Throws what ended it, if that was an error: a source that can never work, or what a detector
   /// threw. Call it once, from the thread that owns the pipeline.
   void Join();
+
+  /// What a next pipeline goes on with. Call it once, after Join returned or threw.
+  PipelineState TakeState();
+
+  /// Empty while every part makes progress or waits for something known, else which does not (Progress::Stuck). Any
+  /// thread.
+  std::string Stuck(const ProgressLimits& limits) const;
+
+  /// Any thread.
+  CameraState camera_state() const;
 
  private:
   struct Impl;

@@ -18,6 +18,9 @@ class SequenceCounter {
   /// began to count anew; how many were lost then is not known and taken as none.
   Counted Frame(std::uint64_t camera_sequence);
 
+  /// Another camera took the place of the one there was: its first number says nothing of frames that were lost.
+  void CameraReplaced() { replaced_ = true; }
+
   /// A frame came that cannot be used. Its number is unknown, so the gap that it will leave is not counted as lost.
   void UnusableFrame() { ++unusable_; }
 
@@ -25,6 +28,7 @@ class SequenceCounter {
   std::optional<std::uint64_t> last_camera_;
   std::uint64_t last_ = 0;
   std::uint64_t unusable_ = 0;
+  bool replaced_ = false;
 };
 
 }  // namespace chequer

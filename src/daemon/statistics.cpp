@@ -25,6 +25,12 @@ std::vector<NamedCount> Detections(const DetectStats& stats) {
           {"undecided", count(stats.undecided)}};
 }
 
+/// How often each warning came, as "warning_" and its name.
+void Append(std::span<const std::uint64_t> warnings, std::vector<NamedCount>& counts) {
+  for (std::size_t i = 0; i < warnings.size(); ++i)
+    counts.push_back({std::string(kWarningCountPrefix).append(WarningName(kAllWarnings[i])), warnings[i]});
+}
+
 void AddTo(DetectStats& sum, const DetectStats& stats) {
   sum.corner_candidates += stats.corner_candidates;
   sum.corners += stats.corners;
@@ -40,9 +46,12 @@ void AddTo(DetectStats& sum, const DetectStats& stats) {
 Statistics::Statistics(StatusConstants constants, MonotonicTime start)
     : constants_(std::move(constants)), start_(start), window_start_(start) {}
 
-void Statistics::Published(const FrameTimes& times, std::size_t markers, const DetectStats& detect) {
+void Statistics::Published(const FrameTimes& times, std::span<const MarkerPose> found, const DetectStats& detect) {
   const bool first_of_window = published_ == published_before_;
+  const std::size_t markers = found.size();
   ++published_;
+  for (const MarkerPose& marker : found)
+    for (std::size_t i = 0; i < kAllWarnings.size(); ++i) warnings_[i] += marker.Has(kAllWarnings[i]) ? 1u : 0u;
   markers_ += markers;
   markers_min_ = first_of_window ? markers : std::min(markers_min_, markers);
   markers_max_ = first_of_window ? markers : std::max(markers_max_, markers);
@@ -87,12 +96,14 @@ StatusMessage Statistics::Finish(const CaptureReport& capture, std::uint64_t sup
     status.stages.push_back(
         {stage.name, stage.times.count(), stage.times.Quantile(0.5), stage.times.Quantile(0.99), stage.times.worst()});
   status.detections = Detections(detect_);
+  Append(warnings_, status.detections);
 
   window_start_ = now;
   published_before_ = published_;
   captured_before_ = capture.captured;
   markers_ = 0;
   detect_ = {};
+  warnings_ = {};
   for (Stage& stage : stages_) stage.times.Clear();
   return status;
 }

@@ -3,7 +3,9 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <utility>
 
 #include "chequer/detector.h"
 #include "daemon/capture_report.h"
@@ -34,8 +36,11 @@ class Statistics {
  public:
   Statistics(StatusConstants constants, MonotonicTime start);
 
+  /// Another pipeline goes on with it: what never changed before does now, the counts stay.
+  void GoOnWith(StatusConstants constants) { constants_ = std::move(constants); }
+
   /// A frame was handed to the publisher.
-  void Published(const FrameTimes& times, std::size_t markers, const DetectStats& detect);
+  void Published(const FrameTimes& times, std::span<const MarkerPose> markers, const DetectStats& detect);
 
   /// The status since the last one; a new window begins. Publisher health and UTC are left to the caller.
   StatusMessage Finish(const CaptureReport& capture, std::uint64_t superseded, int queue_depth, MonotonicTime now);
@@ -59,6 +64,7 @@ class Statistics {
   std::size_t markers_min_ = 0;
   std::size_t markers_max_ = 0;
   DetectStats detect_;
+  std::array<std::uint64_t, kAllWarnings.size()> warnings_{};  ///< markers that carried each
   std::array<Stage, 5> stages_{{{"queue", {}}, {"detect", {}}, {"order", {}}, {"publish", {}}, {"total", {}}}};
 };
 

@@ -53,6 +53,9 @@ struct PublisherHealth {
   std::uint64_t failed = 0;  ///< messages it did not; they are gone
 };
 
+/// StatusMessage::detections counts the markers that carried a warning under this and the warning's name.
+inline constexpr std::string_view kWarningCountPrefix = "warning_";
+
 /// How the daemon fares: status_t without LCM. Fields as documented in lcmtypes/status_t.lcm.
 struct StatusMessage {
   UtcTime utc{};

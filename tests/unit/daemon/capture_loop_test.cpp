@@ -45,7 +45,7 @@ class CaptureLoopTest : public ::testing::Test {
           clock_.Advance(milliseconds(10));
           return true;
         },
-        report_, clock_.clock())
+        report_, sequence_, activity_, clock_.clock())
         .Run(std::stop_token());
     opened_ = source.opened();
   }
@@ -53,6 +53,8 @@ class CaptureLoopTest : public ::testing::Test {
   test::SteppedClock clock_;
   test::LogCapture log_;
   Shared<CaptureReport> report_;
+  SequenceCounter sequence_;
+  CaptureActivity activity_;
   std::vector<std::uint64_t> sequences_;
   std::vector<std::uint64_t> dropped_;
   int opened_ = 0;
@@ -102,7 +104,7 @@ TEST_F(CaptureLoopTest, TellsWhyItWaits) {
   {
     std::jthread thread([&] {
       CaptureLoop(
-          options, source, [](CapturedFrame) { return true; }, report_, clock_.clock())
+          options, source, [](CapturedFrame) { return true; }, report_, sequence_, activity_, clock_.clock())
           .Run(stop.get_token());
     });
     while (report_.Get().message.empty()) std::this_thread::yield();

@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "chequer/camera_file.h"
-#include "daemon/daemon.h"
+#include "daemon/service.h"
 #include "support/temporary_directory.h"
 
 namespace chequer {
@@ -62,6 +62,10 @@ void ExpectSameOptions(const DaemonConfig& config, const DaemonConfig& defaults)
   EXPECT_EQ(config.detector.threads, defaults.detector.threads);
   EXPECT_EQ(config.workers, defaults.workers);
   EXPECT_EQ(config.when_busy, defaults.when_busy);
+  EXPECT_EQ(config.scheduling.cpus, defaults.scheduling.cpus);
+  EXPECT_EQ(config.scheduling.realtime_priority, defaults.scheduling.realtime_priority);
+  EXPECT_EQ(config.metrics.port, defaults.metrics.port);
+  EXPECT_EQ(config.metrics.file, defaults.metrics.file);
   EXPECT_EQ(config.publish.url, defaults.publish.url);
   EXPECT_EQ(config.publish.prefix, DefaultPrefix(defaults.camera_name));
   EXPECT_EQ(config.log.level, defaults.log.level);
@@ -88,7 +92,7 @@ TEST(Config, LeavingEverythingOutGivesTheDefaults) { ExpectSameOptions(Parse(kMi
 TEST(Config, ShippedFileNamesEveryKey) {
   const std::string text = ShippedText();
   int keys = 0;
-  for (const std::string table : {"camera", "capture", "marker", "detect", "pipeline", "publish", "log"}) {
+  for (const std::string table : {"camera", "capture", "marker", "detect", "pipeline", "publish", "metrics", "log"}) {
     const std::string header = table == "marker" ? "[[marker]]" : "[" + table + "]";
     std::string with_unknown = text;
     const std::size_t place = with_unknown.find(header + "\n");
@@ -133,6 +137,10 @@ TEST(Config, RefusesWithFileLineKeyAndRange) {
   EXPECT_THAT(Refusal(kMinimal + "[detect]\ncolor_space = \"rgb\"\n"), AllOf(HasSubstr("lab"), HasSubstr("hsv")));
   EXPECT_THAT(Refusal(kMinimal + "[pipeline]\nworkers = -1\n"), HasSubstr("0 to 64"));
   EXPECT_THAT(Refusal(kMinimal + "[pipeline]\nwhen_busy = \"drop\"\n"), HasSubstr("newest"));
+  EXPECT_THAT(Refusal(kMinimal + "[pipeline]\ncpus = [0, 1024]\n"), HasSubstr("0 to 1023"));
+  EXPECT_THAT(Refusal(kMinimal + "[pipeline]\nrealtime_priority = 99\n"), HasSubstr("0 to 98"));
+  EXPECT_THAT(Refusal(kMinimal + "[metrics]\nport = 70000\n"), HasSubstr("0 to 65535"));
+  EXPECT_THAT(Refusal(kMinimal + "[metrics]\nfile = \"metrics.txt\"\n"), HasSubstr(".prom"));
   EXPECT_THAT(Refusal(kMinimal + "[log]\nlevel = \"loud\"\n"), HasSubstr("warning"));
   EXPECT_THAT(Refusal(kMinimal + "[log]\ntarget = \"file\"\n"), HasSubstr("journal"));
   EXPECT_THAT(Refusal(kMinimal + "[camera]\nname = \"two words\"\n"), HasSubstr("A-Z a-z 0-9"));
@@ -200,6 +208,19 @@ TEST(Config, NeedsASideWhereThereIsACalibration) {
   EXPECT_EQ(config.detector.camera->width, 640);
   const PipelineOptions options = MakePipelineOptions(config, "1", 2);
   EXPECT_EQ(options.capture.size, (FrameSize{640, 480}));
+}
+
+TEST(Config, TellsWhereAndHowUrgentlyThreadsRun) {
+  const DaemonConfig config = Parse(kMinimal + "[pipeline]\ncpus = [3, 1]\nrealtime_priority = 50\n");
+  const PipelineOptions options = MakePipelineOptions(config, "1", 2);
+  EXPECT_THAT(options.scheduling.cpus, ElementsAre(3, 1));
+  EXPECT_EQ(options.scheduling.realtime_priority, 50);
+}
+
+TEST(Config, OffersMetricsWhereAskedTo) {
+  const DaemonConfig config = Parse(kMinimal + "[metrics]\nport = 9464\nfile = \"a.prom\"\n");
+  EXPECT_EQ(config.metrics.port, 9464);
+  EXPECT_EQ(config.metrics.file, "/base/a.prom");
 }
 
 TEST(Config, NamesTheChannelsAfterTheCamera) {

@@ -1,5 +1,6 @@
 #include "daemon/logging.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
@@ -7,6 +8,9 @@
 
 #include <cstdlib>
 #include <string>
+
+#include "daemon/journal_sink.h"
+#include "support/log_capture.h"
 
 namespace chequer {
 namespace {
@@ -34,11 +38,30 @@ TEST_F(LoggingTest, KnowsTheJournalByItsStream) {
 }
 
 TEST_F(LoggingTest, LogsFromTheConfiguredLevelOn) {
-  SetUpLogging({LogLevel::kWarning, LogTarget::kConsole});
+  SetUpLogging({LogLevel::kWarning, LogTarget::kConsole}, "north", "1.0");
   EXPECT_FALSE(spdlog::should_log(spdlog::level::info));
   EXPECT_TRUE(spdlog::should_log(spdlog::level::warn));
-  SetUpLogging({LogLevel::kDebug, LogTarget::kConsole});
+  SetUpLogging({LogLevel::kDebug, LogTarget::kConsole}, "north", "1.0");
   EXPECT_TRUE(spdlog::should_log(spdlog::level::debug));
+}
+
+TEST(Journal, RecordsSayWhoAndHowUrgent) {
+  const LogField fields[] = {{"CHEQUER_CAMERA", "north"}, {"CHEQUER_EVENT", "camera_lost"}};
+  EXPECT_THAT(
+      JournalRecord(spdlog::level::err, "it is gone", "chq-capture", fields),
+      ::testing::ElementsAre("MESSAGE=it is gone", "PRIORITY=3", "SYSLOG_IDENTIFIER=chequerd",
+                             "CHEQUER_THREAD=chq-capture", "CHEQUER_CAMERA=north", "CHEQUER_EVENT=camera_lost"));
+  EXPECT_EQ(JournalPriority(spdlog::level::critical), 2);
+  EXPECT_EQ(JournalPriority(spdlog::level::warn), 4);
+  EXPECT_EQ(JournalPriority(spdlog::level::info), 6);
+  EXPECT_EQ(JournalPriority(spdlog::level::debug), 7);
+}
+
+TEST(LogEvent, IsAPlainMessageWhereThereIsNoJournal) {
+  const test::LogCapture log;
+  LogEvent(LogLevel::kWarning, "camera_lost", "it is {gone}");
+  LogEvent(LogLevel::kDebug, "detail", "not shown");
+  EXPECT_THAT(log.lines(), ::testing::ElementsAre("warning it is {gone}"));
 }
 
 }  // namespace

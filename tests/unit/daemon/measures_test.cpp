@@ -129,7 +129,7 @@ TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
   Statistics statistics({"1.0", "cam", 1, 2}, At(0));
   CaptureReport capture;
   capture.captured = 4;
-  for (const std::size_t markers : {3u, 5u, 4u}) statistics.Published({}, markers, {});
+  for (const std::size_t markers : {3u, 5u, 4u}) statistics.Published({}, std::vector<MarkerPose>(markers), {});
   StatusMessage status = statistics.Finish(capture, 0, 1, At(2000));
   EXPECT_EQ(status.version, "1.0");
   EXPECT_EQ(status.camera, "cam");
@@ -143,7 +143,7 @@ TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
   EXPECT_EQ(status.markers_max, 5);
 
   capture.captured = 5;
-  statistics.Published({}, 9, {});
+  statistics.Published({}, std::vector<MarkerPose>(9), {});
   status = statistics.Finish(capture, 0, 0, At(3000));
   EXPECT_EQ(status.uptime, seconds(3));
   EXPECT_EQ(status.window, seconds(1));
@@ -154,7 +154,7 @@ TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
 
 TEST(Statistics, TellsOfAWindowWithoutFrames) {
   Statistics statistics({}, At(0));
-  statistics.Published({}, 3, {});
+  statistics.Published({}, std::vector<MarkerPose>(3), {});
   statistics.Finish({}, 0, 0, At(1000));
   const StatusMessage status = statistics.Finish({}, 0, 0, At(2000));
   EXPECT_EQ(status.publish_rate_hz, 0);
@@ -164,7 +164,7 @@ TEST(Statistics, TellsOfAWindowWithoutFrames) {
 
 TEST(Statistics, MeasuresEachStage) {
   Statistics statistics({}, At(0));
-  statistics.Published({At(0), At(1), At(6), At(8), At(9)}, 0, {});
+  statistics.Published({At(0), At(1), At(6), At(8), At(9)}, {}, {});
   const StatusMessage status = statistics.Finish({}, 0, 0, At(1000));
   EXPECT_EQ(Stage(status, "queue").worst, milliseconds(1));
   EXPECT_EQ(Stage(status, "detect").worst, milliseconds(5));
@@ -192,13 +192,28 @@ TEST(Statistics, AddsUpWhatTheDetectorSaw) {
   DetectStats stats;
   stats.boards = 3;
   stats.refused_fit = 1;
-  statistics.Published({}, 2, stats);
-  statistics.Published({}, 2, stats);
+  statistics.Published({}, std::vector<MarkerPose>(2), stats);
+  statistics.Published({}, std::vector<MarkerPose>(2), stats);
   StatusMessage status = statistics.Finish({}, 0, 0, At(1000));
   EXPECT_EQ(Named(status.detections, "boards").count, 6u);
   EXPECT_EQ(Named(status.detections, "refused_fit").count, 2u);
   status = statistics.Finish({}, 0, 0, At(2000));
   EXPECT_EQ(Named(status.detections, "boards").count, 0u);
+}
+
+TEST(Statistics, CountsMarkersByTheirWarnings) {
+  Statistics statistics({}, At(0));
+  std::vector<MarkerPose> markers(3);
+  markers[0].warnings =
+      static_cast<std::uint32_t>(Warning::kPoorIllumination) | static_cast<std::uint32_t>(Warning::kAmbiguous);
+  markers[2].warnings = static_cast<std::uint32_t>(Warning::kAmbiguous);
+  statistics.Published({}, markers, {});
+  StatusMessage status = statistics.Finish({}, 0, 0, At(1000));
+  EXPECT_EQ(Named(status.detections, "warning_poor_illumination").count, 1u);
+  EXPECT_EQ(Named(status.detections, "warning_ambiguous_pose").count, 2u);
+  EXPECT_EQ(Named(status.detections, "warning_id_undecided").count, 0u);
+  status = statistics.Finish({}, 0, 0, At(2000));
+  EXPECT_EQ(Named(status.detections, "warning_ambiguous_pose").count, 0u);
 }
 
 TEST(StatusLine, SaysWhatIsWrongFirst) {
@@ -219,6 +234,9 @@ TEST(StatusLine, SaysHowItGoes) {
   status.markers_mean = 49.5;
   status.frames_dropped = 3;
   EXPECT_EQ(StatusLine(status), "60.0 frames/s, 49.5 markers a frame, 3 frames dropped");
+  status.stages = {{"queue", 60, milliseconds(1), milliseconds(1), milliseconds(1)},
+                   {"total", 60, std::chrono::microseconds(5170), milliseconds(8), milliseconds(9)}};
+  EXPECT_EQ(StatusLine(status), "60.0 frames/s, 49.5 markers a frame, 3 frames dropped, latency 5.2 ms (99 %: 8.0 ms)");
 }
 
 }  // namespace

@@ -60,6 +60,7 @@ class PipelineTest : public ::testing::Test {
     return sequences;
   }
 
+  int LeaseCount() const { return *leases_; }
   StatusMessage LastStatus() const { return published_->statuses().back(); }
 
   PipelineOptions options_;
@@ -156,6 +157,145 @@ TEST_F(PipelineTest, ReplacesWaitingFramesByTheNewestAndCountsThem) {
   EXPECT_EQ(published_->poses()[0].frames_dropped, 0u);
   EXPECT_EQ(published_->poses()[1].frames_dropped, 4u);
   EXPECT_EQ(LastStatus().frames_dropped, 4u);
+}
+
+TEST_F(PipelineTest, KeepsLatencyBelowTwoFramesWorkWhenFramesComeTwiceAsFast) {
+  static constexpr milliseconds kWork{20};
+  static constexpr int kFrames = 100;
+  std::counting_semaphore<1000> begun{0};
+  std::counting_semaphore<1000> done{0};
+  // The clock moves with the camera: a frame each half of a frame's work; the worker is done after two of them.
+  class TooFast final : public FrameSource {
+   public:
+    TooFast(test::SteppedClock& clock, Published& published, std::counting_semaphore<1000>& begun,
+            std::counting_semaphore<1000>& done)
+        : behind_(Frames(1, kFrames) + std::vector{kEnd}),
+          clock_(clock),
+          published_(published),
+          begun_(begun),
+          done_(done) {}
+    std::string Open() override { return behind_.Open(); }
+    CaptureResult Next(milliseconds timeout) override {
+      if (count_ % 2 == 1) {
+        published_.WaitForPoses(works_done_);
+        begun_.acquire();  // the worker took the frame that waited
+      }
+      if (count_ > 0) clock_.Advance(kWork / 2);
+      if (count_ > 0 && count_ % 2 == 0) Finish();
+      CaptureResult result = behind_.Next(timeout);
+      if (result.status == CaptureStatus::kEnd) done_.release(5);
+      result.frame.captured_monotonic = clock_.clock().monotonic();
+      ++count_;
+      return result;
+    }
+    void Interrupt() override { behind_.Interrupt(); }
+    std::string Describe() const override { return behind_.Describe(); }
+
+   private:
+    void Finish() {
+      ++works_done_;
+      done_.release();
+    }
+
+    ScriptedSource behind_;
+    test::SteppedClock& clock_;
+    Published& published_;
+    std::counting_semaphore<1000>& begun_;
+    std::counting_semaphore<1000>& done_;
+    int count_ = 0;
+    std::size_t works_done_ = 0;
+  };
+  Pipeline pipeline(
+      options_, std::make_unique<TooFast>(clock_, *published_, begun, done),
+      [&] {
+        return [&](const ImageView&, DetectedFrame&) {
+          begun.release();
+          done.acquire();
+        };
+      },
+      std::make_unique<RecordingPublisher>(published_), events_, clock_.clock());
+  pipeline.Join();
+  const auto poses = published_->poses();
+  EXPECT_GE(poses.size(), kFrames / 2u - 1);
+  for (const PosesMessage& message : poses)
+    EXPECT_LE(message.published_monotonic - message.captured_monotonic, 2 * kWork) << message.sequence;
+  const StatusMessage status = LastStatus();
+  EXPECT_GT(status.frames_dropped, 0u);
+  EXPECT_EQ(status.frames_published + status.frames_dropped, static_cast<std::uint64_t>(kFrames));
+}
+
+TEST_F(PipelineTest, KnowsAWorkerThatHangsFromOneThatWaits) {
+  Gate gate;
+  options_.workers = 2;
+  Start(Frames(1, 1), [&] { return gate.Detector(); });
+  gate.entered.acquire();
+  EXPECT_EQ(pipeline_->Stuck({}), "");
+  clock_.Advance(seconds(6));
+  EXPECT_THAT(pipeline_->Stuck({}), HasSubstr("worker"));
+  gate.open.release(10);
+  ASSERT_TRUE(published_->WaitForPoses(1));
+  EXPECT_THAT(pipeline_->Stuck({}), ::testing::Not(HasSubstr("worker")));
+}
+
+TEST_F(PipelineTest, KnowsACameraThreadThatHangs) {
+  class Hanging final : public FrameSource {
+   public:
+    explicit Hanging(Gate& gate) : gate_(gate) {}
+    std::string Open() override { return {}; }
+    CaptureResult Next(milliseconds) override {
+      gate_.entered.release();
+      gate_.open.acquire();  // whatever the timeout
+      return {};
+    }
+    void Interrupt() override { gate_.open.release(10); }
+    std::string Describe() const override { return "hanging camera"; }
+
+   private:
+    Gate& gate_;
+  };
+  Gate gate;
+  Pipeline pipeline(options_, std::make_unique<Hanging>(gate), FindSequence,
+                    std::make_unique<RecordingPublisher>(published_), events_, clock_.clock());
+  gate.entered.acquire();
+  EXPECT_EQ(pipeline.Stuck({}), "");
+  clock_.Advance(seconds(6));
+  EXPECT_THAT(pipeline.Stuck({}), HasSubstr("camera's thread"));
+}
+
+TEST_F(PipelineTest, WaitsForACameraWithoutBeingStuck) {
+  options_.capture.first_reopen = options_.capture.longest_reopen = seconds(1000);
+  auto source = std::make_unique<ScriptedSource>(std::vector<Step>(3, OpenFails("not there")));
+  options_.status_period = milliseconds(1);
+  std::latch waiting(1);
+  events_.ready = [&] { waiting.count_down(); };
+  Pipeline pipeline(options_, std::move(source), FindSequence, std::make_unique<RecordingPublisher>(published_),
+                    events_, clock_.clock());
+  clock_.Advance(seconds(1));
+  waiting.wait();
+  clock_.Advance(seconds(1000));
+  while (!pipeline.Stuck({}).empty()) std::this_thread::yield();
+}
+
+TEST_F(PipelineTest, DropsNothingWhenDrainedAndGoesOnWhereItLeftOff) {
+  Gate gate;
+  options_.when_busy = WhenBusy::kWait;
+  Start({FrameNumber(1), FrameNumber(2), test::WaitsForInterrupt(), FrameNumber(3), kEnd},
+        [&] { return gate.Detector(); });
+  gate.entered.acquire();
+  while (LeaseCount() < 2) std::this_thread::yield();  // the second waits for the worker
+  pipeline_->Drain();
+  gate.open.release(10);
+  pipeline_->Join();
+  EXPECT_THAT(PublishedSequences(), ElementsAre(1, 2));
+  PipelineState state = pipeline_->TakeState();
+  EXPECT_TRUE(state.source_is_open);
+  Pipeline next(options_, std::move(state), FindSequence, {}, clock_.clock());
+  next.Join();
+  EXPECT_THAT(PublishedSequences(), ElementsAre(1, 2, 3));
+  EXPECT_EQ(LastStatus().frames_published, 3u);
+  EXPECT_EQ(LastStatus().frames_captured, 3u);
+  EXPECT_EQ(LastStatus().frames_dropped, 0u);
+  EXPECT_EQ(*leases_, 0);
 }
 
 TEST_F(PipelineTest, SurvivesEveryTroubleOfACamera) {

@@ -1,0 +1,25 @@
+#include "daemon/command_line.h"
+
+#include <CLI/CLI.hpp>
+
+namespace chequer {
+
+void DescribeDaemon(CLI::App& app, DaemonCommandLine& command_line) {
+  app.name("chequerd");
+  app.description("Finds colour-checkerboard markers in a camera's frames and publishes their poses over LCM.");
+  app.add_option("--config", command_line.config, "Configuration (TOML); chequerd.toml(5) documents every key")
+      ->required()
+      ->type_name("FILE");
+  app.add_flag("--check", command_line.check, "Read the configuration and the files it names, say what is wrong, end");
+  app.set_version_flag("--version", std::string("chequerd ") + CHEQUER_VERSION);
+  app.footer(
+      "SIGTERM and SIGINT end it; SIGHUP makes it read its configuration again: the camera stays open where [capture]\n"
+      "did not change, and a configuration that cannot work is refused whole.\n\n"
+      "Exit status: 0 when asked to end or when the recording is over, 78 where the configuration cannot work, 2 "
+      "where\n"
+      "the command line is wrong, 1 for anything else.\n\n"
+      "Example:\n"
+      "  chequerd --config /etc/chequer/north.toml");
+}
+
+}  // namespace chequer

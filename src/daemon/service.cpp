@@ -1,0 +1,164 @@
+#include "daemon/service.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <exception>
+#include <set>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+namespace chequer {
+namespace {
+
+std::string Section(const DaemonConfig& config, const std::string& name) {
+  const auto found = config.sections.find(name);
+  return found == config.sections.end() ? std::string() : found->second;
+}
+
+bool SameSource(const DaemonConfig& one, const DaemonConfig& other) {
+  return Section(one, "capture") == Section(other, "capture");
+}
+
+bool SamePublisher(const DaemonConfig& one, const DaemonConfig& other) {
+  return Section(one, "publish") == Section(other, "publish") && one.publish.prefix == other.publish.prefix;
+}
+
+}  // namespace
+
+/// All that can fail, made while the pipeline there is still runs.
+struct Service::Prepared {
+  std::vector<DetectFrame> detectors;
+  std::unique_ptr<FrameSource> source;   ///< null: the one there is
+  std::unique_ptr<Publisher> publisher;  ///< null: the one there is
+  PipelineOptions options;
+};
+
+PipelineOptions MakePipelineOptions(const DaemonConfig& config, const std::string& version, unsigned cores) {
+  const ReplayOptions& replay = config.capture.replay;
+  const bool unlimited = config.capture.source == SourceKind::kReplay && replay.pace == ReplayPace::kUnlimited;
+  PipelineOptions options;
+  options.workers = config.workers > 0 ? config.workers : static_cast<int>(std::clamp(cores, 1u, 64u));
+  options.when_busy =
+      config.when_busy == WhenBusyChoice::kWait || (config.when_busy == WhenBusyChoice::kAuto && unlimited)
+          ? WhenBusy::kWait
+          : WhenBusy::kNewest;
+  options.capture_times_are_live =
+      !(config.capture.source == SourceKind::kReplay && replay.times == ReplayTimes::kRecorded);
+  if (config.detector.camera)
+    options.capture.size = FrameSize{config.detector.camera->width, config.detector.camera->height};
+  options.scheduling = config.scheduling;
+  options.camera = config.camera_name;
+  options.version = version;
+  return options;
+}
+
+std::string ChangedSections(const DaemonConfig& one, const DaemonConfig& other) {
+  std::set<std::string> names;
+  for (const DaemonConfig* config : {&one, &other})
+    for (const auto& [name, text] : config->sections)
+      if (Section(one, name) != Section(other, name)) names.insert(name);
+  std::string list;
+  for (const std::string& name : names) list.append(list.empty() ? "" : ", ").append(name);
+  return list;
+}
+
+Service::Service(DaemonConfig config, std::string version, ServiceParts parts, PipelineEvents events, Clock clock)
+    : version_(std::move(version)), parts_(std::move(parts)), events_(std::move(events)), clock_(std::move(clock)) {
+  Prepared prepared = Prepare(config, true, true);
+  PipelineState state;
+  state.source = std::move(prepared.source);
+  state.publisher = std::move(prepared.publisher);
+  Start(std::move(config), std::move(state), std::move(prepared));
+}
+
+Service::~Service() = default;
+
+Service::Prepared Service::Prepare(const DaemonConfig& config, bool new_source, bool new_publisher) const {
+  CheckCpus(config.scheduling.cpus);
+  Prepared prepared;
+  prepared.options = MakePipelineOptions(config, version_, std::thread::hardware_concurrency());
+  for (int i = 0; i < prepared.options.workers; ++i) prepared.detectors.push_back(parts_.make_detect(config.detector));
+  if (new_source) prepared.source = parts_.make_source(config.capture);
+  if (new_publisher) prepared.publisher = parts_.make_publisher(config.publish);
+  return prepared;
+}
+
+void Service::Start(DaemonConfig config, PipelineState state, Prepared prepared) {
+  config_ = std::move(config);
+  parts_.set_up_logging(config_);
+  spdlog::info("chequerd {}: camera {} from {}, {} workers, LCM at {} as {}_POSES", version_, config_.camera_name,
+               state.source->Describe(), prepared.options.workers, config_.publish.url, config_.publish.prefix);
+  PipelineEvents events = events_;
+  events.finished = [this] {
+    if (!changing_ && events_.finished) events_.finished();
+  };
+  pipeline_ = std::make_unique<Pipeline>(
+      std::move(prepared.options), std::move(state),
+      [next = prepared.detectors.begin()]() mutable { return std::move(*next++); }, std::move(events), clock_);
+}
+
+PipelineState Service::Conclude() {
+  changing_ = true;
+  pipeline_->Drain();
+  try {
+    pipeline_->Join();
+  } catch (...) {
+    changing_ = false;
+    if (events_.finished) events_.finished();  // kept back above: it had failed on its own
+    throw;
+  }
+  changing_ = false;
+  return pipeline_->TakeState();
+}
+
+void Service::Reload(DaemonConfig next) {
+  const bool new_source = !SameSource(config_, next);
+  Prepared prepared = Prepare(next, new_source, !SamePublisher(config_, next));
+  if (new_source && next.capture.source == SourceKind::kReplay) {
+    // A recording needs no device that the camera there is may hold, so it can be tried before that is given up.
+    CaptureOptions probe = next.capture;
+    probe.replay.preload = Preload::kNo;
+    if (const std::string problem = parts_.make_source(probe)->Open(); !problem.empty())
+      throw std::runtime_error(problem);
+  }
+  PipelineState state = Conclude();
+  if (new_source) {
+    former_ = config_;
+    state.ReplaceSource(std::move(prepared.source));
+  }
+  if (prepared.publisher) state.ReplacePublisher(std::move(prepared.publisher));
+  Start(std::move(next), std::move(state), std::move(prepared));
+}
+
+bool Service::GoesOn() {
+  try {
+    pipeline_->Join();
+    return false;
+  } catch (const std::system_error&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    // What no waiting repairs. Had the camera ever been opened, Settle would have forgotten the former configuration.
+    if (!former_) throw;
+    spdlog::error("the reloaded camera can never work: {}; the configuration before it is in force again",
+                  error.what());
+  }
+  DaemonConfig former = *std::exchange(former_, std::nullopt);
+  PipelineState state = pipeline_->TakeState();
+  Prepared prepared = Prepare(former, true, !SamePublisher(config_, former));
+  state.ReplaceSource(std::move(prepared.source));
+  if (prepared.publisher) state.ReplacePublisher(std::move(prepared.publisher));
+  Start(std::move(former), std::move(state), std::move(prepared));
+  return true;
+}
+
+void Service::Settle() {
+  if (former_ && pipeline_->camera_state() == CameraState::kRunning) former_.reset();
+}
+
+void Service::Stop() { pipeline_->Stop(); }
+
+void Service::Join() { pipeline_->Join(); }
+
+}  // namespace chequer

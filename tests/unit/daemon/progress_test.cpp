@@ -1,0 +1,92 @@
+#include "daemon/progress.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "daemon/vigil.h"
+#include "support/log_capture.h"
+
+namespace chequer {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+MonotonicTime At(double s) { return MonotonicTime(milliseconds(static_cast<int>(s * 1000))); }
+
+const ProgressLimits kLimits{.work = seconds(5), .opening = seconds(120)};
+
+TEST(Progress, HasNothingToSayOfPartsThatWait) {
+  const Progress progress(3);
+  EXPECT_THAT(progress.Stuck(At(1e6), kLimits), IsEmpty());
+}
+
+TEST(Progress, NamesTheWorkerThatHangs) {
+  Progress progress(3);
+  progress.worker(1).Begin(At(10));
+  EXPECT_THAT(progress.Stuck(At(15), kLimits), IsEmpty());
+  EXPECT_THAT(progress.Stuck(At(17), kLimits), AllOf(HasSubstr("worker 1"), HasSubstr("7.0 s")));
+  progress.worker(1).End();
+  EXPECT_THAT(progress.Stuck(At(17), kLimits), IsEmpty());
+}
+
+TEST(Progress, NamesTheCauseRatherThanWhatFollowsFromIt) {
+  Progress progress(2);
+  progress.frames.BeginUnlessBegun(At(0));
+  EXPECT_THAT(progress.Stuck(At(6), kLimits), HasSubstr("none has been published"));
+  progress.publishing.Begin(At(0));
+  EXPECT_THAT(progress.Stuck(At(6), kLimits), HasSubstr("publishing one message"));
+  progress.capture.capturing.Begin(At(0));
+  EXPECT_THAT(progress.Stuck(At(6), kLimits), HasSubstr("camera's thread"));
+  progress.worker(0).Begin(At(0));
+  EXPECT_THAT(progress.Stuck(At(6), kLimits), HasSubstr("worker 0"));
+}
+
+TEST(Progress, LeavesACameraMoreTimeToOpen) {
+  Progress progress(1);
+  progress.capture.opening.Begin(At(0));
+  EXPECT_THAT(progress.Stuck(At(100), kLimits), IsEmpty());
+  EXPECT_THAT(progress.Stuck(At(121), kLimits), HasSubstr("opening the camera"));
+}
+
+TEST(Progress, CountsFromTheFirstFrameThatWasNotPublished) {
+  Progress progress(1);
+  for (int s = 0; s < 6; ++s) progress.frames.BeginUnlessBegun(At(s));
+  EXPECT_EQ(progress.frames.Lasting(At(6)), seconds(6));
+  progress.frames.End();
+  progress.frames.BeginUnlessBegun(At(7));
+  EXPECT_EQ(progress.frames.Lasting(At(8)), seconds(1));
+}
+
+TEST(Vigil, FeedsWhileThereIsProgressAndSaysOnceWhatHangs) {
+  test::LogCapture log;
+  Vigil vigil(seconds(10));
+  int fed = 0;
+  const auto look = [&](const char* stuck) { vigil.Look(stuck, [&] { ++fed; }); };
+  look("");
+  look("");
+  EXPECT_EQ(fed, 2);
+  look("worker 0 hangs");
+  look("worker 0 hangs");
+  EXPECT_EQ(fed, 2);
+  look("");
+  EXPECT_EQ(fed, 3);
+  ASSERT_EQ(log.lines().size(), 2u);
+  EXPECT_THAT(log.lines()[0], HasSubstr("worker 0 hangs"));
+}
+
+TEST(Vigil, FindsAHangOutBeforeTheWatchdogEnds) {
+  const Vigil quick(seconds(2));
+  EXPECT_EQ(quick.period(), milliseconds(500));
+  EXPECT_EQ(quick.limits().work, seconds(1));
+  const Vigil slow(seconds(60));
+  EXPECT_EQ(slow.period(), seconds(1));
+  EXPECT_EQ(slow.limits().work, ProgressLimits{}.work);
+  EXPECT_EQ(Vigil(std::nullopt).limits().work, ProgressLimits{}.work);
+}
+
+}  // namespace
+}  // namespace chequer

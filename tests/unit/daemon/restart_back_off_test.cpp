@@ -1,0 +1,48 @@
+#include "daemon/restart_back_off.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+
+#include "support/temporary_directory.h"
+
+namespace chequer {
+namespace {
+
+using std::chrono::seconds;
+
+UtcTime At(int s) { return UtcTime(seconds(1'700'000'000 + s)); }
+
+TEST(RestartBackOff, DoublesUpToAMinute) {
+  const test::TemporaryDirectory folder;
+  int now = 0;
+  for (const int expected : {0, 1, 2, 4, 8, 16, 32, 60, 60, 60}) {
+    EXPECT_EQ(DelayBeforeStart(folder.path(), At(now)), seconds(expected));
+    now += expected + 3;
+  }
+}
+
+TEST(RestartBackOff, ForgetsAfterALongRun) {
+  const test::TemporaryDirectory folder;
+  DelayBeforeStart(folder.path(), At(0));
+  EXPECT_EQ(DelayBeforeStart(folder.path(), At(10)), seconds(1));
+  EXPECT_EQ(DelayBeforeStart(folder.path(), At(1000)), seconds(0));
+  EXPECT_EQ(DelayBeforeStart(folder.path(), At(1001)), seconds(1));
+}
+
+TEST(RestartBackOff, BeginsAnewWhereTheFileIsNotItsOwnOrTheClockWentBack) {
+  const test::TemporaryDirectory folder;
+  for (const std::string text : {"", "rubbish", "-5 1700000000", "99999999999999999999 1", "3", "3 1800000000"}) {
+    std::ofstream(folder / "starts", std::ios::trunc) << text;
+    EXPECT_EQ(DelayBeforeStart(folder.path(), At(0)), seconds(0)) << text;
+  }
+}
+
+TEST(RestartBackOff, DoesNotKeepTheDaemonFromStartingWithoutAFolder) {
+  EXPECT_EQ(DelayBeforeStart("/nowhere/at/all", At(0)), seconds(0));
+  EXPECT_EQ(DelayBeforeStart("/nowhere/at/all", At(1)), seconds(0));
+}
+
+}  // namespace
+}  // namespace chequer

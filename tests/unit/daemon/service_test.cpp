@@ -1,0 +1,239 @@
+#include "daemon/service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <deque>
+#include <latch>
+#include <semaphore>
+#include <stdexcept>
+
+#include "support/log_capture.h"
+#include "support/recording_publisher.h"
+#include "support/scripted_source.h"
+
+namespace chequer {
+namespace {
+
+using std::chrono::milliseconds;
+using test::FrameNumber;
+using test::Frames;
+using test::Gives;
+using test::Opens;
+using test::OpenThrows;
+using test::Published;
+using test::RecordingPublisher;
+using test::ScriptedSource;
+using test::Step;
+using test::operator+;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+const Step kEnd = Gives(CaptureStatus::kEnd);
+
+std::string Text(const std::string& rest, const std::string& capture = "path = \"swarm\"\n") {
+  return "[capture]\n" + capture + "[[marker]]\nsize = \"6x6\"\nvariant = \"secded\"\n" + rest;
+}
+
+DaemonConfig Config(const std::string& rest = {}, const std::string& capture = "path = \"swarm\"\n") {
+  return ParseDaemonConfig(Text(rest, capture), "a.toml", "/base");
+}
+
+TEST(ChangedSections, AreThoseThatSaySomethingElse) {
+  EXPECT_THAT(ChangedSections(Config(), Config()), IsEmpty());
+  EXPECT_EQ(ChangedSections(Config(), Config("[log]\nlevel = \"debug\"\n")), "log");
+  EXPECT_EQ(ChangedSections(Config("[pipeline]\nworkers = 2\n"), Config("", "path = \"other\"\n")),
+            "capture, pipeline");
+  EXPECT_EQ(ChangedSections(Config(), ParseDaemonConfig(Text("[[marker]]\nsize = \"8x8\"\nvariant = \"golay\"\n"),
+                                                        "a.toml", "/base")),
+            "marker");
+}
+
+TEST(ChangedSections, AreNotThoseThatSayTheSameInAnotherWay) {
+  EXPECT_THAT(ChangedSections(Config("[log]\nlevel = \"debug\"\ntarget = \"auto\"\n"),
+                              Config("# a comment\n[log] \ntarget='auto'\n\n  level   = \"debug\" # loud\n")),
+              IsEmpty());
+}
+
+/// A service of scripted sources, one for each time that one is made, whose sequence numbers are those of a camera that
+/// counts on.
+class ServiceTest : public ::testing::Test {
+ protected:
+  ServiceTest() {
+    parts_.make_source = [this](const CaptureOptions&) {
+      ++sources_made_;
+      std::vector<Step> script;
+      if (!scripts_.empty()) {
+        script = scripts_.front();
+        scripts_.pop_front();
+      }
+      return std::make_unique<ScriptedSource>(std::move(script));
+    };
+    parts_.make_publisher = [this](const LcmPublisherOptions&) {
+      ++publishers_made_;
+      return std::make_unique<RecordingPublisher>(published_);
+    };
+    parts_.make_detect = [this](const DetectorOptions& options) {
+      if (options.threads == 13) throw std::runtime_error("no detector has 13 threads");
+      ++detectors_made_;
+      return [](const ImageView& image, DetectedFrame& found) {
+        MarkerPose marker;
+        marker.id = test::SequenceIn(image);
+        found.markers.push_back(marker);
+      };
+    };
+    parts_.set_up_logging = [this](const DaemonConfig& config) { logged_as_ = config.log.level; };
+    events_.ready = [this] { ++ready_; };
+    events_.finished = [this] { finished_.release(); };
+  }
+
+  void Start(DaemonConfig config) { service_.emplace(std::move(config), "1.0", parts_, events_); }
+
+  std::vector<std::uint64_t> Sequences() const {
+    std::vector<std::uint64_t> sequences;
+    for (const PosesMessage& message : published_->poses()) sequences.push_back(message.sequence);
+    return sequences;
+  }
+
+  test::LogCapture log_;
+  ServiceParts parts_;
+  PipelineEvents events_;
+  std::deque<std::vector<Step>> scripts_;
+  std::atomic<int> ready_{0};
+  std::counting_semaphore<100> finished_{0};
+  int sources_made_ = 0;
+  int publishers_made_ = 0;
+  int detectors_made_ = 0;
+  LogLevel logged_as_ = LogLevel::kInfo;
+  std::shared_ptr<Published> published_ = std::make_shared<Published>();
+  std::optional<Service> service_;
+};
+
+const std::string kOneWorker = "[pipeline]\nworkers = 1\nwhen_busy = \"wait\"\n";
+
+TEST_F(ServiceTest, KeepsCameraAndCountsWhereOnlyOtherThingsChange) {
+  scripts_ = {std::vector{Opens()} + Frames(1, 3) + std::vector{test::WaitsForInterrupt()} + Frames(4, 6)};
+  Start(Config(kOneWorker));
+  ASSERT_TRUE(published_->WaitForPoses(3));
+  service_->Reload(Config("[pipeline]\nworkers = 2\nwhen_busy = \"wait\"\n[log]\nlevel = \"error\"\n"));
+  ASSERT_TRUE(published_->WaitForPoses(6));
+  service_->Stop();
+  service_->Join();
+  EXPECT_THAT(Sequences(), ElementsAre(1, 2, 3, 4, 5, 6));
+  EXPECT_EQ(sources_made_, 1);
+  EXPECT_EQ(publishers_made_, 1);
+  EXPECT_EQ(detectors_made_, 1 + 2);
+  EXPECT_EQ(logged_as_, LogLevel::kError);
+  EXPECT_EQ(ready_, 1);
+  const StatusMessage last = published_->statuses().back();
+  EXPECT_EQ(last.frames_captured, 6u);
+  EXPECT_EQ(last.frames_published, 6u);
+  EXPECT_EQ(last.frames_dropped, 0u);
+  EXPECT_EQ(last.workers, 2);
+  EXPECT_FALSE(finished_.try_acquire_for(milliseconds(0)) && finished_.try_acquire_for(milliseconds(0)));
+}
+
+TEST_F(ServiceTest, GoesOnCountingWithAnotherCamera) {
+  // Before a reloaded recording is played it is tried, with a source of its own.
+  scripts_ = {std::vector{Opens()} + Frames(10, 12), std::vector{Opens()} + Frames(0, 2), {}};
+  Start(Config(kOneWorker));
+  ASSERT_TRUE(published_->WaitForPoses(3));
+  service_->Reload(Config(kOneWorker, "path = \"other\"\n"));
+  ASSERT_TRUE(published_->WaitForPoses(6));
+  service_->Stop();
+  service_->Join();
+  EXPECT_THAT(Sequences(), ElementsAre(10, 11, 12, 13, 14, 15));
+  EXPECT_EQ(published_->statuses().back().frames_dropped, 0u);
+}
+
+TEST_F(ServiceTest, GivesMessagesToAnotherPublisherWithoutLosingCount) {
+  scripts_ = {std::vector{Opens()} + Frames(1, 3) + std::vector{test::WaitsForInterrupt()} + Frames(4, 4)};
+  Start(Config(kOneWorker));
+  ASSERT_TRUE(published_->WaitForPoses(3));
+  service_->Reload(Config(kOneWorker + "[publish]\nprefix = \"OTHER\"\n"));
+  ASSERT_TRUE(published_->WaitForPoses(4));
+  service_->Stop();
+  service_->Join();
+  EXPECT_EQ(publishers_made_, 2);
+  // Each message so far: 4 frames, and the statuses before the last.
+  EXPECT_EQ(published_->statuses().back().publisher.sent, 4 + published_->statuses().size() - 1);
+}
+
+TEST_F(ServiceTest, RefusesWhatCannotWorkAndGoesOnUndisturbed) {
+  // The last is the one that is tried; the one before would have been played.
+  scripts_ = {std::vector{Opens()} + Frames(1, 3), {}, {OpenThrows("recording /base/none is not there")}};
+  Start(Config(kOneWorker));
+  ASSERT_TRUE(published_->WaitForPoses(3));
+  const std::size_t statuses = published_->statuses().size();
+  EXPECT_THROW(service_->Reload(Config(kOneWorker + "[detect]\nthreads = 13\n")), std::runtime_error);
+  EXPECT_THROW(service_->Reload(Config("[pipeline]\ncpus = [1023]\n")), std::runtime_error);
+  EXPECT_THROW(service_->Reload(Config(kOneWorker, "path = \"none\"\n")), std::runtime_error);
+  EXPECT_THAT(ChangedSections(service_->config(), Config(kOneWorker)), IsEmpty());
+  EXPECT_EQ(published_->statuses().size(), statuses);  // a pipeline that ends sends one
+  EXPECT_FALSE(finished_.try_acquire_for(milliseconds(0)));
+}
+
+/// A configuration whose source is not a recording: it can be tried only when the camera there is was given up.
+DaemonConfig CameraConfig(const std::string& path) {
+  DaemonConfig config = Config(kOneWorker, "path = \"" + path + "\"\n");
+  config.capture.source = static_cast<SourceKind>(99);
+  return config;
+}
+
+TEST_F(ServiceTest, ReturnsToTheFormerConfigurationWhereTheReloadedCameraCanNeverWork) {
+  scripts_ = {
+      std::vector{Opens()} + Frames(1, 3), {OpenThrows("no such pixel format")}, std::vector{Opens()} + Frames(7, 9)};
+  Start(CameraConfig("one"));
+  ASSERT_TRUE(published_->WaitForPoses(3));
+  service_->Reload(CameraConfig("two"));
+  finished_.acquire();
+  EXPECT_TRUE(service_->GoesOn());
+  ASSERT_TRUE(published_->WaitForPoses(6));
+  EXPECT_THAT(Sequences(), ElementsAre(1, 2, 3, 4, 5, 6));
+  EXPECT_EQ(service_->config().capture.replay.path, "/base/one");
+  service_->Stop();
+  service_->Join();
+  std::string log;
+  for (const std::string& line : log_.lines()) log += line + "\n";
+  EXPECT_THAT(log, HasSubstr("no such pixel format"));
+  EXPECT_THAT(log, HasSubstr("in force again"));
+}
+
+TEST_F(ServiceTest, EndsWhereAReloadedCameraHadProvedItsWorth) {
+  scripts_ = {std::vector{Opens()} + Frames(1, 1),
+              std::vector{Opens()} + Frames(1, 1) +
+                  std::vector{Gives(CaptureStatus::kTimeout), test::WaitsForInterrupt(),
+                              Gives(CaptureStatus::kDisconnected, "unplugged"), OpenThrows("another camera")}};
+  Start(CameraConfig("one"));
+  ASSERT_TRUE(published_->WaitForPoses(1));
+  service_->Reload(CameraConfig("two"));
+  ASSERT_TRUE(published_->WaitForPoses(2));
+  service_->Settle();
+  service_->Reload(CameraConfig("two"));  // wakes the script up
+  finished_.acquire();
+  EXPECT_THROW(service_->GoesOn(), std::runtime_error);
+}
+
+TEST_F(ServiceTest, EndsWhenTheRecordingIsOver) {
+  scripts_ = {std::vector{Opens()} + Frames(1, 2) + std::vector{kEnd}};
+  Start(Config(kOneWorker));
+  finished_.acquire();
+  EXPECT_FALSE(service_->GoesOn());
+  EXPECT_THAT(Sequences(), ElementsAre(1, 2));
+}
+
+TEST_F(ServiceTest, EndsOnceThoughItIsReloadedAtTheEnd) {
+  scripts_ = {std::vector{Opens()} + Frames(1, 2) + std::vector{kEnd, kEnd}};
+  Start(Config(kOneWorker));
+  finished_.acquire();
+  service_->Reload(Config(kOneWorker + "[log]\nlevel = \"error\"\n"));
+  finished_.acquire();
+  EXPECT_FALSE(service_->GoesOn());
+  EXPECT_THAT(Sequences(), ElementsAre(1, 2));
+}
+
+}  // namespace
+}  // namespace chequer
