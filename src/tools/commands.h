@@ -27,4 +27,7 @@ void AddPrintCommand(CLI::App& app);
 /// `chequer render`: frames of markers as a camera would see them, written as a recording with truth.
 void AddRenderCommand(CLI::App& app);
 
+/// `chequer status`: how the services fare that are heard over LCM.
+void AddStatusCommand(CLI::App& app);
+
 }  // namespace chequer

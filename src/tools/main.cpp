@@ -3,6 +3,7 @@
 #include <exception>
 #include <string>
 
+#include "tools/application.h"
 #include "tools/commands.h"
 
 namespace {
@@ -30,15 +31,8 @@ std::string UnknownCommand(const CLI::App& app) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Finds, renders and converts colour-checkerboard markers, and listens to their poses.", "chequer");
-  app.set_version_flag("--version", std::string("chequer ") + CHEQUER_VERSION);
-  app.require_subcommand(1);
-  app.footer("chequer COMMAND --help says more, with an example.");
-  chequer::AddConvertCommand(app);
-  chequer::AddDetectCommand(app);
-  chequer::AddListenCommand(app);
-  chequer::AddPrintCommand(app);
-  chequer::AddRenderCommand(app);
+  CLI::App app;
+  chequer::DescribeTool(app);
 
   try {
     app.parse(argc, argv);

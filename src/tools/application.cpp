@@ -1,0 +1,21 @@
+#include "tools/application.h"
+
+#include "tools/commands.h"
+
+namespace chequer {
+
+void DescribeTool(CLI::App& app) {
+  app.name("chequer");
+  app.description("Finds, renders and converts colour-checkerboard markers, and listens to their poses.");
+  app.set_version_flag("--version", std::string("chequer ") + CHEQUER_VERSION);
+  app.require_subcommand(1);
+  app.footer("chequer COMMAND --help says more, with an example.");
+  AddConvertCommand(app);
+  AddDetectCommand(app);
+  AddListenCommand(app);
+  AddPrintCommand(app);
+  AddRenderCommand(app);
+  AddStatusCommand(app);
+}
+
+}  // namespace chequer
