@@ -1,13 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <sys/un.h>
 
 #include <chrono>
 #include <csignal>
 
 #include "integration/workspace.h"
 #include "support/process.h"
+#include "support/service_manager.h"
 #include "tools/truth_check.h"
 
 namespace chequer {
@@ -17,6 +16,7 @@ using std::chrono::milliseconds;
 using test::DemoRecording;
 using test::Process;
 using test::Received;
+using test::ServiceManager;
 using test::Subscriber;
 using test::Workspace;
 using ::testing::HasSubstr;
@@ -117,36 +117,6 @@ TEST(Daemon, RefusesABadConfigurationWithStatus78) {
   EXPECT_EQ(no_option.Wait(), 2);
   EXPECT_THAT(no_option.output(), HasSubstr("--config"));
 }
-
-/// A service manager that is told how the daemon fares (sd_notify(3)).
-class ServiceManager {
- public:
-  explicit ServiceManager(const std::filesystem::path& path) : path_(path) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    path.string().copy(address.sun_path, sizeof address.sun_path - 1);
-    if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-      throw std::runtime_error("cannot bind " + path.string());
-    const timeval timeout{20, 0};
-    setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
-  }
-  std::string variable() const { return "NOTIFY_SOCKET=" + path_.string(); }
-
-  /// Waits until it is told something that begins so; empty when it is not in time.
-  std::string WaitFor(const std::string& begin) {
-    std::array<char, 4096> bytes{};
-    while (true) {
-      const ssize_t count = recv(socket_.get(), bytes.data(), bytes.size(), 0);
-      if (count < 0) return {};
-      const std::string text(bytes.data(), static_cast<std::size_t>(count));
-      if (text.starts_with(begin)) return text;
-    }
-  }
-
- private:
-  std::filesystem::path path_;
-  UniqueFd socket_{socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
-};
 
 TEST(Daemon, TellsTheServiceManager) {
   const Workspace workspace;
