@@ -21,12 +21,10 @@ set(CPACK_PACKAGE_CONTACT "chequer maintainers <${CPACK_PACKAGE_CONTACT_ADDRESS}
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "tracks swarms of robots by colour checkerboards")
 set(CPACK_PACKAGE_DESCRIPTION
 "Every robot carries a colour checkerboard; a camera looks down on them. The
- daemon chequerd reads its frames, finds and identifies the markers and
- publishes every frame's poses over LCM, as a service of systemd for each
- camera.
- .
- The package also brings chequer, the tool for everything else, and the
- detector as a library for programs of one's own.")
+daemon chequerd reads its frames, finds and identifies the markers and
+publishes every frame's poses over LCM, as a service of systemd for each
+camera. The package also brings chequer, the tool for everything else, and the
+detector as a library for programs of one's own.")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_PRE_BUILD_SCRIPTS ${package}/finish.cmake)
@@ -35,9 +33,9 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "init-system-helpers, iproute2, systemd (>= 252)")
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "iproute2, systemd (>= 252)")
 # What a program needs that is built against the library.
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libeigen3-dev, bash-completion")
-set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${package}/conffiles ${package}/postinst ${package}/prerm ${package}/postrm)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${package}/conffiles ${package}/triggers ${package}/postinst ${package}/prerm ${package}/postrm)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 include(CPack)
