@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -57,12 +58,13 @@ void WaitForEither(int one, int other, milliseconds timeout) {
     throw std::system_error(errno, std::generic_category(), "poll");
 }
 
-ServiceParts RealParts(const std::string& version) {
+ServiceParts RealParts(const std::string& version, std::function<void()> while_waiting) {
   return {.make_source = [](const CaptureOptions& options) { return MakeSource(options); },
           .make_publisher = [](const LcmPublisherOptions& options) { return std::make_unique<LcmPublisher>(options); },
           .make_detect = MakeDetectFrame,
           .set_up_logging =
-              [version](const DaemonConfig& config) { SetUpLogging(config.log, config.camera_name, version); }};
+              [version](const DaemonConfig& config) { SetUpLogging(config.log, config.camera_name, version); },
+          .while_waiting = std::move(while_waiting)};
 }
 
 /// The service and what is around it: signals, the service manager, metrics.
@@ -79,7 +81,7 @@ class Runner {
     };
     events.status = [this](const StatusMessage& status) { mailbox_.Put(status); };
     events.finished = [this] { mailbox_.PutFinished(); };
-    service_ = std::make_unique<Service>(config, version, RealParts(version), std::move(events));
+    service_ = std::make_unique<Service>(config, version, RealParts(version, [this] { Look(); }), std::move(events));
   }
 
   void Run() {
@@ -112,15 +114,19 @@ class Runner {
     WaitForEither(signals_.get(), mailbox_.fd(), vigil_.period());
     if (TakeMail().finished && !service_->GoesOn()) return false;
     service_->Settle();
-    vigil_.Look(service_->Stuck(vigil_.limits()), [this] {
-      NotifyAlive();
-      if (!ready_) NotifyStarting(kStarting);
-    });
+    Look();
     const int signal = NextSignal(signals_);
     if (signal == SIGHUP) Reload();
     if (signal == 0 || signal == SIGHUP) return true;
     spdlog::info("stopping on {}", signal == SIGINT ? "SIGINT" : "SIGTERM");
     return false;
+  }
+
+  void Look() {
+    vigil_.Look(service_->Stuck(vigil_.limits()), [this] {
+      NotifyAlive();
+      if (!ready_) NotifyStarting(kStarting);
+    });
   }
 
   Mailbox::Mail TakeMail() {

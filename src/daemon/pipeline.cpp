@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <future>
 #include <mutex>
 #include <stop_token>
 #include <thread>
@@ -52,6 +53,8 @@ struct Pipeline::Impl {
   std::mutex failure_mutex;
   std::exception_ptr failure;
   std::atomic_flag told_scheduling;
+  std::promise<void> end;
+  const std::future<void> ended = end.get_future();
 
   // Of the publish thread alone.
   Statistics& statistics;  ///< state's
@@ -98,6 +101,7 @@ struct Pipeline::Impl {
         Fail(std::current_exception());
       }
       if (events.finished) events.finished();
+      end.set_value();
     });
     for (std::size_t i = 0; i < detectors.size(); ++i)
       Launch("chq-worker" + std::to_string(i), [this, index = static_cast<int>(i), detect = std::move(detectors[i])] {
@@ -277,6 +281,10 @@ Pipeline::~Pipeline() {
 void Pipeline::Stop() { impl_->Stop(); }
 
 void Pipeline::Drain() { impl_->Drain(); }
+
+bool Pipeline::WaitForEnd(std::chrono::milliseconds timeout) const {
+  return impl_->ended.wait_for(timeout) == std::future_status::ready;
+}
 
 void Pipeline::Join() {
   impl_->threads.clear();  // each joins as it dies

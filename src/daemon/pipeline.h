@@ -84,6 +84,9 @@ class Pipeline {
   /// source stays open. Does not wait. Any thread.
   void Drain();
 
+  /// Waits until all is published and only joining is left; false when the time is over.
+  bool WaitForEnd(std::chrono::milliseconds timeout) const;
+
   /// Waits for the end. Throws what ended it, if that was an error: a source that can never work, or what a detector
   /// threw. Call it once, from the thread that owns the pipeline.
   void Join();

@@ -12,6 +12,8 @@
 namespace chequer {
 namespace {
 
+constexpr std::chrono::milliseconds kLookWhileWaiting{250};
+
 std::string Section(const DaemonConfig& config, const std::string& name) {
   const auto found = config.sections.find(name);
   return found == config.sections.end() ? std::string() : found->second;
@@ -102,6 +104,7 @@ void Service::Start(DaemonConfig config, PipelineState state, Prepared prepared)
 PipelineState Service::Conclude() {
   changing_ = true;
   pipeline_->Drain();
+  while (!pipeline_->WaitForEnd(kLookWhileWaiting)) parts_.while_waiting();
   try {
     pipeline_->Join();
   } catch (...) {

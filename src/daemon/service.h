@@ -19,6 +19,9 @@ struct ServiceParts {
   std::function<DetectFrame(const DetectorOptions&)> make_detect;
   /// Directs the log; called while no thread of the service runs.
   std::function<void(const DaemonConfig&)> set_up_logging;
+  /// Called a few times a second while a pipeline is awaited that is to end for another: a camera that is being opened
+  /// cannot be interrupted.
+  std::function<void()> while_waiting;
 };
 
 /// The pipeline that a configuration describes. @param cores of the machine, for the number of workers.

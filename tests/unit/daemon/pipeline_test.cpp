@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <atomic>
@@ -9,6 +10,7 @@
 #include <semaphore>
 #include <thread>
 
+#include "support/log_capture.h"
 #include "support/recording_publisher.h"
 #include "support/scripted_source.h"
 #include "support/stepped_clock.h"
@@ -296,6 +298,32 @@ TEST_F(PipelineTest, DropsNothingWhenDrainedAndGoesOnWhereItLeftOff) {
   EXPECT_EQ(LastStatus().frames_captured, 3u);
   EXPECT_EQ(LastStatus().frames_dropped, 0u);
   EXPECT_EQ(*leases_, 0);
+}
+
+TEST_F(PipelineTest, PinsItsWorkersAndNobodyElse) {
+  const auto allowed = [] {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    sched_getaffinity(0, sizeof set, &set);
+    return CPU_COUNT(&set);
+  };
+  const int before = allowed();
+  std::atomic<int> of_worker{0};
+  options_.scheduling.cpus = {sched_getcpu()};
+  events_.status = [&](const StatusMessage&) { EXPECT_EQ(allowed(), before); };
+  Start({FrameNumber(1), kEnd}, [&] { return [&](const ImageView&, DetectedFrame&) { of_worker = allowed(); }; });
+  pipeline_->Join();
+  EXPECT_EQ(of_worker, 1);
+}
+
+TEST_F(PipelineTest, WorksOnWhereThreadsCannotBeAsUrgentAsAskedFor) {
+  test::LogCapture log;
+  options_.scheduling.realtime_priority = 99;  // capturing and publishing would be beyond what there is
+  Start({FrameNumber(1), kEnd});
+  pipeline_->Join();
+  EXPECT_THAT(PublishedSequences(), ElementsAre(1));
+  ASSERT_EQ(log.lines().size(), 1u);
+  EXPECT_THAT(log.lines()[0], HasSubstr("SCHED_FIFO"));
 }
 
 TEST_F(PipelineTest, SurvivesEveryTroubleOfACamera) {

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <condition_variable>
 #include <deque>
 #include <latch>
+#include <mutex>
 #include <semaphore>
 #include <stdexcept>
 
@@ -86,6 +88,7 @@ class ServiceTest : public ::testing::Test {
       };
     };
     parts_.set_up_logging = [this](const DaemonConfig& config) { logged_as_ = config.log.level; };
+    parts_.while_waiting = [this] { ++looked_while_waiting_; };
     events_.ready = [this] { ++ready_; };
     events_.finished = [this] { finished_.release(); };
   }
@@ -104,6 +107,7 @@ class ServiceTest : public ::testing::Test {
   std::deque<std::vector<Step>> scripts_;
   std::atomic<int> ready_{0};
   std::counting_semaphore<100> finished_{0};
+  int looked_while_waiting_ = 0;
   int sources_made_ = 0;
   int publishers_made_ = 0;
   int detectors_made_ = 0;
@@ -215,6 +219,42 @@ TEST_F(ServiceTest, EndsWhereAReloadedCameraHadProvedItsWorth) {
   service_->Reload(CameraConfig("two"));  // wakes the script up
   finished_.acquire();
   EXPECT_THROW(service_->GoesOn(), std::runtime_error);
+}
+
+TEST_F(ServiceTest, IsLookedAfterWhileItWaitsForACameraThatIsBeingOpened) {
+  std::binary_semaphore opening{0};
+  class Slow final : public FrameSource {
+   public:
+    explicit Slow(std::binary_semaphore& opening) : opening_(opening) {}
+    std::string Open() override {
+      opening_.release();
+      std::unique_lock lock(mutex_);
+      // It heeds no interruption for longer than the service waits without being looked after.
+      changed_.wait_for(lock, std::chrono::seconds(10), [this] { return interrupted_; });
+      changed_.wait_for(lock, milliseconds(600), [] { return false; });
+      return "not there";
+    }
+    CaptureResult Next(milliseconds) override { return {}; }
+    void Interrupt() override {
+      const std::lock_guard lock(mutex_);
+      interrupted_ = true;
+      changed_.notify_all();
+    }
+    std::string Describe() const override { return "slow camera"; }
+
+   private:
+    std::binary_semaphore& opening_;
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    bool interrupted_ = false;
+  };
+  parts_.make_source = [&](const CaptureOptions&) { return std::make_unique<Slow>(opening); };
+  Start(CameraConfig("one"));
+  opening.acquire();
+  DaemonConfig next = CameraConfig("one");
+  next.workers = 2;
+  service_->Reload(next);
+  EXPECT_GE(looked_while_waiting_, 1);
 }
 
 TEST_F(ServiceTest, EndsWhenTheRecordingIsOver) {
