@@ -9,7 +9,7 @@ install(FILES ${units}/60-chequer.rules DESTINATION lib/udev/rules.d)
 install(FILES ${units}/60-chequer.conf DESTINATION etc/sysctl.d)
 install(FILES ${PROJECT_SOURCE_DIR}/config/chequerd.toml DESTINATION etc/chequer RENAME example.toml)
 
-set(CPACK_PACKAGE_CONTACT_ADDRESS maintainers@chequer.org)
+set(CPACK_PACKAGE_CONTACT_ADDRESS maintainers@chequer.invalid)
 set(package ${PROJECT_SOURCE_DIR}/scripts/package)
 configure_file(${package}/changelog.in ${CMAKE_CURRENT_BINARY_DIR}/package/changelog @ONLY)
 install(FILES ${package}/copyright ${CMAKE_CURRENT_BINARY_DIR}/package/changelog DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -4,9 +4,12 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 
 #include "integration/workspace.h"
 #include "publish/lcm_publisher.h"
@@ -188,6 +191,62 @@ TEST(Service, HeedsNothingFromTheNetwork) {
   }));
   EXPECT_TRUE(daemon.IsRunning()) << daemon.output();
   EXPECT_EQ(subscriber.received().statuses.back().camera_state, CameraState::kRunning);
+}
+
+/// Receives what is sent to a multicast group, and with which time to live.
+class GroupMember {
+ public:
+  GroupMember() {
+    const int yes = 1;
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(7667);
+    ip_mreq group{};
+    inet_pton(AF_INET, "239.255.76.67", &group.imr_multiaddr);
+    const timeval timeout{20, 0};
+    if (setsockopt(fd_.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) != 0 ||
+        setsockopt(fd_.get(), SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout) != 0 ||
+        setsockopt(fd_.get(), IPPROTO_IP, IP_RECVTTL, &yes, sizeof yes) != 0 ||
+        bind(fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+        setsockopt(fd_.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) != 0)
+      throw std::runtime_error("the group cannot be joined");
+  }
+
+  /// Of the next datagram; −1 if none comes.
+  int TimeToLive() const {
+    std::array<char, 65536> bytes{};
+    std::array<char, 256> control{};
+    iovec part{bytes.data(), bytes.size()};
+    msghdr message{};
+    message.msg_iov = &part;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    if (recvmsg(fd_.get(), &message, 0) < 0) return -1;
+    for (cmsghdr* header = CMSG_FIRSTHDR(&message); header != nullptr; header = CMSG_NXTHDR(&message, header))
+      if (header->cmsg_level == IPPROTO_IP && header->cmsg_type == IP_TTL) {
+        int ttl = 0;
+        std::memcpy(&ttl, CMSG_DATA(header), sizeof ttl);
+        return ttl;
+      }
+    return -1;
+  }
+
+ private:
+  UniqueFd fd_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+};
+
+TEST(Service, KeepsItsMessagesOnThisHostUnlessToldOtherwise) {
+  const Workspace workspace;
+  {
+    const GroupMember member;
+    Process daemon({CHEQUERD, "--config", workspace.Configure("loop = true")});
+    EXPECT_EQ(member.TimeToLive(), 0) << daemon.output();
+  }
+  const GroupMember member;
+  Process daemon({CHEQUERD, "--config",
+                  workspace.Configure("loop = true", "[publish]\nurl = \"udpm://239.255.76.67:7667?ttl=1\"")});
+  EXPECT_EQ(member.TimeToLive(), 1) << daemon.output();
 }
 
 TEST(Status, TellsHowServicesFareByItsExitStatusToo) {
