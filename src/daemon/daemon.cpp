@@ -86,6 +86,7 @@ class Runner {
 
   void Run() {
     if (!service_) return;
+    if (reload_at_once_) Reload();
     while (Step()) {
     }
     NotifyStopping();
@@ -105,8 +106,14 @@ class Runner {
     spdlog::warn("started again after a failure: waiting {} s", delay.count());
     NotifyStatus("started again after a failure: waiting " + std::to_string(delay.count()) + " s");
     NotifyStarting(delay + kStarting);
-    pollfd waiting{signals_.get(), POLLIN, 0};
-    return poll(&waiting, 1, static_cast<int>(milliseconds(delay).count())) == 0;
+    const Clock clock = Clock::System();
+    for (const MonotonicTime end = clock.monotonic() + delay; clock.monotonic() < end;) {
+      WaitForEither(signals_.get(), mailbox_.fd(), std::chrono::ceil<milliseconds>(end - clock.monotonic()));
+      const int signal = NextSignal(signals_);
+      if (signal == SIGHUP) reload_at_once_ = true;
+      if (signal == SIGINT || signal == SIGTERM) return false;
+    }
+    return true;
   }
 
   /// Waits for the next thing to do and does it; whether there is to be a next.
@@ -174,7 +181,8 @@ class Runner {
   Report report_{Clock::System()};
   std::unique_ptr<Metrics> metrics_;
   StatusMessage last_status_;
-  std::string refused_;  ///< what the service manager is told of a configuration that was not taken
+  std::string refused_;          ///< what the service manager is told of a configuration that was not taken
+  bool reload_at_once_ = false;  ///< the configuration was changed after it was read
   bool ready_ = false;
   std::unique_ptr<Service> service_;  ///< last: its threads use the mailbox
 };

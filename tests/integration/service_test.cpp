@@ -127,6 +127,7 @@ TEST(Service, WaitsWhereItIsStartedAgainAfterAFailure) {
   EXPECT_EQ(first.Wait(), 128 + SIGKILL);
   Process second({CHEQUERD, "--config", config}, {folder});
   EXPECT_TRUE(second.WaitForOutput("waiting 1 s")) << second.output();
+  second.Signal(SIGHUP);  // is heeded when it has begun
   second.Signal(SIGTERM);
   EXPECT_EQ(second.Wait(milliseconds(500)), 0);
   EXPECT_THAT(second.output(), Not(HasSubstr("workers")));  // it has not begun
