@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cmath>
 #include <cstring>
@@ -205,6 +206,22 @@ TEST(Wire, RefusesANegativeCountOfMarkers) {
   std::vector<std::uint8_t> bytes = Encoded(SamplePoses(1));
   bytes[bytes.size() - 187 - 4] = 0xff;
   EXPECT_FALSE(DecodeMessage(bytes).has_value());
+}
+
+/// The most memory this process ever had, kB.
+long PeakMemory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+// Found by fuzzing: LCM's own decoders make room for what a message says before they look for it.
+TEST(Wire, MakesNoRoomForMarkersThatTheMessageHasNoBytesFor) {
+  std::vector<std::uint8_t> bytes = Encoded(SamplePoses(1));
+  bytes[bytes.size() - 187 - 3] = 0x10;  // a million markers, some 300 MB of them
+  const long before = PeakMemory();
+  EXPECT_FALSE(DecodeMessage(bytes).has_value());
+  EXPECT_LT(PeakMemory() - before, 100'000);
 }
 
 }  // namespace
