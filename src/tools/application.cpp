@@ -6,10 +6,11 @@ namespace chequer {
 
 void DescribeTool(CLI::App& app) {
   app.name("chequer");
-  app.description("Finds, renders and converts colour-checkerboard markers, and listens to their poses.");
+  app.description("Prints, finds and renders colour-checkerboard markers, calibrates cameras, and listens to poses.");
   app.set_version_flag("--version", std::string("chequer ") + CHEQUER_VERSION);
   app.require_subcommand(1);
   app.footer("chequer COMMAND --help says more, with an example.");
+  AddCalibrateCommand(app);
   AddConvertCommand(app);
   AddDetectCommand(app);
   AddListenCommand(app);

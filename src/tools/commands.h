@@ -16,6 +16,8 @@ inline constexpr int kExitUsage = 2;  ///< the command line itself is wrong
 //   - it throws any other std::exception: status 1, printed by main as `chequer COMMAND: message`. A command that has
 //     already printed its messages (one a file) throws CLI::RuntimeError(kExitInput), for which main prints nothing.
 
+/// `chequer calibrate`: the lens of a camera, and where it stands.
+void AddCalibrateCommand(CLI::App& app);
 /// `chequer convert`: recordings and images into each other, logs of poses into text.
 void AddConvertCommand(CLI::App& app);
 /// `chequer detect`: the markers in images.

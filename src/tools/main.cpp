@@ -8,10 +8,10 @@
 
 namespace {
 
-/// "chequer", or "chequer COMMAND" once the command line has got that far.
+/// "chequer", or "chequer COMMAND" (or "chequer COMMAND PART") once the command line has got that far.
 std::string Prefix(const CLI::App& app) {
   const auto commands = app.get_subcommands();
-  return commands.empty() ? app.get_name() : app.get_name() + " " + commands.front()->get_name();
+  return commands.empty() ? app.get_name() : app.get_name() + " " + Prefix(*commands.front());
 }
 
 int Fail(const CLI::App& app, const char* message, int status) {

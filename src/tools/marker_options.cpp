@@ -119,7 +119,7 @@ void LimitToRoster(std::vector<MarkerFamily>& families, const std::vector<std::u
 
 }  // namespace
 
-void AddMarkerOptions(CLI::App& command, MarkerOptions& options) {
+void AddMarkerOptions(CLI::App& command, MarkerOptions& options, bool with_side) {
   command
       .add_option("--marker", options.markers,
                   "Size ROWSxCOLS, or SIZE:VARIANT:SIDE in one; repeat it to seek several kinds")
@@ -129,8 +129,9 @@ void AddMarkerOptions(CLI::App& command, MarkerOptions& options) {
       ->allow_extra_args(false)
       ->capture_default_str();
   command.add_option("--variant", options.variant, "How ids are coded: " + VariantNames())->capture_default_str();
-  command.add_option("--side", options.side_m, "Side of the whole board in metres (its longer side), cells included")
-      ->type_name("METRES");
+  if (with_side)
+    command.add_option("--side", options.side_m, "Side of the whole board in metres (its longer side), cells included")
+        ->type_name("METRES");
   command.add_option("--table", options.table, "File of kernels for the variant table: one a line, digits 0 and 1")
       ->type_name("FILE");
   command.add_option("--ids", options.ids, "Ids in use, such as 0-49,77; all others are not considered")

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "chequer/camera_model.h"
+#include "chequer/geometry.h"
+#include "lens/lens_views.h"
+
+namespace chequer {
+
+/// How a board lies on the sheet: sheet_from_board, a turn in the plane and a shift.
+struct BoardPlace {
+  Eigen::Vector2d position_m = Eigen::Vector2d::Zero();
+  double heading_rad = 0;
+
+  Eigen::Vector2d operator*(const Eigen::Vector2d& on_board_m) const {
+    return position_m + Eigen::Rotation2Dd(heading_rad) * on_board_m;
+  }
+};
+
+/// All unknowns of a calibration.
+struct Bundle {
+  CameraModel camera;
+  std::vector<BoardPlace> boards;                 ///< the first stays where it is: it is the sheet's frame
+  std::vector<RigidTransform> camera_from_sheet;  ///< one a view
+};
+
+struct BundleOptions {
+  int max_passes = 60;
+  /// Residuals beyond count linearly (Huber), pixels; 0: all count by their square.
+  double robust_px = 0;
+};
+
+struct BundleFit {
+  double rms_px = 0;  ///< root mean square of the distances over all points
+  bool converged = false;
+  /// Covariance of the lens parameters (fx fy cx cy, coefficients) with the boards' places and the views' poses free.
+  /// From how the views disagree, each taken as one observation: it holds also where the points of a view err together.
+  Eigen::MatrixXd lens_covariance;
+};
+
+/// Moves all unknowns to the least squares of the distances between points as seen and as the bundle has them
+/// (Levenberg-Marquardt; poses eliminated by the Schur complement, as Triggs et al. 2000 describe).
+/// @pre as many poses as views, boards for every index in the views.
+BundleFit FitBundle(std::span<const LensView> views, const BundleOptions& options, Bundle& bundle);
+
+/// Where a point should be seen; nothing behind the camera.
+std::optional<Eigen::Vector2d> PredictPixel(const Bundle& bundle, std::size_t view, const SeenPoint& point);
+
+}  // namespace chequer

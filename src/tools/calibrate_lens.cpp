@@ -1,0 +1,236 @@
+#include "lens/calibrate_lens.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+#include "chequer/camera_file.h"
+#include "core/file.h"
+#include "lens/lens_picture.h"
+#include "lens/lens_target.h"
+#include "lens/view_collector.h"
+#include "tools/calibrate.h"
+#include "tools/commands.h"
+#include "tools/frame_feed.h"
+#include "tools/length_option.h"
+#include "tools/marker_options.h"
+
+namespace chequer {
+namespace {
+
+/// Corners move no more than that between two readings with what is known of the lens: it is known well enough.
+constexpr double kSettledPx = 0.02;
+constexpr int kMostReadings = 4;
+
+/// The options as typed.
+struct LensRequest {
+  FrameFeedOptions feed;
+  MarkerOptions markers;
+  std::string side;
+  std::string chessboard;
+  std::string square = "25mm";
+  bool loose = false;
+  std::string model = "brown_conrady";
+  std::size_t views = 60;
+  std::string out;
+  std::string picture;
+  bool keep_all = false;
+};
+
+CameraModel::Kind ParseModel(const std::string& name) {
+  if (name == "brown_conrady") return CameraModel::Kind::kBrownConrady;
+  if (name == "fisheye") return CameraModel::Kind::kFisheye;
+  throw CLI::ValidationError("--model", "'" + name + "' is not known; it must be brown_conrady or fisheye");
+}
+
+std::unique_ptr<LensTarget> MakeChessboard(const LensRequest& request) {
+  Chessboard chessboard;
+  const char *text = request.chessboard.data(), *end = text + request.chessboard.size();
+  const auto cols = std::from_chars(text, end, chessboard.cols);
+  const bool has_x = cols.ec == std::errc() && cols.ptr != end && *cols.ptr == 'x';
+  const auto rows = has_x ? std::from_chars(cols.ptr + 1, end, chessboard.rows) : cols;
+  if (!has_x || rows.ec != std::errc() || rows.ptr != end || std::min(chessboard.cols, chessboard.rows) < 3 ||
+      std::max(chessboard.cols, chessboard.rows) > 100)
+    throw CLI::ValidationError(
+        "--chessboard",
+        "'" + request.chessboard + "' must be COLUMNSxROWS of inner corners, such as 9x6, 3 to 100 each");
+  chessboard.square_m = ParseLength("--square", request.square);
+  return MakeChessboardTarget(chessboard);
+}
+
+std::unique_ptr<LensTarget> MakeTarget(LensRequest& request) {
+  if (!request.chessboard.empty()) return MakeChessboard(request);
+  if (request.side.empty() && std::any_of(request.markers.markers.begin(), request.markers.markers.end(),
+                                          [](const std::string& text) { return text.find(':') == std::string::npos; }))
+    throw CLI::ValidationError("--side", "is missing: the side of the markers, such as 60mm");
+  if (!request.side.empty()) request.markers.side_m = ParseLength("--side", request.side);
+  return MakeMarkerTarget(ParseMarkerFamilies(request.markers, true), request.loose);
+}
+
+/// Tells the one who holds the target how it goes; over itself on a terminal, a line a view elsewhere.
+class Feedback {
+ public:
+  explicit Feedback(bool live) : over_itself_(live && isatty(STDOUT_FILENO) != 0) {}
+
+  void Tell(const ViewCollector& collector, const LensView& view, ViewVerdict verdict) {
+    const std::string line = fmt::format(
+        "{} views, {} tilted; coverage {:.0f} %; edges {}; {}", collector.views().size(), collector.tilted(),
+        100 * collector.coverage().Share(),
+        view.edge_px > 0 ? fmt::format("{:.1f} px", view.edge_px) : std::string("-"), collector.Hint(verdict));
+    if (over_itself_) {
+      if (lines_ > 0) fmt::print("\x1b[{}A", lines_);
+      fmt::print("\x1b[J{}{}\n", collector.coverage().Picture(), line);
+      lines_ = Coverage::kRows + 1;
+    } else if (verdict == ViewVerdict::kTaken) {
+      fmt::print("{}\n", line);
+    }
+    std::fflush(stdout);
+  }
+
+ private:
+  bool over_itself_;
+  int lines_ = 0;
+};
+
+/// Collects views until the frames end, or, of a camera, until there is enough.
+ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed& feed) {
+  std::optional<ViewCollector> collector;
+  int width = 0, height = 0;
+  Feedback feedback(feed.is_live());
+  while (const auto frame = feed.Next()) {
+    if (!collector) {
+      width = frame->image.width();
+      height = frame->image.height();
+      collector.emplace(ViewCollectorOptions{width, height, request.views, request.keep_all});
+    }
+    if (frame->image.width() != width || frame->image.height() != height)
+      throw std::runtime_error(fmt::format("{} is {}x{}, those before are {}x{}; a calibration is for one size",
+                                           frame->name, frame->image.width(), frame->image.height(), width, height));
+    LensView view = target.Read(frame->image);
+    view.name = frame->name;
+    const ViewVerdict verdict = collector->Offer(view, frame->reload);
+    feedback.Tell(*collector, view, verdict);
+    if (collector->is_full() || (feed.is_live() && collector->Hint(verdict) == "enough")) break;
+  }
+  if (!collector) throw std::runtime_error("there are no frames");
+  fmt::print("{} of {} frames taken\n{}", collector->views().size(), collector->offered(),
+             collector->coverage().Picture());
+  return std::move(*collector);
+}
+
+/// Reads the views again with what is known of the lens.
+std::vector<LensView> ReadAgain(const ViewCollector& collector, LensTarget& target, const CameraModel& camera) {
+  target.SetCamera(camera);
+  std::vector<LensView> views;
+  for (std::size_t i = 0; i < collector.views().size(); ++i) {
+    const Image image = collector.reloads()[i]();
+    LensView view = target.Read(image.view());
+    view.name = collector.views()[i].name;
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+/// The farthest that a point of the plane z = 1 moves from one camera to another, over the image.
+double Change(const CameraModel& from, const CameraModel& to) {
+  double most = 0;
+  for (int x = 0; x <= 8; ++x)
+    for (int y = 0; y <= 8; ++y)
+      if (const auto point = from.Undistort({from.width * x / 8.0, from.height * y / 8.0}))
+        most = std::max(most, (to.Distort(*point) - from.Distort(*point)).norm());
+  return most;
+}
+
+LensCalibration Calibrate(const LensRequest& request, const ViewCollector& collector, LensTarget& target, int width,
+                          int height) {
+  const LensCalibrationOptions options{width, height, ParseModel(request.model)};
+  LensCalibration calibration = CalibrateLens(collector.views(), options);
+  for (int reading = 1; reading < kMostReadings && target.WantsCamera(); ++reading) {
+    const CameraModel before = calibration.camera;
+    calibration = CalibrateLens(ReadAgain(collector, target, before), options);
+    if (Change(before, calibration.camera) < kSettledPx) break;
+  }
+  return calibration;
+}
+
+void PrintResult(const LensCalibration& calibration, const Coverage& coverage) {
+  const CameraModel& c = calibration.camera;
+  const CalibrationRecord& r = calibration.record;
+  for (const CalibratedView& view : calibration.views)
+    if (!view.used) fmt::print("left out: {}: {}\n", view.name, view.why_not);
+  if (calibration.loose_boards > 0)
+    fmt::print("left out: {} of {} markers, which no view shows together with the others\n", calibration.loose_boards,
+               calibration.boards);
+  fmt::print("fx {:.3f} ± {:.3f}, fy {:.3f} ± {:.3f}, cx {:.3f} ± {:.3f}, cy {:.3f} ± {:.3f} px\n", c.fx,
+             r.uncertainty[0], c.fy, r.uncertainty[1], c.cx, r.uncertainty[2], c.cy, r.uncertainty[3]);
+  fmt::print("RMS {:.3f} px over {} points of {} views\n", r.rms_px, calibration.residuals.size(), r.views);
+  if (coverage.Share() < 0.6)
+    fmt::print("Only {:.0f} % of the image is covered: the distortion elsewhere is a guess. Hold the target there.\n",
+               100 * coverage.Share());
+}
+
+void RunLens(LensRequest& request) {
+  ParseModel(request.model);
+  if (request.views < 4 || request.views > 500) throw CLI::ValidationError("--views", "must be from 4 to 500");
+  const std::filesystem::path out = request.out;
+  const std::filesystem::path picture = request.picture.empty() ? std::filesystem::path(out).replace_extension(".png")
+                                                                : std::filesystem::path(request.picture);
+  const std::unique_ptr<LensTarget> target = MakeTarget(request);
+  FrameFeed feed(request.feed);
+  const ViewCollector collector = Collect(request, *target, feed);
+  LensCalibration calibration =
+      Calibrate(request, collector, *target, collector.options().width, collector.options().height);
+  calibration.record.date = NowInUtc();
+  PrintResult(calibration, collector.coverage());
+  WriteCamera(out, calibration.camera, &calibration.record);
+  WriteFileAtomically(picture, DrawLensPicture(calibration));
+  fmt::print("written: {}, {}\n", out.string(), picture.string());
+  if (feed.failed() > 0) throw CLI::RuntimeError(kExitInput);
+}
+
+void AddLensOptions(CLI::App& command, LensRequest& request) {
+  AddFrameFeedOptions(command, request.feed);
+  AddMarkerOptions(command, request.markers, false);
+  command.add_option("--side", request.side, "Side of the markers, cells included: 60mm, 6cm or 0.06 (metres)")
+      ->type_name("LENGTH");
+  command.add_flag("--loose", request.loose, "The markers move one by one; without, they are fixed to one flat sheet");
+  command
+      .add_option("--chessboard", request.chessboard, "Instead of markers: a chessboard's inner corners, such as 9x6")
+      ->type_name("COLSxROWS");
+  command.add_option("--square", request.square, "Of the chessboard")->type_name("LENGTH")->capture_default_str();
+  command.add_option("--model", request.model, "brown_conrady or fisheye")->capture_default_str();
+  command.add_option("--views", request.views, "Most views that are used, 4 to 500")->capture_default_str();
+  command.add_flag("--keep-all", request.keep_all, "Use also views that look like one before");
+  command.add_option("--out", request.out, "Camera file to write")->required()->type_name("FILE");
+  command.add_option("--picture", request.picture, "Picture of coverage and residuals [--out with .png]")
+      ->type_name("FILE");
+}
+
+}  // namespace
+
+void AddCalibrateLensCommand(CLI::App& calibrate) {
+  CLI::App* command = calibrate.add_subcommand("lens", "Calibrates a camera's lens from views of a flat target");
+  // Shared, as the callback outlives this function and std::function copies what it holds.
+  const auto request = std::make_shared<LensRequest>();
+  AddLensOptions(*command, *request);
+  command->footer(
+      "Show a sheet of markers (chequer print) glued to something flat to all parts of the image, tilted by 20 to 45\n"
+      "degrees to all sides, near and far; sheets seen in part count. Blurred and doubtful views are left out.\n\n"
+      "From the camera of a configuration, from a recording, from photographs of a chessboard:\n"
+      "  chequer calibrate lens --config chequerd.toml --marker 6x6 --side 60mm --out camera.toml\n"
+      "  chequer calibrate lens --marker 6x6:secded:0.06 recording --out camera.toml\n"
+      "  chequer calibrate lens --chessboard 9x6 --square 25mm photos/*.jpg --out camera.toml");
+  command->callback([request] { RunLens(*request); });
+}
+
+}  // namespace chequer

@@ -1,0 +1,231 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+#include "chequer/camera_file.h"
+#include "chequer/detector.h"
+#include "tools/calibrate.h"
+#include "tools/commands.h"
+#include "tools/frame_feed.h"
+#include "tools/length_option.h"
+#include "tools/marker_options.h"
+#include "world/estimate.h"
+#include "world/world_file.h"
+
+namespace chequer {
+namespace {
+
+/// The options as typed.
+struct WorldRequest {
+  FrameFeedOptions feed;
+  MarkerOptions markers;
+  std::string side;
+  std::string calibration;
+  std::string references;
+  std::string l_of_three;
+  std::string origin;
+  int frames = 50;
+  std::string out;
+};
+
+std::vector<MarkerFamily> Families(WorldRequest& request) {
+  if (!request.side.empty()) request.markers.side_m = ParseLength("--side", request.side);
+  return ParseMarkerFamilies(request.markers, true);
+}
+
+void CheckWays(const WorldRequest& request) {
+  const int ways = !request.references.empty() + !request.l_of_three.empty() + !request.origin.empty();
+  if (ways != 1)
+    throw CLI::ValidationError("--references",
+                               "or --l or --origin: give exactly one of them, to say where the world is");
+  if (request.frames < 1 || request.frames > 10'000)
+    throw CLI::ValidationError("--frames", fmt::format("{} is outside 1 to 10000", request.frames));
+}
+
+/// What stands still in the frames.
+std::vector<StillMarker> Watch(const WorldRequest& request, const DetectorOptions& options, FrameFeed& feed) {
+  Detector detector(options);
+  StillMarkers still;
+  const CameraModel& camera = *options.camera;
+  while (still.frames() < request.frames) {
+    const auto frame = feed.Next();
+    if (!frame) break;
+    if (frame->image.width() != camera.width || frame->image.height() != camera.height)
+      throw std::runtime_error(fmt::format("{} is {}x{}, but the calibration {} is for {}x{}", frame->name,
+                                           frame->image.width(), frame->image.height(), request.calibration,
+                                           camera.width, camera.height));
+    still.Add(detector.Detect(frame->image));
+  }
+  if (still.frames() == 0) throw std::runtime_error("there are no frames");
+  return still.Means();
+}
+
+/// Of the families together, the one marker that has that id.
+const StillMarker& Find(const std::vector<StillMarker>& seen, std::uint64_t id) {
+  const auto is_it = [&](const StillMarker& marker) { return marker.id == id; };
+  const auto found = std::find_if(seen.begin(), seen.end(), is_it);
+  if (found == seen.end()) throw std::runtime_error(fmt::format("marker {} is not seen", id));
+  if (std::count_if(seen.begin(), seen.end(), is_it) > 1)
+    throw std::runtime_error(fmt::format("there are markers {} of several kinds; name one kind by --marker", id));
+  return *found;
+}
+
+/// The estimate with the markers that its residuals number.
+struct Result {
+  WorldEstimate estimate;
+  std::vector<StillMarker> markers;
+};
+
+std::vector<std::uint64_t> ParseIds(const char* option, const std::string& text, std::size_t count) {
+  std::vector<std::uint64_t> ids;
+  for (std::size_t start = 0; start <= text.size();) {
+    const std::size_t end = std::min(text.find(',', start), text.size());
+    try {
+      std::size_t used = 0;
+      const std::string part = text.substr(start, end - start);
+      if (part.empty() || part[0] < '0' || part[0] > '9') throw std::invalid_argument(part);
+      ids.push_back(std::stoull(part, &used));
+      if (used != part.size()) throw std::invalid_argument(part);
+    } catch (const std::logic_error&) {
+      ids.clear();
+      break;
+    }
+    start = end + 1;
+  }
+  std::vector<std::uint64_t> different = ids;
+  std::sort(different.begin(), different.end());
+  if (ids.size() != count || std::adjacent_find(different.begin(), different.end()) != different.end())
+    throw CLI::ValidationError(
+        option, fmt::format("'{}' must be {}", text,
+                            count == 1 ? "the id of a marker"
+                                       : "three different ids: of the "
+                                         "marker at the corner, on the x axis, on the y axis, such as 0,1,2"));
+  return ids;
+}
+
+Result Estimate(const WorldRequest& request, const DetectorOptions& options, FrameFeed& feed) {
+  Result result;
+  if (!request.references.empty()) {
+    const ReferenceList list = LoadReferences(request.references);
+    for (const Reference& reference : list.references)
+      if (static_cast<std::size_t>(reference.family) >= options.families.size())
+        throw std::runtime_error(fmt::format("{}: reference {}: family = {}: must be below {}, the number of --marker",
+                                             request.references, reference.id, reference.family,
+                                             options.families.size()));
+    result.markers = Watch(request, options, feed);
+    try {
+      result.estimate = EstimateFromReferences(list, result.markers);
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(request.references + ": " + error.what());
+    }
+  } else if (!request.origin.empty()) {
+    const auto ids = ParseIds("--origin", request.origin, 1);
+    result.markers = {Find(Watch(request, options, feed), ids[0])};
+    result.estimate = EstimateFromMarker(result.markers[0]);
+  } else {
+    const auto ids = ParseIds("--l", request.l_of_three, 3);
+    const std::vector<StillMarker> seen = Watch(request, options, feed);
+    for (const std::uint64_t id : ids) result.markers.push_back(Find(seen, id));
+    result.estimate = EstimateFromL(std::span<const StillMarker, 3>(result.markers));
+  }
+  return result;
+}
+
+WorldCalibration MakeWorld(const Result& result, const DetectorOptions& options) {
+  WorldCalibration world;
+  world.world_from_camera = result.estimate.world_from_camera;
+  world.covariance = result.estimate.covariance;
+  world.rms_m = result.estimate.rms_m;
+  world.date = NowInUtc();
+  for (const ReferenceResidual& residual : result.estimate.residuals) {
+    const StillMarker& marker = result.markers[residual.seen];
+    WorldReference reference;
+    reference.id = marker.id;
+    reference.size = marker.size;
+    reference.variant = marker.variant;
+    reference.side_m = options.families[static_cast<std::size_t>(marker.family)].side_m;
+    reference.world_from_marker = world.world_from_camera * marker.camera_from_marker;
+    reference.residual_m = residual.offset_m;
+    world.references.push_back(reference);
+  }
+  return world;
+}
+
+std::string Degrees(const std::optional<double>& angle_rad) {
+  return angle_rad ? fmt::format("{:8.2f}", *angle_rad * 180 / M_PI) : fmt::format("{:>8}", "-");
+}
+
+void PrintResult(const Result& result) {
+  fmt::print("reference  frames   dx mm   dy mm   dz mm   off mm  tilt deg  heading deg\n");
+  for (const ReferenceResidual& residual : result.estimate.residuals) {
+    const StillMarker& marker = result.markers[residual.seen];
+    const Eigen::Vector3d mm = residual.offset_m * 1000;
+    fmt::print("{:>9}  {:>6}  {:6.2f}  {:6.2f}  {:6.2f}  {:7.2f}  {}     {}\n", marker.id, marker.frames, mm.x(),
+               mm.y(), mm.z(), mm.norm(), Degrees(residual.tilt_rad), Degrees(residual.heading_rad));
+  }
+  for (const std::uint64_t id : result.estimate.unseen) fmt::print("{:>9}  not seen\n", id);
+  const RigidTransform& pose = result.estimate.world_from_camera;
+  const Eigen::Matrix<double, 6, 1> sigma = result.estimate.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::Vector3d& p = pose.translation;
+  fmt::print("camera at ({:.4f}, {:.4f}, {:.4f}) m ± ({:.1f}, {:.1f}, {:.1f}) mm, turned ± {:.3f} deg; RMS {:.2f} mm\n",
+             p.x(), p.y(), p.z(), sigma[0] * 1000, sigma[1] * 1000, sigma[2] * 1000,
+             sigma.tail<3>().maxCoeff() * 180 / M_PI, result.estimate.rms_m * 1000);
+}
+
+void RunWorld(WorldRequest& request) {
+  CheckWays(request);
+  if (!request.origin.empty()) ParseIds("--origin", request.origin, 1);
+  if (!request.l_of_three.empty()) ParseIds("--l", request.l_of_three, 3);
+  DetectorOptions options;
+  options.families = Families(request);
+  options.camera = LoadCamera(request.calibration);
+  FrameFeed feed(request.feed);
+  const Result result = Estimate(request, options, feed);
+  PrintResult(result);
+  WriteWorld(request.out, MakeWorld(result, options));
+  fmt::print("written: {}\n", request.out);
+  if (feed.failed() > 0) throw CLI::RuntimeError(kExitInput);
+}
+
+void AddWorldOptions(CLI::App& command, WorldRequest& request) {
+  AddFrameFeedOptions(command, request.feed);
+  AddMarkerOptions(command, request.markers, false);
+  command.add_option("--side", request.side, "Side of the markers, cells included: 60mm, 6cm or 0.06 (metres)")
+      ->type_name("LENGTH");
+  command.add_option("--calibration", request.calibration, "Camera file")->required()->type_name("FILE");
+  command.add_option("--references", request.references, "List of markers at known places (TOML)")->type_name("FILE");
+  command.add_option("--l", request.l_of_three, "Three markers on the floor: corner, on the x axis, on the y axis")
+      ->type_name("ID,ID,ID");
+  command.add_option("--origin", request.origin, "One marker, whose frame is the world's")->type_name("ID");
+  command.add_option("--frames", request.frames, "Most frames that are averaged")->capture_default_str();
+  command.add_option("--out", request.out, "World file to write")->required()->type_name("FILE");
+}
+
+}  // namespace
+
+void AddCalibrateWorldCommand(CLI::App& calibrate) {
+  CLI::App* command = calibrate.add_subcommand("world", "Finds where the camera stands in the room");
+  // Shared, as the callback outlives this function and std::function copies what it holds.
+  const auto request = std::make_shared<WorldRequest>();
+  AddWorldOptions(*command, *request);
+  command->footer(
+      "The world frame: metres, z up from the floor. A list of references has, for each marker,\n"
+      "  [[reference]]\n"
+      "  id = 3\n"
+      "  position = [1.2, 0.0]   # of its centre; a third number is its height\n"
+      "  heading = 90            # may be left out: of its x axis, degrees, counter-clockwise\n"
+      "and may begin with sigma = 0.001, how exact the places are (metres, standard deviation): references that are\n"
+      "farther off than five of it contradict the others and are named.\n\n"
+      "  chequer calibrate world --calibration camera.toml --side 12cm --references room.toml frames/ --out "
+      "world.toml\n"
+      "  chequer calibrate world --calibration camera.toml --side 12cm --l 0,1,2 --config chequerd.toml --out "
+      "world.toml");
+  command->callback([request] { RunWorld(*request); });
+}
+
+}  // namespace chequer
