@@ -34,6 +34,21 @@ Words WordsOf(const CLI::App& app) {
   return words;
 }
 
+/// Of a command with parts: their names and what any of them takes.
+Words WordsWithParts(const CLI::App& command) {
+  Words words = WordsOf(command);
+  const auto add = [](std::string& list, const std::string& more, const char* separator) {
+    if (!more.empty()) list += (list.empty() ? "" : separator) + more;
+  };
+  for (const CLI::App* part : command.get_subcommands([](const CLI::App* sub) { return !sub->get_name().empty(); })) {
+    const Words more = WordsOf(*part);
+    add(words.options, part->get_name() + " " + more.options, " ");
+    add(words.files, more.files, "|");
+    add(words.valued, more.valued, "|");
+  }
+  return words;
+}
+
 std::string Cases(const Words& words, const std::string& indent) {
   std::string text;
   if (!words.files.empty())
@@ -50,7 +65,7 @@ std::string BashCompletion(const CLI::App& app) {
   std::string names;
   std::string branches;
   for (const CLI::App* command : commands) {
-    const Words words = WordsOf(*command);
+    const Words words = WordsWithParts(*command);
     names += (names.empty() ? "" : " ") + command->get_name();
     branches +=
         "    " + command->get_name() + ")\n" + Cases(words, "        ") + "      offers='" + words.options + "' ;;\n";

@@ -13,8 +13,22 @@ std::vector<const CLI::Option*> Shown(const CLI::App& app) {
   return app.get_options([](const CLI::Option* option) { return !option->get_group().empty(); });
 }
 
-std::vector<const CLI::App*> Commands(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App* command) { return !command->get_name().empty(); });
+/// A command that does something, with its whole name: "chequer calibrate lens".
+struct Command {
+  const CLI::App* app;
+  std::string name;
+};
+
+/// Commands that are only there to hold others are left out.
+std::vector<Command> Commands(const CLI::App& app, const std::string& name) {
+  std::vector<Command> commands;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App* sub) { return !sub->get_name().empty(); })) {
+    const std::string whole = name + " " + command->get_name();
+    const std::vector<Command> parts = Commands(*command, whole);
+    if (parts.empty()) commands.push_back({command, whole});
+    commands.insert(commands.end(), parts.begin(), parts.end());
+  }
+  return commands;
 }
 
 /// "\fB\-\-name\fR \fITYPE\fR", all names of the option.
@@ -64,18 +78,16 @@ std::string ManualPage(const CLI::App& app, std::string_view version, const Prog
   std::transform(title.begin(), title.end(), title.begin(),
                  [](char c) { return static_cast<char>(std::toupper(static_cast<unsigned char>(c))); });
   std::string text = TroffHead(title, page.section, version, app.get_name(), page.summary) + ".SH SYNOPSIS\n";
-  const auto commands = Commands(app);
+  const std::vector<Command> commands = Commands(app, app.get_name());
   if (commands.empty()) text += Synopsis(app, app.get_name());
-  for (const CLI::App* command : commands)
-    text +=
-        (command == commands.front() ? "" : ".br\n") + Synopsis(*command, app.get_name() + " " + command->get_name());
+  for (const Command& command : commands)
+    text += (&command == &commands.front() ? "" : ".br\n") + Synopsis(*command.app, command.name);
   text += ".SH DESCRIPTION\n" + TroffParagraphs(app.get_description());
   text += ".SH OPTIONS\n" + Options(app);
   if (!commands.empty()) text += ".SH COMMANDS\n";
-  for (const CLI::App* command : commands)
-    text += ".SS " + Troff(app.get_name() + " " + command->get_name()) + "\n" +
-            TroffParagraphs(command->get_description()) + Options(*command) + ".PP\n" +
-            TroffParagraphs(command->get_footer());
+  for (const Command& command : commands)
+    text += ".SS " + Troff(command.name) + "\n" + TroffParagraphs(command.app->get_description()) +
+            Options(*command.app) + ".PP\n" + TroffParagraphs(command.app->get_footer());
   if (!app.get_footer().empty()) text += ".SH NOTES\n" + TroffParagraphs(app.get_footer());
   return text + page.more + ".SH SEE ALSO\n" + Troff(page.see_also) + "\n";
 }
