@@ -1,20 +1,32 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <string>
 #include <string_view>
 
 namespace chequer {
 
-// Channel names are part of what users rely on (interfaces: <prefix>_POSES, <prefix>_STATUS).
+// Channel names are part of what users rely on.
 inline constexpr std::string_view kPosesSuffix = "_POSES";
 inline constexpr std::string_view kStatusSuffix = "_STATUS";
+inline constexpr std::string_view kRobotsSuffix = "_ROBOTS";
+inline constexpr std::string_view kTracksSuffix = "_TRACKS";
+/// Poses in the camera's frame of reference, where those of kPosesSuffix are in the world and both are wanted.
+inline constexpr std::string_view kCameraSuffix = "_CAMERA";
+inline constexpr std::array kChannelSuffixes{kPosesSuffix, kStatusSuffix, kRobotsSuffix, kTracksSuffix, kCameraSuffix};
 
 /// LCM carries channel names of at most 63 bytes.
 inline constexpr std::size_t kMaxChannelLength = 63;
 inline constexpr std::size_t kMaxPrefixLength = kMaxChannelLength - kStatusSuffix.size();
+static_assert(std::all_of(kChannelSuffixes.begin(), kChannelSuffixes.end(),
+                          [](std::string_view suffix) { return suffix.size() <= kStatusSuffix.size(); }));
 
-inline std::string PosesChannel(std::string_view prefix) { return std::string(prefix).append(kPosesSuffix); }
-inline std::string StatusChannel(std::string_view prefix) { return std::string(prefix).append(kStatusSuffix); }
+inline std::string ChannelName(std::string_view prefix, std::string_view suffix) {
+  return std::string(prefix).append(suffix);
+}
+inline std::string PosesChannel(std::string_view prefix) { return ChannelName(prefix, kPosesSuffix); }
+inline std::string StatusChannel(std::string_view prefix) { return ChannelName(prefix, kStatusSuffix); }
 
 /// Whether a prefix can be part of a channel name: 1 to kMaxPrefixLength of the characters A-Z a-z 0-9 _ -.
 /// (LCM allows more; these need no quoting in its regular expressions, in shells and in file names.)

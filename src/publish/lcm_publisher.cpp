@@ -64,7 +64,10 @@ std::string LcmPublisherOptions::Check() const {
 struct LcmPublisher::Impl {
   LcmUrl url;
   std::string poses_channel;
+  std::string camera_channel;
   std::string status_channel;
+  std::string robots_channel;
+  std::string tracks_channel;
   Clock clock;
   WireEncoder encoder;
   std::unique_ptr<lcm::LCM> lcm;
@@ -140,7 +143,10 @@ LcmPublisher::LcmPublisher(LcmPublisherOptions options, Clock clock) : impl_(std
   if (const std::string wrong = options.Check(); !wrong.empty()) throw std::runtime_error(wrong);
   impl_->url = ParseLcmUrl(options.url, LcmDirection::kPublish);
   impl_->poses_channel = PosesChannel(options.prefix);
+  impl_->camera_channel = ChannelName(options.prefix, kCameraSuffix);
   impl_->status_channel = StatusChannel(options.prefix);
+  impl_->robots_channel = ChannelName(options.prefix, kRobotsSuffix);
+  impl_->tracks_channel = ChannelName(options.prefix, kTracksSuffix);
   impl_->clock = std::move(clock);
   impl_->Open();
 }
@@ -150,6 +156,14 @@ LcmPublisher::~LcmPublisher() = default;
 bool LcmPublisher::Publish(const PosesMessage& message) { return impl_->Publish(impl_->poses_channel, message); }
 
 bool LcmPublisher::Publish(const StatusMessage& message) { return impl_->Publish(impl_->status_channel, message); }
+
+bool LcmPublisher::Publish(const RobotsMessage& message) { return impl_->Publish(impl_->robots_channel, message); }
+
+bool LcmPublisher::Publish(const TracksMessage& message) { return impl_->Publish(impl_->tracks_channel, message); }
+
+bool LcmPublisher::PublishInCamera(const PosesMessage& message) {
+  return impl_->Publish(impl_->camera_channel, message);
+}
 
 const PublisherHealth& LcmPublisher::health() const { return impl_->health; }
 

@@ -10,7 +10,7 @@ namespace chequer {
 
 struct LcmPublisherOptions {
   std::string url{"udpm://239.255.76.67:7667?ttl=0"};
-  /// Channels are <prefix>_POSES and <prefix>_STATUS.
+  /// Channels are <prefix>_POSES, <prefix>_STATUS and so on (channels.h).
   std::string prefix = "CHEQUER";
 
   /// Empty, or what is wrong and what would be right.
@@ -28,6 +28,9 @@ class LcmPublisher : public Publisher {
 
   bool Publish(const PosesMessage& message) override;
   bool Publish(const StatusMessage& message) override;
+  bool Publish(const RobotsMessage& message) override;
+  bool Publish(const TracksMessage& message) override;
+  bool PublishInCamera(const PosesMessage& message) override;
   const PublisherHealth& health() const override;
 
  private:

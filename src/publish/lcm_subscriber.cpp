@@ -27,7 +27,9 @@ std::string Quoted(const std::string& name) {
 std::string ChannelPattern(const ChannelFilter& filter) {
   if (!filter.channel.empty()) return Quoted(filter.channel);
   const std::string prefix = filter.prefix.empty() ? ".*" : Quoted(filter.prefix);
-  return prefix + "(" + std::string(kPosesSuffix) + "|" + std::string(kStatusSuffix) + ")";
+  std::string suffixes;
+  for (const std::string_view suffix : kChannelSuffixes) suffixes.append(suffixes.empty() ? "" : "|").append(suffix);
+  return prefix + "(" + suffixes + ")";
 }
 
 }  // namespace

@@ -10,9 +10,9 @@
 
 namespace chequer {
 
-/// Which channels are listened to. All empty: every channel named like ours, *_POSES and *_STATUS.
+/// Which channels are listened to. All empty: every channel named like ours, *_POSES, *_STATUS, *_TRACKS and so on.
 struct ChannelFilter {
-  std::string prefix;   ///< <prefix>_POSES and <prefix>_STATUS
+  std::string prefix;   ///< <prefix>_POSES, <prefix>_STATUS, <prefix>_TRACKS and so on
   std::string channel;  ///< this channel alone, whatever its name
 
   /// Empty, or what is wrong and what would be right.

@@ -8,6 +8,8 @@
 
 #include "chequer/detector.h"
 #include "chequer/frame.h"
+#include "core/robot_pose.h"
+#include "core/track_state.h"
 
 namespace chequer {
 
@@ -21,11 +23,37 @@ struct PosesMessage {
   std::uint64_t sequence = 0;        ///< always rising; a gap is frames that were lost
   std::uint64_t frames_dropped = 0;  ///< since the start, for any reason
   std::string camera;
-  std::string frame = "camera";  ///< frame of reference of the poses
+  std::string frame = "camera";  ///< frame of reference of the poses: camera_from_marker holds frame_from_marker
   int image_width = 0;           ///< pixels
   int image_height = 0;
   /// Their corners do not travel: in a received message all are NaN.
   std::vector<MarkerPose> markers;
+};
+
+/// What frames and their robots have in common.
+struct FrameHeader {
+  UtcTime captured_utc{};  ///< of the instant that `instant` names
+  MonotonicTime captured_monotonic{};
+  ExposureInstant instant = ExposureInstant::kUnknown;
+  UtcTime published_utc{};
+  MonotonicTime published_monotonic{};
+  std::uint64_t sequence = 0;
+  std::string camera;
+  std::string frame = "camera";
+};
+
+/// The robots of the roster that one frame shows: robots_t without LCM.
+struct RobotsMessage {
+  FrameHeader header;
+  std::vector<RobotPose> robots;
+};
+
+/// The tracks after one frame: tracks_t without LCM.
+struct TracksMessage {
+  FrameHeader header;
+  UtcTime valid_utc{};  ///< when the tracks hold
+  MonotonicTime valid_monotonic{};
+  std::vector<TrackState> tracks;
 };
 
 enum class CameraState : std::uint8_t { kWaiting, kRunning, kEnded };

@@ -13,6 +13,11 @@ class Publisher {
   /// Whether the message was taken; if not, it is gone and counted.
   virtual bool Publish(const PosesMessage& message) = 0;
   virtual bool Publish(const StatusMessage& message) = 0;
+  virtual bool Publish(const RobotsMessage& message) = 0;
+  virtual bool Publish(const TracksMessage& message) = 0;
+  /// A frame that was published in the world once more, in the camera's own frame of reference, on a channel of its
+  /// own.
+  virtual bool PublishInCamera(const PosesMessage& message) = 0;
 
   virtual const PublisherHealth& health() const = 0;
 };

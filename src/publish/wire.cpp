@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "chequer/check.h"
+#include "publish/wire_robots.h"
+#include "publish/wire_values.h"
 
 namespace chequer {
 namespace {
@@ -36,48 +38,26 @@ static_assert(static_cast<int>(PublisherState::kWaiting) == status_t::PUBLISHER_
 static_assert(static_cast<int>(PublisherState::kReady) == status_t::PUBLISHER_READY);
 static_assert(static_cast<int>(PublisherState::kFailing) == status_t::PUBLISHER_FAILING);
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr int kPoseDimensions = 6;
-
-template <typename Enum>
-std::int8_t WireEnum(Enum value) {
-  return static_cast<std::int8_t>(value);
-}
-
-/// The enumerator; nothing beyond the last one.
-template <typename Enum>
-std::optional<Enum> ReadEnum(std::int8_t value, Enum last) {
-  if (value < 0 || value > static_cast<int>(last)) return std::nullopt;
-  return static_cast<Enum>(value);
-}
-
-template <typename Time>
-std::int64_t Microseconds(Time time) {
-  return time.time_since_epoch().count();
-}
-
-template <typename Time>
-Time FromMicroseconds(std::int64_t microseconds) {
-  return Time(std::chrono::microseconds(microseconds));
-}
-
-/// LCM's integers are signed; counts stay far below 2^63, and an id keeps its 64 bits.
-std::int64_t Signed(std::uint64_t value) { return static_cast<std::int64_t>(value); }
-std::uint64_t Unsigned(std::int64_t value) { return static_cast<std::uint64_t>(value); }
+using wire_values::FromMicroseconds;
+using wire_values::Microseconds;
+using wire_values::ReadEnum;
+using wire_values::Signed;
+using wire_values::Unsigned;
+using wire_values::WireEnum;
 
 void WritePose(const MarkerPose& marker, marker_pose_t& wire) {
-  const Eigen::Quaterniond q = Canonical(marker.camera_from_marker.rotation);
-  const Eigen::Vector3d& t = marker.camera_from_marker.translation;
-  const bool valid = marker.has_pose;
-  wire.pose_valid = valid;
-  for (int i = 0; i < 3; ++i) wire.position[i] = valid ? t(i) : kNaN;
-  const double orientation[4] = {q.w(), q.x(), q.y(), q.z()};
-  for (int i = 0; i < 4; ++i) wire.orientation[i] = valid ? orientation[i] : kNaN;
-  int entry = 0;
-  for (int row = 0; row < kPoseDimensions; ++row)
-    for (int col = row; col < kPoseDimensions; ++col)
-      wire.covariance[entry++] = static_cast<float>(valid ? marker.covariance(row, col) : kNaN);
-  wire.ambiguity = static_cast<float>(valid ? marker.ambiguity : kNaN);
+  wire.pose_valid = marker.has_pose;
+  if (marker.has_pose) {
+    wire_values::WriteVector(marker.camera_from_marker.translation, wire.position);
+    wire_values::WriteRotation(marker.camera_from_marker.rotation, wire.orientation);
+    wire_values::WriteTriangle(marker.covariance, wire.covariance);
+    wire.ambiguity = static_cast<float>(marker.ambiguity);
+    return;
+  }
+  std::fill(std::begin(wire.position), std::end(wire.position), wire_values::kNaN);
+  std::fill(std::begin(wire.orientation), std::end(wire.orientation), wire_values::kNaN);
+  std::fill(std::begin(wire.covariance), std::end(wire.covariance), static_cast<float>(wire_values::kNaN));
+  wire.ambiguity = static_cast<float>(wire_values::kNaN);
 }
 
 void WriteMarker(const MarkerPose& marker, marker_pose_t& wire) {
@@ -167,13 +147,8 @@ void Write(const StatusMessage& message, status_t& wire) {
 
 void ReadPose(const marker_pose_t& wire, MarkerPose& marker) {
   marker.has_pose = true;
-  for (int i = 0; i < 3; ++i) marker.camera_from_marker.translation(i) = wire.position[i];
-  const double* q = wire.orientation;
-  marker.camera_from_marker.rotation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
-  int entry = 0;
-  for (int row = 0; row < kPoseDimensions; ++row)
-    for (int col = row; col < kPoseDimensions; ++col)
-      marker.covariance(row, col) = marker.covariance(col, row) = static_cast<double>(wire.covariance[entry++]);
+  marker.camera_from_marker = {wire_values::ReadRotation(wire.orientation), wire_values::ReadVector(wire.position)};
+  wire_values::ReadTriangle(wire.covariance, marker.covariance);
   marker.ambiguity = static_cast<double>(wire.ambiguity);
 }
 
@@ -278,6 +253,8 @@ std::optional<ReceivedMessage> DecodeAs(std::span<const std::uint8_t> bytes) {
 struct WireEncoder::Scratch {
   poses_t poses;
   status_t status;
+  robots_t robots;
+  tracks_t tracks;
   std::vector<std::uint8_t> bytes;
 };
 
@@ -296,10 +273,22 @@ std::span<const std::uint8_t> WireEncoder::Encode(const StatusMessage& message) 
   return EncodeInto(scratch_->status, scratch_->bytes);
 }
 
+std::span<const std::uint8_t> WireEncoder::Encode(const RobotsMessage& message) {
+  Write(message, scratch_->robots);
+  return EncodeInto(scratch_->robots, scratch_->bytes);
+}
+
+std::span<const std::uint8_t> WireEncoder::Encode(const TracksMessage& message) {
+  Write(message, scratch_->tracks);
+  return EncodeInto(scratch_->tracks, scratch_->bytes);
+}
+
 std::optional<ReceivedMessage> DecodeMessage(std::span<const std::uint8_t> bytes) {
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) return std::nullopt;
   try {
     if (auto poses = DecodeAs<poses_t>(bytes)) return poses;
+    if (auto tracks = DecodeAs<tracks_t>(bytes)) return tracks;
+    if (auto robots = DecodeAs<robots_t>(bytes)) return robots;
     return DecodeAs<status_t>(bytes);
   } catch (const std::exception&) {
     return std::nullopt;  // a count of elements that is negative or more than memory holds

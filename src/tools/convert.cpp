@@ -118,15 +118,25 @@ Converted WriteOneImage(const ConvertJob& job) {
 /// A log has no frames to choose or to change.
 void CheckLogOptions(const CLI::App& command) {
   for (const CLI::Option* option : command.get_options())
-    if (option->count() > 0 && option->get_name() != "input" && option->get_name() != "--out")
+    if (option->count() > 0 && option->get_name() != "input" && option->get_name() != "--out" &&
+        option->get_name() != "--stream")
       throw CLI::ValidationError(option->get_name(), "is for recordings and images, the input is an LCM log");
+}
+
+LogStream ParseStream(const std::optional<std::string>& word) {
+  if (!word) return LogStream::kAll;
+  if (*word == "poses") return LogStream::kPoses;
+  if (*word == "robots") return LogStream::kRobots;
+  if (*word == "tracks") return LogStream::kTracks;
+  throw CLI::ValidationError("--stream", *word + ": must be one of poses, robots, tracks");
 }
 
 void RunConvert(const CLI::App& command, const ConvertRequest& request) {
   if (request.inputs.size() == 1 && IsLcmLog(request.inputs.front())) {
     CheckLogOptions(command);
-    return ConvertLog(request.inputs.front(), request.out);
+    return ConvertLog(request.inputs.front(), request.out, ParseStream(request.stream));
   }
+  if (request.stream) throw CLI::ValidationError("--stream", "is for LCM logs; the input is none");
   const ConvertJob job = PlanConvert(request);
   Converted converted;
   switch (job.target) {
@@ -145,6 +155,10 @@ void AddOptions(CLI::App& command, ConvertRequest& request) {
       .add_option("--out", request.out,
                   "Folder of the new recording; or an image's name, .png or .jpg; of a log: .csv or .jsonl")
       ->required();
+  command
+      .add_option("--stream", request.stream,
+                  "Of a log only these: poses, robots or tracks [all; a .csv, which holds one kind: poses]")
+      ->type_name("S");
   command.add_flag("--images", request.images_only, "Write a folder of images alone, without recording.toml");
   command.add_option("--frames", request.frames, "Only these, counted from 0, both included")->type_name("FIRST-LAST");
   command.add_option("--every", request.every, "Only each N-th of them")->type_name("N")->capture_default_str();
@@ -190,7 +204,8 @@ void AddConvertCommand(CLI::App& app) {
       "  chequer convert photos --fps 25 --calibration camera.toml --out swarm\n"
       "  chequer convert swarm --frames 100-199 --images --out pictures\n"
       "  chequer convert raw_00000.png --one-channel BayerRG8 --pixel-format BGR8 --out colour.png\n"
-      "  chequer convert lcmlog-2024-05-01.00 --out poses.csv");
+      "  chequer convert lcmlog-2024-05-01.00 --out poses.csv\n"
+      "  chequer convert lcmlog-2024-05-01.00 --stream tracks --out tracks.csv");
   command->callback([request, command] { RunConvert(*command, *request); });
 }
 

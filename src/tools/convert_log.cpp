@@ -11,6 +11,7 @@
 
 #include "publish/lcm_log.h"
 #include "tools/message_text.h"
+#include "tools/robot_text.h"
 
 namespace chequer {
 namespace {
@@ -44,12 +45,32 @@ class Output {
   std::FILE* file_;
 };
 
-void WriteCsv(const LogRecord& record, Output& output) {
-  if (const auto* poses = std::get_if<PosesMessage>(&record.message)) output.Write(CsvRows(record.channel, *poses));
+/// Whether a message belongs to the stream.
+bool IsOf(const ReceivedMessage& message, LogStream stream) {
+  switch (stream) {
+    case LogStream::kAll: return true;
+    case LogStream::kPoses: return std::holds_alternative<PosesMessage>(message);
+    case LogStream::kRobots: return std::holds_alternative<RobotsMessage>(message);
+    case LogStream::kTracks: return std::holds_alternative<TracksMessage>(message);
+  }
+  return false;
 }
 
-void WriteJson(const LogRecord& record, Output& output) {
-  std::visit([&](const auto& message) { output.Write(JsonLine(record.channel, message) + "\n"); }, record.message);
+std::string CsvHeaderOf(LogStream stream) {
+  if (stream == LogStream::kRobots) return RobotsCsvHeader();
+  return stream == LogStream::kTracks ? TracksCsvHeader() : CsvHeader();
+}
+
+/// @param stream one that a table can hold.
+std::string CsvText(const LogRecord& record, LogStream stream) {
+  if (!IsOf(record.message, stream)) return {};
+  if (stream == LogStream::kRobots) return CsvRows(record.channel, std::get<RobotsMessage>(record.message));
+  if (stream == LogStream::kTracks) return CsvRows(record.channel, std::get<TracksMessage>(record.message));
+  return CsvRows(record.channel, std::get<PosesMessage>(record.message));
+}
+
+std::string JsonText(const LogRecord& record) {
+  return std::visit([&](const auto& message) { return JsonLine(record.channel, message) + "\n"; }, record.message);
 }
 
 }  // namespace
@@ -60,15 +81,19 @@ bool IsLcmLog(const std::filesystem::path& path) {
   return file.read(begin.data(), begin.size()) && std::memcmp(begin.data(), kSyncWord.data(), begin.size()) == 0;
 }
 
-void ConvertLog(const std::filesystem::path& log, const std::string& out) {
+void ConvertLog(const std::filesystem::path& log, const std::string& out, LogStream stream) {
   LcmLogReader reader(log);
   Output output(out);
   const bool csv = out.ends_with(".csv");
-  if (csv) output.Write(CsvHeader());
+  const LogStream of_table = stream == LogStream::kAll ? LogStream::kPoses : stream;
+  if (csv) output.Write(CsvHeaderOf(of_table));
   std::size_t messages = 0;
+  std::size_t of_stream = 0;
   while (const auto record = reader.Next()) {
-    csv ? WriteCsv(*record, output) : WriteJson(*record, output);
     ++messages;
+    if (!IsOf(record->message, stream)) continue;
+    output.Write(csv ? CsvText(*record, of_table) : JsonText(*record));
+    ++of_stream;
   }
   output.Finish();
   if (reader.damaged())
@@ -77,6 +102,10 @@ void ConvertLog(const std::filesystem::path& log, const std::string& out) {
   if (messages == 0)
     throw std::runtime_error(log.string() + " holds no messages of chequer's, but " + std::to_string(reader.skipped()) +
                              " others");
+  if (of_stream == 0)
+    throw std::runtime_error(log.string() + " holds no messages of that --stream, but " + std::to_string(messages) +
+                             " others of chequer's; chequerd sends robots where [robots] and tracks where [tracks] is "
+                             "configured");
 }
 
 }  // namespace chequer

@@ -1,6 +1,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -9,10 +10,13 @@
 #include <variant>
 
 #include "core/clock.h"
+#include "publish/channels.h"
 #include "publish/lcm_subscriber.h"
 #include "tools/commands.h"
+#include "tools/live_robots.h"
 #include "tools/live_table.h"
 #include "tools/message_text.h"
+#include "tools/robot_text.h"
 #include "tools/truth_check.h"
 
 namespace chequer {
@@ -75,9 +79,14 @@ class Listener {
   }
 
   void Take(const std::string& channel, const PosesMessage& message) {
+    // Where a daemon publishes its frames twice, they are counted and shown once unless they were asked for by name.
+    if (channel.ends_with(kCameraSuffix) && channel != request_.filter.channel && form_ != Form::kJson) {
+      CompareWithTruth(message);
+      return;
+    }
     // One call to the subscriber is one message, but a slow terminal must not make more of them than was asked for.
-    ++frames_;
-    if (truth_) truth_->Add(message);
+    if (!channel.ends_with(kCameraSuffix) || channel == request_.filter.channel) ++frames_;
+    CompareWithTruth(message);
     if (form_ == Form::kTable)
       table_.Add(channel, message, clock_.monotonic());
     else
@@ -87,6 +96,26 @@ class Listener {
   void Take(const std::string& channel, const StatusMessage& message) {
     if (truth_ && message.camera_state == CameraState::kEnded) ended_ = true;
     if (form_ != Form::kTable) PrintLine(form_ == Form::kJson ? JsonLine(channel, message) : PlainLine(message));
+  }
+
+  template <typename Message>
+  void TakeRobots(const std::string& channel, const Message& message) {
+    if (channel == request_.filter.channel) ++frames_;  // they come once a frame, and no poses come
+    if (form_ == Form::kTable)
+      robots_.Add(channel, message, clock_.monotonic());
+    else
+      PrintLine(form_ == Form::kJson ? JsonLine(channel, message) : PlainLine(message));
+  }
+  void Take(const std::string& channel, const RobotsMessage& message) { TakeRobots(channel, message); }
+  void Take(const std::string& channel, const TracksMessage& message) { TakeRobots(channel, message); }
+
+  /// The truth of a recording is what its camera sees.
+  void CompareWithTruth(const PosesMessage& message) {
+    if (!truth_) return;
+    if (message.frame == "camera")
+      truth_->Add(message);
+    else
+      other_frame_ = message.frame;
   }
 
   /// Flushed at once: whoever reads wants it live.
@@ -101,14 +130,27 @@ class Listener {
     next_redraw_ = now + kRedraw;
     // To the top left, then over the last table: the rest of each line and what is left below it away.
     std::string text = "\x1b[H";
-    for (const char c : table_.Text(now, TerminalLines())) text.append(c == '\n' ? "\x1b[K\n" : std::string(1, c));
+    for (const char c : Tables(now)) text.append(c == '\n' ? "\x1b[K\n" : std::string(1, c));
     std::printf("%s\x1b[J", text.c_str());
     std::fflush(stdout);
+  }
+
+  /// Markers, and below them robots where there are any.
+  std::string Tables(MonotonicTime now) {
+    const int lines = TerminalLines();
+    const std::string robots = robots_.Text(now, std::max(3, lines / 2));
+    return table_.Text(now, std::max(3, lines - static_cast<int>(std::count(robots.begin(), robots.end(), '\n')))) +
+           robots;
   }
 
   void Conclude() const {
     if (truth_) {
       PrintLine(truth_->Summary());
+      if (!other_frame_.empty() && !truth_->Passed())
+        std::fprintf(stderr,
+                     "chequer listen: poses came in the frame '%s'; --truth compares in the camera's: set frames = "
+                     "\"both\" in [world] of chequerd's configuration\n",
+                     other_frame_.c_str());
       if (!truth_->Passed()) throw CLI::RuntimeError(kExitInput);
     }
     if (request_.count > 0 && frames_ < request_.count)
@@ -120,7 +162,9 @@ class Listener {
   Form form_;
   Clock clock_ = Clock::System();
   LiveTable table_;
+  LiveRobots robots_;
   std::optional<TruthCheck> truth_;
+  std::string other_frame_;  ///< in which poses came that the truth cannot be compared with
   std::uint64_t frames_ = 0;
   bool ended_ = false;
   MonotonicTime next_redraw_{};
@@ -135,14 +179,14 @@ std::string IsAboveZero(const std::string& typed) {
 }  // namespace
 
 void AddListenCommand(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("listen", "Shows the poses that arrive over LCM");
+  CLI::App* command = app.add_subcommand("listen", "Shows the poses and tracks that arrive over LCM");
   // Shared, as the callback outlives this function and std::function copies what it holds.
   const auto request = std::make_shared<ListenRequest>();
   request->url = DefaultListenUrl();
   command->add_option("--url", request->url, "LCM URL; the default is the environment's LCM_DEFAULT_URL, else this")
       ->type_name("URL")
       ->capture_default_str();
-  command->add_option("--prefix", request->filter.prefix, "Only the channels PREFIX_POSES and PREFIX_STATUS");
+  command->add_option("--prefix", request->filter.prefix, "Only the channels PREFIX_POSES, PREFIX_TRACKS and so on");
   command->add_option("--channel", request->filter.channel, "Only this channel");
   command->add_flag("--json", request->json, "One JSON object a line and message instead of a table");
   command->add_option("--count", request->count, "End after so many frames; status 1 if fewer came")
@@ -155,8 +199,9 @@ void AddListenCommand(CLI::App& app) {
   command->footer(
       "On a terminal a table of what is seen now, otherwise a line a message. Positions are metres in the frame of "
       "the\n"
-      "camera (x right, y down, z forward); the heading is the direction of the marker's x axis in its x-y plane,\n"
-      "degrees from x towards y; the age is the time since the capture.\n\n"
+      "camera (x right, y down, z forward), or in the world where chequerd knows it; the heading is the direction of\n"
+      "the marker's x axis in its x-y plane, degrees from x towards y; the age is the time since the capture. Robots\n"
+      "and tracks are shown below the markers, with speed and yaw rate.\n\n"
       "Ten frames of the camera named ceiling, as JSON:\n"
       "  chequer listen --prefix CHEQUER_ceiling --json --count 10");
   command->callback([request] {

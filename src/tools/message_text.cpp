@@ -110,15 +110,15 @@ std::string CsvWarnings(const MarkerPose& marker) {
   return names;
 }
 
-/// Names come from other programs and may hold what separates fields.
+}  // namespace
+
 std::string CsvField(const std::string& text) {
+  // Names come from other programs and may hold what separates fields.
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
   return quoted + "\"";
 }
-
-}  // namespace
 
 double HeadingDegrees(const MarkerPose& marker) {
   const Eigen::Vector3d x_axis = marker.camera_from_marker.rotation * Eigen::Vector3d::UnitX();

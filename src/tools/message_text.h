@@ -27,4 +27,7 @@ std::string CsvHeader();
 /// One line a marker, each with its end; what is not known is empty. A frame without markers has one line without them.
 std::string CsvRows(const std::string& channel, const PosesMessage& message);
 
+/// A field of a line of comma-separated values, quoted where it must be.
+std::string CsvField(const std::string& text);
+
 }  // namespace chequer

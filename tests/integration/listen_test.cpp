@@ -43,6 +43,21 @@ TEST(Listen, PrintsFramesAsJson) {
   }
 }
 
+TEST(Listen, PrintsTracksAsJson) {
+  const Workspace workspace;
+  Process listener({CHEQUER, "listen", "--json", "--channel", "CHEQUER_test_TRACKS", "--count", "5"});
+  ASSERT_TRUE(listener.WaitForOutput("listening at"));
+  Process daemon({CHEQUERD, "--config", workspace.Configure("loop = true", "[tracks]\nenabled = true")});
+  EXPECT_EQ(listener.Wait(), 0) << listener.output();
+  const auto lines = JsonLines(listener.output());
+  ASSERT_EQ(lines.size(), 5u);
+  for (const json& line : lines) {
+    EXPECT_EQ(line["type"], "tracks");
+    EXPECT_EQ(line["frame"], "camera");
+    EXPECT_EQ(line["tracks"].size(), 8u);
+  }
+}
+
 TEST(Listen, HearsOnlyThePrefixThatWasAskedFor) {
   const Workspace workspace;
   Process other({CHEQUER, "listen", "--prefix", "OTHER", "--seconds", "1"});

@@ -16,9 +16,15 @@ class Published {
  public:
   void Add(const PosesMessage& message);
   void Add(const StatusMessage& message);
+  void Add(const RobotsMessage& message);
+  void Add(const TracksMessage& message);
+  void AddInCamera(const PosesMessage& message);
 
   std::vector<PosesMessage> poses() const;
   std::vector<StatusMessage> statuses() const;
+  std::vector<RobotsMessage> robots() const;
+  std::vector<TracksMessage> tracks() const;
+  std::vector<PosesMessage> in_camera() const;
 
   /// Waits until that many frames were published; false after ten seconds.
   bool WaitForPoses(std::size_t count) const;
@@ -29,6 +35,9 @@ class Published {
   mutable std::condition_variable changed_;
   std::vector<PosesMessage> poses_;
   std::vector<StatusMessage> statuses_;
+  std::vector<RobotsMessage> robots_;
+  std::vector<TracksMessage> tracks_;
+  std::vector<PosesMessage> in_camera_;
 };
 
 /// A publisher that keeps what it is given.
@@ -38,6 +47,12 @@ class RecordingPublisher final : public Publisher {
 
   bool Publish(const PosesMessage& message) override { return Count(message); }
   bool Publish(const StatusMessage& message) override { return Count(message); }
+  bool Publish(const RobotsMessage& message) override { return Count(message); }
+  bool Publish(const TracksMessage& message) override { return Count(message); }
+  bool PublishInCamera(const PosesMessage& message) override {
+    published_->AddInCamera(message);
+    return true;
+  }
   const PublisherHealth& health() const override { return health_; }
 
  private:

@@ -29,6 +29,12 @@ MarkerPose SampleMarker(std::uint64_t id) {
   return marker;
 }
 
+FrameHeader SampleHeader() {
+  const PosesMessage frame = SamplePoses(0);
+  return {frame.captured_utc,        frame.captured_monotonic, frame.instant, frame.published_utc,
+          frame.published_monotonic, frame.sequence,           frame.camera,  "world"};
+}
+
 }  // namespace
 
 PosesMessage SamplePoses(std::size_t markers) {
@@ -74,6 +80,51 @@ StatusMessage SampleStatus() {
   message.drops = {{"corrupt", 1}, {"superseded", 3}};
   message.stages = {{"detect", 60, microseconds(5000), microseconds(7000), microseconds(9000)}};
   message.detections = {{"boards", 3000}};
+  return message;
+}
+
+RobotsMessage SampleRobots(std::size_t robots) {
+  RobotsMessage message{SampleHeader(), {}};
+  for (std::size_t i = 0; i < robots; ++i) {
+    const MarkerPose marker = SampleMarker(i);
+    RobotPose robot;
+    robot.name = "robot " + std::to_string(i);
+    robot.ids = {i, i + 100};
+    robot.marker_count = 2;
+    robot.family = 1;
+    robot.frame_from_body = marker.camera_from_marker;
+    robot.covariance = marker.covariance;
+    robot.ambiguity = 0.25;
+    FloorPose floor{.position = {1.5, -2.5}, .heading_rad = 0.75};
+    floor.covariance << 1, 2, 3, 2, 4, 5, 3, 5, 6;
+    floor.height_error_m = 0.125;
+    floor.tilt_rad = 0.375;
+    floor.chi_square = 77;
+    floor.off_floor = true;
+    robot.floor = floor;
+    message.robots.push_back(robot);
+  }
+  return message;
+}
+
+TracksMessage SampleTracks(std::size_t tracks) {
+  TracksMessage message{
+      SampleHeader(), UtcTime(microseconds(1'700'000'000'131'000)), MonotonicTime(microseconds(42'007'545)), {}};
+  for (std::size_t i = 0; i < tracks; ++i) {
+    TrackState track;
+    track.key = {"robot " + std::to_string(i), 2, i};
+    track.frame_from_body = {RotationFromVector({0, 0, 0.5}), {0.25, -0.5, 3.0}};
+    track.velocity = {0.5, -0.25, 0.125};
+    track.angular_velocity = {0.0625, 0.03125, 1.5};
+    for (int row = 0; row < 12; ++row)
+      for (int col = 0; col < 12; ++col) track.covariance(row, col) = 1 + std::min(row, col) * 12 + std::max(row, col);
+    track.age = microseconds(5'000'000);
+    track.since_seen = microseconds(40'000);
+    track.coasting = true;
+    track.poses_used = 99;
+    track.poses_refused = 3;
+    message.tracks.push_back(track);
+  }
   return message;
 }
 

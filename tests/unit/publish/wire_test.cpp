@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -14,7 +15,9 @@ namespace chequer {
 namespace {
 
 using test::SamplePoses;
+using test::SampleRobots;
 using test::SampleStatus;
+using test::SampleTracks;
 
 std::vector<std::uint8_t> Encoded(const auto& message) {
   WireEncoder encoder;
@@ -39,6 +42,8 @@ std::uint64_t Fingerprint(const std::vector<std::uint8_t>& bytes) {
 TEST(Wire, KeepsTheTypesThatProgramsWereBuiltWith) {
   EXPECT_EQ(Fingerprint(Encoded(SamplePoses(1))), 0x67e21677ed0e6abdu);
   EXPECT_EQ(Fingerprint(Encoded(SampleStatus())), 0x1c51dae62dcf16ebu);
+  EXPECT_EQ(Fingerprint(Encoded(SampleRobots(1))), 0x329edb2022e2954cu);
+  EXPECT_EQ(Fingerprint(Encoded(SampleTracks(1))), 0x4385217552b0a3d9u);
 }
 
 TEST(Wire, CarriesEveryFieldOfAFrame) {
@@ -78,6 +83,97 @@ TEST(Wire, CarriesEveryFieldOfAMarker) {
   EXPECT_EQ(received.saturation_overlap, sent.saturation_overlap);
   EXPECT_EQ(received.bits_corrected, sent.bits_corrected);
   EXPECT_EQ(received.warnings, sent.warnings);
+}
+
+void ExpectSameHeader(const FrameHeader& received, const FrameHeader& sent) {
+  EXPECT_EQ(received.captured_utc, sent.captured_utc);
+  EXPECT_EQ(received.captured_monotonic, sent.captured_monotonic);
+  EXPECT_EQ(received.instant, sent.instant);
+  EXPECT_EQ(received.published_utc, sent.published_utc);
+  EXPECT_EQ(received.published_monotonic, sent.published_monotonic);
+  EXPECT_EQ(received.sequence, sent.sequence);
+  EXPECT_EQ(received.camera, sent.camera);
+  EXPECT_EQ(received.frame, sent.frame);
+}
+
+TEST(Wire, CarriesEveryFieldOfARobot) {
+  const RobotsMessage message = SampleRobots(2);
+  const auto received = std::get<RobotsMessage>(DecodeMessage(Encoded(message)).value());
+  ExpectSameHeader(received.header, message.header);
+  ASSERT_EQ(received.robots.size(), 2u);
+  const RobotPose& robot = received.robots[1];
+  const RobotPose& sent = message.robots[1];
+  EXPECT_EQ(robot.name, "robot 1");
+  EXPECT_EQ(robot.ids, sent.ids);
+  EXPECT_EQ(robot.marker_count, 2);
+  EXPECT_EQ(robot.family, sent.family);
+  EXPECT_EQ(robot.frame_from_body.translation, sent.frame_from_body.translation);
+  EXPECT_EQ(robot.frame_from_body.rotation.coeffs(), sent.frame_from_body.rotation.coeffs());
+  EXPECT_TRUE(robot.covariance.isApprox(sent.covariance, 1e-6));
+  EXPECT_EQ(robot.ambiguity, sent.ambiguity);
+  ASSERT_TRUE(robot.floor.has_value());
+  EXPECT_EQ(robot.floor->position, sent.floor->position);
+  EXPECT_EQ(robot.floor->heading_rad, sent.floor->heading_rad);
+  EXPECT_EQ(robot.floor->covariance, sent.floor->covariance);
+  EXPECT_EQ(robot.floor->height_error_m, sent.floor->height_error_m);
+  EXPECT_EQ(robot.floor->tilt_rad, sent.floor->tilt_rad);
+  EXPECT_EQ(robot.floor->chi_square, sent.floor->chi_square);
+  EXPECT_TRUE(robot.floor->off_floor);
+}
+
+TEST(Wire, SaysWhereARobotHasNoFloorPose) {
+  RobotsMessage message = SampleRobots(1);
+  message.robots[0].floor.reset();
+  message.robots[0].marker_count = 1;
+  const auto received = std::get<RobotsMessage>(DecodeMessage(Encoded(message)).value());
+  EXPECT_FALSE(received.robots[0].floor.has_value());
+  EXPECT_EQ(received.robots[0].marker_count, 1);
+}
+
+TEST(Wire, CarriesEveryFieldOfATrack) {
+  const TracksMessage message = SampleTracks(2);
+  const auto received = std::get<TracksMessage>(DecodeMessage(Encoded(message)).value());
+  ExpectSameHeader(received.header, message.header);
+  EXPECT_EQ(received.valid_utc, message.valid_utc);
+  EXPECT_EQ(received.valid_monotonic, message.valid_monotonic);
+  ASSERT_EQ(received.tracks.size(), 2u);
+  const TrackState& track = received.tracks[1];
+  const TrackState& sent = message.tracks[1];
+  EXPECT_EQ(track.key.robot, sent.key.robot);
+  EXPECT_EQ(track.key.family, sent.key.family);
+  EXPECT_EQ(track.key.id, sent.key.id);
+  EXPECT_EQ(track.frame_from_body.translation, sent.frame_from_body.translation);
+  EXPECT_EQ(track.frame_from_body.rotation.coeffs(), sent.frame_from_body.rotation.coeffs());
+  EXPECT_EQ(track.velocity, sent.velocity);
+  EXPECT_EQ(track.angular_velocity, sent.angular_velocity);
+  using Block = Eigen::Matrix<double, 6, 6>;
+  EXPECT_EQ(Block(track.covariance.topLeftCorner<6, 6>()), Block(sent.covariance.topLeftCorner<6, 6>()));
+  EXPECT_EQ(Block(track.covariance.bottomRightCorner<6, 6>()), Block(sent.covariance.bottomRightCorner<6, 6>()));
+  EXPECT_EQ(track.age, sent.age);
+  EXPECT_EQ(track.since_seen, sent.since_seen);
+  EXPECT_TRUE(track.coasting);
+  EXPECT_EQ(track.poses_used, sent.poses_used);
+  EXPECT_EQ(track.poses_refused, sent.poses_refused);
+}
+
+TEST(Wire, RefusesRobotsAndTracksThatAreCutOff) {
+  for (const auto& bytes : {Encoded(SampleRobots(2)), Encoded(SampleTracks(2))})
+    for (std::size_t size = 0; size < bytes.size(); size += 7)
+      EXPECT_FALSE(DecodeMessage(std::span(bytes).first(size)).has_value()) << size;
+}
+
+TEST(Wire, RefusesARobotWithMoreMarkersThanThereCanBe) {
+  std::vector<std::uint8_t> bytes = Encoded(SampleRobots(1));
+  const std::string name = "robot 0";
+  // A text is followed by a zero; what comes next is the count of markers.
+  const auto found = std::search(bytes.begin(), bytes.end(), name.begin(), name.end());
+  ASSERT_NE(found, bytes.end());
+  std::uint8_t& count = *(found + static_cast<std::ptrdiff_t>(name.size()) + 1);
+  ASSERT_EQ(count, 2);
+  for (const int wrong : {3, 100, 255}) {
+    count = static_cast<std::uint8_t>(wrong);
+    EXPECT_FALSE(DecodeMessage(bytes).has_value()) << wrong;
+  }
 }
 
 TEST(Wire, CarriesEveryFieldOfTheStatus) {

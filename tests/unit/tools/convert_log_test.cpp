@@ -56,6 +56,35 @@ TEST_F(ConvertLogTest, WritesARowAMarker) {
   EXPECT_EQ(Lines("out.csv").size(), 3u);
 }
 
+TEST_F(ConvertLogTest, WritesTheStreamThatIsAskedFor) {
+  {
+    LcmPublisher publisher({"file://" + log_.string() + "?mode=a", "CHEQUER"});
+    publisher.Publish(test::SampleRobots(2));
+    publisher.Publish(test::SampleTracks(3));
+  }
+  ConvertLog(log_, (folder_ / "all.jsonl").string());
+  EXPECT_EQ(Lines("all.jsonl").size(), 4u);
+  ConvertLog(log_, (folder_ / "tracks.jsonl").string(), LogStream::kTracks);
+  ASSERT_EQ(Lines("tracks.jsonl").size(), 1u);
+  EXPECT_EQ(nlohmann::json::parse(Lines("tracks.jsonl")[0])["type"], "tracks");
+  ConvertLog(log_, (folder_ / "robots.csv").string(), LogStream::kRobots);
+  ASSERT_EQ(Lines("robots.csv").size(), 3u);
+  EXPECT_THAT(Lines("robots.csv")[1], HasSubstr("CHEQUER_ROBOTS,ceiling,world,"));
+  ConvertLog(log_, (folder_ / "tracks.csv").string(), LogStream::kTracks);
+  EXPECT_EQ(Lines("tracks.csv").size(), 4u);
+  ConvertLog(log_, (folder_ / "poses.csv").string());
+  EXPECT_EQ(Lines("poses.csv").size(), 3u) << "a table holds the poses alone";
+}
+
+TEST_F(ConvertLogTest, SaysThatAStreamIsNotInTheLog) {
+  try {
+    ConvertLog(log_, (folder_ / "out.csv").string(), LogStream::kTracks);
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no messages of that --stream, but 2 others"));
+  }
+}
+
 std::string Refusal(const std::filesystem::path& log, const std::string& out) {
   try {
     ConvertLog(log, out);
