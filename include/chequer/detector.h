@@ -63,6 +63,18 @@ struct DetectorOptions {
   std::string Check() const;
 };
 
+/// What an image says of a board's place, before it is taken for a rigid body in front of a camera: whoever knows more
+/// (that the marker lies on the floor, or shares a body with another) estimates from it anew and loses nothing.
+struct BoardMeasurement {
+  /// From cells (from the board's centre, x along its columns, y down its rows) to focal_px times the plane z = 1; its
+  /// last entry is 1.
+  Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
+  /// Inverse covariance of its first eight entries, row by row.
+  Eigen::Matrix<double, 8, 8> information = Eigen::Matrix<double, 8, 8>::Zero();
+  double focal_px = 0;
+  double cell_m = 0;  ///< side of a cell
+};
+
 /// One marker found in an image.
 struct MarkerPose {
   std::optional<std::uint64_t> id;  ///< empty where undecided; `warnings` says why
@@ -79,6 +91,8 @@ struct MarkerPose {
   Matrix6d covariance = Matrix6d::Zero();
   /// Probability that the pose's mirror image (the second minimum) is the true one, 0..0.5.
   double ambiguity = 0;
+  /// What the pose was made of; valid with has_pose. Does not travel over LCM.
+  BoardMeasurement measurement;
 
   /// Inner corners row by row from the marker's top left, as fitted, in pixels of the (distorted) image; NaN where the
   /// corner was not seen. The first CornerCount(size) are used.

@@ -230,16 +230,18 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
   const Identity identity = worker.identifier.Identify(*fitted, board.size, reader, lens);
   if (!identity.plausible) return outcome;
   std::optional<std::array<PlanePose, 2>> poses;
+  const double side_m = options.families[static_cast<std::size_t>(identity.family)].side_m;
+  const double cell_m = side_m / std::max(board.size.rows, board.size.cols);
   if (lens.calibrated()) {
-    const double side_m = options.families[static_cast<std::size_t>(identity.family)].side_m;
-    poses = PlanePoses({fitted->geometry, fitted->information}, side_m / std::max(board.size.rows, board.size.cols),
-                       lens.focal());
+    poses = PlanePoses({fitted->geometry, fitted->information}, cell_m, lens.focal());
     if (!poses) return outcome;
   }
   outcome.accepted = true;
   outcome.noise = fitted->noise;
   Describe(*fitted, board, identity, lens, outcome.marker);
-  if (poses) DescribePose(*poses, outcome.marker);
+  if (!poses) return outcome;
+  DescribePose(*poses, outcome.marker);
+  outcome.marker.measurement = {fitted->geometry.plane_from_board(), fitted->information, lens.focal(), cell_m};
   return outcome;
 }
 

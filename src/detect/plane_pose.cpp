@@ -12,7 +12,7 @@ namespace {
 
 using Parameters = BoardGeometry::Parameters;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
-using ByPose = Eigen::Matrix<double, BoardGeometry::kParameters, 6>;
+using ByPose = HomographyByPose;
 
 constexpr int kMaxSteps = 12;
 /// A step that explains so little more, as a share of what is unexplained plus one, ends the descent.
@@ -85,6 +85,11 @@ PlanePose Descend(RigidTransform pose, const MeasuredHomography& measured, doubl
 }
 
 }  // namespace
+
+Parameters HomographyOfPose(const RigidTransform& camera_from_board, double cell_m, double focal,
+                            HomographyByPose* by_pose) {
+  return Homography(camera_from_board, cell_m, focal, by_pose);
+}
 
 std::optional<std::array<PlanePose, 2>> PlanePoses(const MeasuredHomography& measured, double cell_m, double focal) {
   const Eigen::Matrix3d& h = measured.geometry.plane_from_board();

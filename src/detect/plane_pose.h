@@ -15,6 +15,14 @@ struct MeasuredHomography {
   BoardGeometry::Information information;
 };
 
+/// Derivative of a homography's parameters by (x, y, z, θx, θy, θz) as in MarkerPose::covariance.
+using HomographyByPose = Eigen::Matrix<double, BoardGeometry::kParameters, 6>;
+
+/// The parameters of the homography that a board's pose makes, and their derivative. @pre the board's centre lies in
+/// front of the camera. @param cell_m side of a cell. @param focal of the plane, pixels.
+BoardGeometry::Parameters HomographyOfPose(const RigidTransform& camera_from_board, double cell_m, double focal,
+                                           HomographyByPose* by_pose);
+
 /// A pose with how well it explains a homography.
 struct PlanePose {
   RigidTransform camera_from_board;  ///< metres

@@ -1,0 +1,66 @@
+#include "robot/marker_survey.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace chequer {
+namespace {
+
+/// @pre not empty.
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+void MarkerSurvey::Add(std::span<const MarkerPose> markers) {
+  for (const MarkerPose& marker : markers) {
+    if (!marker.id || !marker.has_pose) continue;
+    const RigidTransform world_from_marker = world_from_camera_ * marker.camera_from_marker;
+    const Eigen::Vector3d face = world_from_marker.rotation * Eigen::Vector3d::UnitZ();
+    Samples& samples = samples_[{marker.family, *marker.id}];
+    samples.heights_m.push_back(world_from_marker.translation.z());
+    samples.tilts_rad.push_back(std::acos(std::clamp(face.z(), -1.0, 1.0)));
+  }
+}
+
+std::map<std::pair<int, std::uint64_t>, MarkerHeight> MarkerSurvey::Heights() const {
+  std::map<std::pair<int, std::uint64_t>, MarkerHeight> heights;
+  for (const auto& [key, samples] : samples_) {
+    MarkerHeight& height = heights[key];
+    height.height_m = Median(samples.heights_m);
+    height.tilt_rad = Median(samples.tilts_rad);
+    height.frames = static_cast<int>(samples.heights_m.size());
+    std::vector<double> distances;
+    for (const double sample : samples.heights_m) distances.push_back(std::abs(sample - height.height_m));
+    height.spread_m = Median(std::move(distances));
+  }
+  return heights;
+}
+
+RobotRoster RosterOf(const std::map<std::pair<int, std::uint64_t>, MarkerHeight>& heights) {
+  RobotRoster roster;
+  for (const auto& [key, height] : heights) {
+    const auto& [family, id] = key;
+    RosterRobot robot;
+    robot.name = "robot_" + (family == 0 ? "" : std::to_string(family) + "_") + std::to_string(id);
+    RosterMarker marker{.id = id, .family = family, .body_from_marker = {}};
+    marker.body_from_marker.translation.z() = height.height_m;
+    robot.markers.push_back(marker);
+    roster.robots.push_back(std::move(robot));
+  }
+  return roster;
+}
+
+RobotRoster WithHeights(RobotRoster roster, const std::map<std::pair<int, std::uint64_t>, MarkerHeight>& heights) {
+  for (RosterRobot& robot : roster.robots)
+    for (RosterMarker& marker : robot.markers)
+      if (const auto seen = heights.find({marker.family, marker.id}); seen != heights.end())
+        marker.body_from_marker.translation.z() = seen->second.height_m - robot.body_height_m;
+  return roster;
+}
+
+}  // namespace chequer

@@ -1,0 +1,56 @@
+#include "unit/robot/measured_boards.h"
+
+#include <Eigen/Cholesky>
+#include <numbers>
+
+#include "chequer/check.h"
+#include "detect/plane_pose.h"
+
+namespace chequer::test {
+
+RigidTransform WorldFromCamera() {
+  // Half a turn about x makes z look down.
+  return {RotationFromVector({0.1, -0.15, 0.3}) * RotationFromVector({std::numbers::pi, 0, 0}), {0.4, -0.3, 2.5}};
+}
+
+BoardMeasurement Measure(const RigidTransform& camera_from_marker, std::mt19937_64* random) {
+  const RigidTransform camera_from_board =
+      camera_from_marker * RigidTransform{Eigen::Quaterniond(0, 1, 0, 0), {0, 0, 0}};
+  Eigen::Matrix3d plane_from_board;
+  plane_from_board << kCellM * camera_from_board.rotation.toRotationMatrix().leftCols<2>(),
+      camera_from_board.translation;
+  plane_from_board.topRows<2>() *= kFocalPx;
+  BoardGeometry geometry(plane_from_board);
+  BoardGeometry::Information information = BoardGeometry::Information::Zero();
+  for (int y = -2; y <= 2; ++y)
+    for (int x = -2; x <= 2; ++x) {
+      const BoardGeometry::Derivative by = geometry.PlaneByParameters(Eigen::Vector2d(x, y));
+      information += by.transpose() * by / (kCornerPx * kCornerPx);
+    }
+  if (random != nullptr) {
+    std::normal_distribution<double> normal;
+    BoardGeometry::Parameters white;
+    for (double& value : white) value = normal(*random);
+    geometry.Add(information.llt().matrixU().solve(white));
+  }
+  return {geometry.plane_from_board(), information, kFocalPx, kCellM};
+}
+
+MarkerPose Detect(std::uint64_t id, const RigidTransform& camera_from_marker, std::mt19937_64* random) {
+  MarkerPose marker;
+  marker.id = id;
+  marker.measurement = Measure(camera_from_marker, random);
+  const auto poses = PlanePoses({BoardGeometry(marker.measurement.plane_from_board), marker.measurement.information},
+                                kCellM, kFocalPx);
+  CHEQUER_CHECK(poses.has_value(), "the test's marker is degenerate");
+  marker.has_pose = true;
+  marker.camera_from_marker = CameraFromMarker((*poses)[0].camera_from_board);
+  marker.covariance = (*poses)[0].covariance;
+  return marker;
+}
+
+RigidTransform OnFloor(double x, double y, double heading_rad, double height_m) {
+  return {RotationFromVector({0, 0, heading_rad}), {x, y, height_m}};
+}
+
+}  // namespace chequer::test
