@@ -96,6 +96,7 @@ DaemonConfig ReadConfig(TomlFile& file, const std::filesystem::path& base) {
   config.capture = ReadCaptureOptions(root.Table("capture"), base);
   ReadDetect(root.Table("detect"), config.detector);
   ReadMarkers(root, base, config.detector);
+  ReadFrameTables(root, base, config);
   ReadPipeline(root.Table("pipeline"), config);
   ReadPublish(root.Table("publish"), config.camera_name, config.publish);
   ReadMetrics(root.Table("metrics"), base, config.metrics);

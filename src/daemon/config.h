@@ -12,6 +12,7 @@
 #include "daemon/log_options.h"
 #include "daemon/metrics_options.h"
 #include "daemon/scheduling.h"
+#include "daemon/frame_publisher.h"
 #include "publish/lcm_publisher.h"
 
 namespace chequer {
@@ -30,6 +31,8 @@ struct DaemonConfig {
   int workers = 0;           ///< 0: one a core
   WhenBusyChoice when_busy = WhenBusyChoice::kAuto;
   SchedulingOptions scheduling;
+  /// The world, the robots and the tracks, with the files they name.
+  FramePublisherOptions frames;
   LcmPublisherOptions publish;
   MetricsOptions metrics;
   LogOptions log;
@@ -50,5 +53,9 @@ DaemonConfig ParseDaemonConfig(std::string_view text, const std::string& name, c
 /// Reads one [[marker]]. Throws as LoadDaemonConfig.
 /// @param need_side whether poses are wanted, which need the side.
 MarkerFamily ReadMarkerFamily(TomlTable& table, const std::filesystem::path& base, bool need_side);
+
+/// Reads [world], [robots] and [tracks] into config.frames. Throws as LoadDaemonConfig. @pre the camera, what is
+/// captured and the families of `config` are read.
+void ReadFrameTables(TomlTable& root, const std::filesystem::path& base, DaemonConfig& config);
 
 }  // namespace chequer

@@ -58,6 +58,7 @@ struct Pipeline::Impl {
 
   // Of the publish thread alone.
   Statistics& statistics;  ///< state's
+  FramePublisher frames;
   PosesMessage message;
   MonotonicTime next_status{};
 
@@ -74,7 +75,8 @@ struct Pipeline::Impl {
         // While one worker is held up by a hard frame, each other can be one frame ahead of it, and no more.
         finished(2 * static_cast<std::uint64_t>(options.workers)),
         workers_left(options.workers),
-        statistics(BeginStatistics()) {
+        statistics(BeginStatistics()),
+        frames(options.frames) {
     if (state.source_is_open && state.capture.state != CameraState::kEnded) {
       state.capture.state = CameraState::kRunning;
       state.capture.source = source->Describe();
@@ -230,7 +232,7 @@ struct Pipeline::Impl {
     message.markers = std::move(frame.found.markers);
     message.published_utc = clock.utc();
     message.published_monotonic = clock.monotonic();
-    publisher->Publish(message);
+    frames.Publish(message, *publisher, clock);
     frame.times.published = clock.monotonic();
     progress.frames.End();
     statistics.Published(frame.times, message.markers, frame.found.stats);
@@ -248,6 +250,8 @@ struct Pipeline::Impl {
     status.publisher = publisher->health();
     status.publisher.sent += state.former_publishers.sent;
     status.publisher.failed += state.former_publishers.failed;
+    if (status.camera_message.empty()) status.camera_message = frames.trouble();
+    for (NamedCount& count : frames.TakeCounts()) status.detections.push_back(std::move(count));
     publisher->Publish(status);
     if (capture.state == CameraState::kWaiting && !capture.message.empty()) TellReady();
     if (events.status) events.status(status);

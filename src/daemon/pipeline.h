@@ -11,6 +11,7 @@
 #include "chequer/detector.h"
 #include "core/clock.h"
 #include "daemon/capture_loop.h"
+#include "daemon/frame_publisher.h"
 #include "daemon/pipeline_state.h"
 #include "daemon/progress.h"
 #include "daemon/scheduling.h"
@@ -35,6 +36,7 @@ struct PipelineOptions {
   std::string camera = "camera";
   std::string version;
   std::chrono::milliseconds status_period{1000};
+  FramePublisherOptions frames;
 };
 
 /// What a detector made of one frame.

@@ -53,6 +53,7 @@ PipelineOptions MakePipelineOptions(const DaemonConfig& config, const std::strin
   options.scheduling = config.scheduling;
   options.camera = config.camera_name;
   options.version = version;
+  options.frames = config.frames;
   return options;
 }
 

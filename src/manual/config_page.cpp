@@ -68,7 +68,8 @@ std::string ConfigPage(std::string_view sample, std::string_view version) {
   return TroffHead("CHEQUERD.TOML", 5, version, "chequerd.toml", "configuration of chequerd") +
          ".SH SYNOPSIS\n\\fI/etc/chequer/NAME.toml\\fR, for the service \\fBchequerd@NAME\\fR\n.SH DESCRIPTION\n" +
          page.Finish() + ".SH FILES\n\\fI/etc/chequer/example.toml\\fR holds this text as a sample to copy.\n" +
-         ".SH SEE ALSO\n" + Troff("chequerd(8), chequer(1), chequer-camera.toml(5), chequer-recording(5)") + "\n";
+         ".SH SEE ALSO\n" +
+         Troff("chequerd(8), chequer(1), chequer-camera.toml(5), chequer-recording(5), chequer-robots.toml(5)") + "\n";
 }
 
 }  // namespace chequer
