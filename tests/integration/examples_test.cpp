@@ -1,0 +1,289 @@
+// The client kit of examples/: each client's latest, new and next; the followers in a closed loop.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <latch>
+#include <lcm/lcm-cpp.hpp>
+#include <numbers>
+#include <thread>
+
+#include "cpp/chequer_client.h"
+#include "example/drive_t.hpp"
+#include "publish/lcm_publisher.h"
+#include "support/process.h"
+#include "support/temporary_directory.h"
+
+extern "C" {
+#include "c/chequer_client.h"
+}
+
+namespace chequer {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using test::Process;
+using test::TemporaryDirectory;
+using ::testing::HasSubstr;
+
+/// A robot that drives as it is told.
+struct Robot {
+  double x = 0, y = 0, heading = 0, speed = 0, yaw_rate = 0;
+
+  void Drive(double time_s) {
+    x += speed * std::cos(heading) * time_s;
+    y += speed * std::sin(heading) * time_s;
+    heading += yaw_rate * time_s;
+  }
+};
+
+TrackState TrackOf(const std::string& name, const Robot& robot) {
+  TrackState track;
+  track.key.robot = name;
+  track.frame_from_body = {RotationFromVector({0, 0, robot.heading}), {robot.x, robot.y, 0}};
+  track.velocity = robot.speed * Eigen::Vector3d(std::cos(robot.heading), std::sin(robot.heading), 0);
+  track.angular_velocity = {0, 0, robot.yaw_rate};
+  return track;
+}
+
+PosesMessage PosesOf(std::uint64_t id, double x) {
+  PosesMessage message;
+  MarkerPose marker;
+  marker.id = id;
+  marker.has_pose = true;
+  marker.camera_from_marker.translation = {x, 2, 3};
+  message.markers.push_back(marker);
+  return message;
+}
+
+TracksMessage Message(const std::vector<TrackState>& tracks) {
+  TracksMessage message;
+  message.header.frame = "world";
+  message.tracks = tracks;
+  return message;
+}
+
+LcmPublisher ArenaPublisher(const std::string& url = LcmPublisherOptions{}.url) {
+  return LcmPublisher({.url = url, .prefix = "ARENA"});
+}
+
+std::string Example(const std::string& name) { return std::string(EXAMPLES_BUILD) + "/" + name; }
+std::string Script(const std::string& name) { return std::string(EXAMPLES_SOURCE) + "/python/" + name; }
+/// @param live whether the module lcm is there.
+std::vector<std::string> PythonPath(bool live) {
+  const std::string types = std::string(EXAMPLES_BUILD) + "/generated/python";
+  return {"PYTHONPATH=" + types + (live ? ":" CHEQUER_TEST_DATA "/integration/fake_lcm" : ""),
+          "PYTHONDONTWRITEBYTECODE=1"};
+}
+
+/// Sends over and over until a program has understood; false when it does not in time.
+template <typename Send, typename Understood>
+bool SendUntil(const Send& send, const Understood& understood) {
+  const auto deadline = std::chrono::steady_clock::now() + seconds(20);
+  while (std::chrono::steady_clock::now() < deadline) {
+    send();
+    if (understood()) return true;
+  }
+  return false;
+}
+
+TEST(CppClient, GivesTheLatestTheNewAndTheNext) {
+  chequer::client::Target<int> target;
+  EXPECT_EQ(target.Latest(), std::nullopt);
+  EXPECT_EQ(target.New(milliseconds(1)), std::nullopt);
+  target.Put(1);
+  EXPECT_EQ(target.New(milliseconds(0)), 1);
+  EXPECT_EQ(target.New(milliseconds(1)), std::nullopt) << "it was given before";
+  EXPECT_EQ(target.Latest(), 1) << "that may be had again and again";
+  target.Put(2);
+  target.Put(3);
+  EXPECT_EQ(target.New(milliseconds(0)), 3);
+  target.Put(4);
+  EXPECT_EQ(target.Next(milliseconds(1)), std::nullopt) << "it came before the call";
+  std::jthread later([&] { target.Put(5); });
+  const auto next = target.New(seconds(10));
+  EXPECT_TRUE(next == 4 || next == 5);
+}
+
+TEST(CppClient, NextWaitsForWhatComesAfterTheCall) {
+  chequer::client::Target<int> target;
+  target.Put(1);
+  std::jthread later([&](const std::stop_token& stop) {
+    for (int i = 2; !stop.stop_requested(); ++i) target.Put(i);
+  });
+  const auto next = target.Next(seconds(10));
+  ASSERT_TRUE(next.has_value());
+  EXPECT_GT(*next, 1);
+}
+
+TEST(CClient, GivesTheLatestTheNewAndTheNext) {
+  chequer_client* client = chequer_open("ARENA", nullptr);
+  ASSERT_NE(client, nullptr);
+  chequer_target* alice = chequer_watch_track(client, "alice");
+  chequer_target* marker = chequer_watch_marker(client, 1ull << 63);
+  chequer_state state{};
+  EXPECT_EQ(chequer_latest(alice, &state), 0);
+  EXPECT_EQ(chequer_new(alice, &state, 1), 0);
+  LcmPublisher publisher = ArenaPublisher();
+  const auto send = [&](double x) {
+    publisher.Publish(Message({TrackOf("alice", {.x = x, .heading = 0.5, .speed = 2})}));
+  };
+  send(1);
+  ASSERT_EQ(chequer_new(alice, &state, 10'000), 1);
+  EXPECT_EQ(state.position[0], 1);
+  EXPECT_NEAR(state.heading, 0.5, 1e-12);
+  EXPECT_NEAR(std::hypot(state.velocity[0], state.velocity[1]), 2, 1e-12);
+  EXPECT_EQ(chequer_new(alice, &state, 1), 0) << "it was given before";
+  EXPECT_EQ(chequer_latest(alice, &state), 1);
+  EXPECT_EQ(chequer_next(alice, &state, 1), 0) << "it came before the call";
+  std::jthread later([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) send(2);
+  });
+  ASSERT_EQ(chequer_next(alice, &state, 10'000), 1);
+  EXPECT_EQ(state.position[0], 2);
+  later.request_stop();
+  later.join();
+  publisher.Publish(PosesOf(1ull << 63, 7));
+  ASSERT_EQ(chequer_new(marker, &state, 10'000), 1);
+  EXPECT_EQ(state.position[0], 7);
+  chequer_close(client);
+}
+
+TEST(Watch, PrintsTheTrackOfARobotInEachLanguage) {
+  LcmPublisher publisher = ArenaPublisher();
+  const std::vector<std::vector<std::string>> commands{{Example("example_watch_cpp"), "ARENA", "alice"},
+                                                       {Example("example_watch_c"), "ARENA", "alice"},
+                                                       {"/usr/bin/python3", Script("watch.py"), "ARENA", "alice"}};
+  for (const auto& command : commands) {
+    Process watch(command, PythonPath(true));
+    ASSERT_TRUE(watch.WaitForOutput("watching")) << command[0] << watch.output();
+    EXPECT_TRUE(SendUntil(
+        [&] {
+          publisher.Publish(Message({TrackOf("bob", {.x = 9}), TrackOf("alice", {.x = 1.5, .speed = 0.25})}));
+        },
+        [&] {
+          return watch.WaitForOutput("alice 1.5000 0.0000 m, heading 0.0000 rad, 0.2500 m/s", milliseconds(100));
+        }))
+        << command[0] << watch.output();
+  }
+}
+
+TEST(Watch, PrintsTheRawPoseOfAMarkerToo) {
+  LcmPublisher publisher = ArenaPublisher();
+  const std::vector<std::vector<std::string>> commands{{Example("example_watch_c"), "ARENA", "17"},
+                                                       {"/usr/bin/python3", Script("watch.py"), "ARENA", "17"}};
+  for (const auto& command : commands) {
+    Process watch(command, PythonPath(true));
+    ASSERT_TRUE(watch.WaitForOutput("watching")) << command[0] << watch.output();
+    EXPECT_TRUE(SendUntil([&] { publisher.Publish(PosesOf(17, 0.25)); },
+                          [&] { return watch.WaitForOutput("17 0.2500 2.0000 m", milliseconds(100)); }))
+        << command[0] << watch.output();
+  }
+}
+
+/// Two robots: the leader goes round a circle, the follower does what it is told.
+class ClosedLoop {
+ public:
+  ClosedLoop() { lcm_.subscribe("bob_DRIVE", &ClosedLoop::OnDrive, this); }
+
+  /// Waits until a follower listens, then drives on.
+  bool Begin() {
+    return SendUntil([this] { Send(); }, [this] { return lcm_.handleTimeout(100) > 0 && drive_.yaw_rate != 0; });
+  }
+  /// False where no command comes in time.
+  bool Step() {
+    constexpr double kStepS = 0.05;
+    alice_.Drive(kStepS);
+    bob_.Drive(kStepS);
+    Send();
+    return lcm_.handleTimeout(5000) > 0;
+  }
+  double distance() const { return std::hypot(alice_.x - bob_.x, alice_.y - bob_.y); }
+
+ private:
+  void Send() { publisher_.Publish(Message({TrackOf("alice", alice_), TrackOf("bob", bob_)})); }
+  void OnDrive(const lcm::ReceiveBuffer* /*buffer*/, const std::string& /*channel*/, const example::drive_t* drive) {
+    drive_ = *drive;
+    bob_.speed = drive->speed;
+    bob_.yaw_rate = drive->yaw_rate;
+  }
+
+  LcmPublisher publisher_ = ArenaPublisher();
+  lcm::LCM lcm_;
+  example::drive_t drive_{};
+  Robot alice_{.x = 1, .y = 0, .heading = std::numbers::pi / 2, .speed = 0.2, .yaw_rate = 0.2};
+  Robot bob_{.x = -0.5, .y = 0.5, .heading = 2.5};
+};
+
+TEST(Follow, ClosesTheLoopInEachLanguage) {
+  const std::vector<std::vector<std::string>> commands{
+      {Example("example_follow_cpp"), "ARENA", "alice", "bob"},
+      {Example("example_follow_c"), "ARENA", "alice", "bob"},
+      {"/usr/bin/python3", Script("follow.py"), "ARENA", "alice", "bob"}};
+  for (const auto& command : commands) {
+    Process follow(command, PythonPath(true));
+    ClosedLoop loop;
+    ASSERT_TRUE(loop.Begin()) << command[0] << follow.output();
+    EXPECT_GT(loop.distance(), 1.0);
+    for (int i = 0; i < 400; ++i) ASSERT_TRUE(loop.Step()) << command[0] << follow.output();
+    EXPECT_GT(loop.distance(), 0.3) << command[0];
+    EXPECT_LT(loop.distance(), 0.5) << command[0];
+  }
+}
+
+/// An LCM log of alice driving along x.
+std::string WriteLog(const TemporaryDirectory& folder) {
+  const std::string path = folder / "tracks.lcm";
+  LcmPublisher publisher = ArenaPublisher("file://" + path + "?mode=w");
+  for (int i = 0; i < 3; ++i) {
+    publisher.Publish(Message({TrackOf("alice", {.x = 0.5 * i, .speed = 0.25}), TrackOf("bob", {.y = 1})}));
+    publisher.Publish(PosesOf(17, 0.25 * i));
+  }
+  return path;
+}
+
+TEST(PythonWithoutTheLcmModule, SaysSo) {
+  Process watch({"/usr/bin/python3", Script("watch.py"), "ARENA", "alice"}, PythonPath(false));
+  EXPECT_EQ(watch.Wait(), 1);
+  EXPECT_THAT(watch.output(), HasSubstr("module lcm is not installed"));
+}
+
+TEST(PythonWithoutTheLcmModule, ReadsALog) {
+  const TemporaryDirectory folder;
+  const std::string log = WriteLog(folder);
+  Process watch({"/usr/bin/python3", Script("watch.py"), "ARENA", "alice", log}, PythonPath(false));
+  EXPECT_EQ(watch.Wait(), 0) << watch.output();
+  EXPECT_THAT(watch.output(), HasSubstr("module lcm is not installed; reading"));
+  for (const char* line :
+       {"alice 0.0000 0.0000 m", "alice 0.5000 0.0000 m", "alice 1.0000 0.0000 m, heading 0.0000 rad, 0.2500 m/s"})
+    EXPECT_THAT(watch.output(), HasSubstr(line));
+  Process marker({"/usr/bin/python3", Script("watch.py"), "ARENA", "17", log}, PythonPath(false));
+  EXPECT_EQ(marker.Wait(), 0) << marker.output();
+  EXPECT_THAT(marker.output(), HasSubstr("17 0.5000 2.0000 m"));
+  Process follow({"/usr/bin/python3", Script("follow.py"), "ARENA", "alice", "bob", log}, PythonPath(false));
+  EXPECT_EQ(follow.Wait(), 0) << follow.output();
+  EXPECT_THAT(follow.output(), HasSubstr("-2.000 rad/s"));
+}
+
+TEST(PythonWithoutTheLcmModule, NamesALogThatIsNone) {
+  const TemporaryDirectory folder;
+  const std::string log = WriteLog(folder);
+  const auto complaint = [&](const std::string& file) {
+    Process watch({"/usr/bin/python3", Script("watch.py"), "ARENA", "nobody", file}, PythonPath(false));
+    EXPECT_EQ(watch.Wait(), 1);
+    return watch.output();
+  };
+  EXPECT_THAT(complaint(log), HasSubstr("nothing of nobody came"));
+  std::filesystem::resize_file(log, std::filesystem::file_size(log) - 5);
+  EXPECT_THAT(complaint(log), HasSubstr("cut off"));
+  std::ofstream(folder / "text") << std::string(100, 'x');
+  EXPECT_THAT(complaint(folder / "text"), HasSubstr("no LCM log"));
+  EXPECT_THAT(complaint(folder / "none"), HasSubstr("none"));
+}
+
+}  // namespace
+}  // namespace chequer
