@@ -73,9 +73,7 @@ FloorPose ReadFloor(const robot_pose_t& wire) {
 void WriteRobot(const RobotPose& robot, robot_pose_t& wire) {
   wire.name = robot.name;
   wire.marker_count = static_cast<std::int8_t>(robot.marker_count);
-  wire.marker_ids.clear();
-  for (int i = 0; i < robot.marker_count; ++i)
-    wire.marker_ids.push_back(Signed(robot.ids[static_cast<std::size_t>(i)]));
+  for (int i = 0; i < kMaxMarkersOnRobot; ++i) wire.marker_ids[i] = Signed(robot.ids[static_cast<std::size_t>(i)]);
   wire.family = static_cast<std::int16_t>(robot.family);
   WriteVector(robot.frame_from_body.translation, wire.position);
   WriteRotation(robot.frame_from_body.rotation, wire.orientation);
@@ -88,7 +86,7 @@ bool ReadRobot(const robot_pose_t& wire, RobotPose& robot) {
   if (wire.marker_count < 0 || wire.marker_count > kMaxMarkersOnRobot || wire.family < 0) return false;
   robot.name = wire.name;
   robot.marker_count = wire.marker_count;
-  for (std::size_t i = 0; i < wire.marker_ids.size(); ++i) robot.ids[i] = Unsigned(wire.marker_ids[i]);
+  for (int i = 0; i < kMaxMarkersOnRobot; ++i) robot.ids[static_cast<std::size_t>(i)] = Unsigned(wire.marker_ids[i]);
   robot.family = wire.family;
   robot.frame_from_body = {ReadRotation(wire.orientation), ReadVector(wire.position)};
   ReadTriangle(wire.covariance, robot.covariance);

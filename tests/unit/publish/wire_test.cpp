@@ -42,7 +42,7 @@ std::uint64_t Fingerprint(const std::vector<std::uint8_t>& bytes) {
 TEST(Wire, KeepsTheTypesThatProgramsWereBuiltWith) {
   EXPECT_EQ(Fingerprint(Encoded(SamplePoses(1))), 0x67e21677ed0e6abdu);
   EXPECT_EQ(Fingerprint(Encoded(SampleStatus())), 0x1c51dae62dcf16ebu);
-  EXPECT_EQ(Fingerprint(Encoded(SampleRobots(1))), 0x329edb2022e2954cu);
+  EXPECT_EQ(Fingerprint(Encoded(SampleRobots(1))), 0x9ab63ffebb200f54u);
   EXPECT_EQ(Fingerprint(Encoded(SampleTracks(1))), 0x4385217552b0a3d9u);
 }
 
