@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "chequer/image.h"
+#include "core/date_text.h"
 #include "core/file.h"
 #include "core/number_text.h"
 #include "core/toml_reader.h"
@@ -59,6 +60,7 @@ std::optional<CalibrationRecord> ReadRecord(TomlTable& table, const CameraModel&
   CalibrationRecord record;
   std::vector<double> uncertainty;
   const bool dated = table.Read("date", record.date, LengthRange{1, 64});
+  if (!IsDateText(record.date)) table.Fail("date", "must be a date, such as \"2024-05-01T12:00:00Z\"");
   const bool measured = table.Read("rms", record.rms_px, NumberRange{0, 1e6});
   const bool counted = table.Read("views", record.views, IntegerRange{1, 1'000'000});
   const bool estimated = table.Read("uncertainty", uncertainty, LengthRange{0, 9}, NumberRange{0, 1e6});

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/date_text.h"
 #include "core/file.h"
 #include "core/number_text.h"
 #include "core/toml_reader.h"
@@ -91,6 +92,7 @@ WorldCalibration ReadWorld(TomlFile file) {
   double rms = 0;
   if (table.Read("rms", rms, NumberRange{0, 1e5})) world.rms_m = rms;
   table.Read("date", world.date, LengthRange{1, 64});
+  if (!IsDateText(world.date)) table.Fail("date", "must be a date, such as \"2024-05-01T12:00:00Z\"");
   for (TomlTable& reference : table.Tables("reference", kMaxReferences))
     world.references.push_back(ReadReference(reference));
   file.CheckAllKeysRead();

@@ -141,6 +141,7 @@ TEST(CameraFile, ChecksWhatIsSaidOfTheCalibration) {
   EXPECT_THAT(ErrorOf(std::string(kGood) + "rms = -1\n"), HasSubstr("camera.rms = -1"));
   EXPECT_THAT(ErrorOf(std::string(kGood) + "views = 0\n"), HasSubstr("camera.views = 0"));
   EXPECT_THAT(ErrorOf(std::string(kGood) + "date = 2024\n"), HasSubstr("camera.date"));
+  EXPECT_THAT(ErrorOf(std::string(kGood) + "date = 'a \"date\"'\n"), HasSubstr("must be a date"));
   EXPECT_EQ(ErrorOf(std::string(kGood) + "date = \"yesterday\"\nrms = 0.1\n"), "no error");
 }
 

@@ -84,6 +84,8 @@ TEST(WorldFile, NamesFileLineAndKeyOfWhatIsWrong) {
   EXPECT_THAT(ErrorOf(With("side", "sight")), AllOf(HasSubstr("side"), HasSubstr("is missing")));
   EXPECT_THAT(ErrorOf(std::string(kGood) + "colour = 1\n"),
               AllOf(HasSubstr("world.toml:12"), HasSubstr("unknown key")));
+  EXPECT_THAT(ErrorOf(With("[world]\n", "[world]\ndate = 'a \"date\"'\n")),
+              AllOf(HasSubstr("world.toml:2"), HasSubstr("must be a date")));
   EXPECT_THAT(ErrorOf(""), AllOf(HasSubstr("world"), HasSubstr("is missing")));
   EXPECT_THAT(ErrorOf("[world"), HasSubstr("world.toml:1"));
 }
