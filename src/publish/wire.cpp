@@ -171,9 +171,25 @@ bool ReadMarker(const marker_pose_t& wire, MarkerPose& marker) {
   return true;
 }
 
+/// Whether it is a text that LCM could have sent: they end with the first zero byte.
+bool IsText(const std::string& text) { return text.find('\0') == std::string::npos; }
+
+bool AreTexts(const std::vector<count_t>& counts) {
+  return std::all_of(counts.begin(), counts.end(), [](const count_t& count) { return IsText(count.name); });
+}
+
+bool AreTexts(const std::vector<stage_latency_t>& stages) {
+  return std::all_of(stages.begin(), stages.end(), [](const stage_latency_t& stage) { return IsText(stage.stage); });
+}
+
+bool HoldsTexts(const status_t& wire) {
+  return IsText(wire.version) && IsText(wire.camera) && IsText(wire.camera_source) && IsText(wire.camera_message) &&
+         IsText(wire.publisher_message) && AreTexts(wire.drops) && AreTexts(wire.stages) && AreTexts(wire.detections);
+}
+
 std::optional<ReceivedMessage> Read(const poses_t& wire) {
   const auto instant = ReadEnum(wire.capture_instant, ExposureInstant::kEnd);
-  if (!instant) return std::nullopt;
+  if (!instant || !IsText(wire.camera) || !IsText(wire.frame)) return std::nullopt;
   PosesMessage message;
   message.captured_utc = FromMicroseconds<UtcTime>(wire.capture_utc_us);
   message.captured_monotonic = FromMicroseconds<MonotonicTime>(wire.capture_monotonic_us);
@@ -201,7 +217,7 @@ std::vector<NamedCount> ReadCounts(const std::vector<count_t>& wire) {
 std::optional<ReceivedMessage> Read(const status_t& wire) {
   const auto camera_state = ReadEnum(wire.camera_state, CameraState::kEnded);
   const auto publisher_state = ReadEnum(wire.publisher_state, PublisherState::kFailing);
-  if (!camera_state || !publisher_state) return std::nullopt;
+  if (!camera_state || !publisher_state || !HoldsTexts(wire)) return std::nullopt;
   StatusMessage message;
   message.utc = FromMicroseconds<UtcTime>(wire.utc_us);
   message.monotonic = FromMicroseconds<MonotonicTime>(wire.monotonic_us);

@@ -304,6 +304,18 @@ TEST(Wire, RefusesANegativeCountOfMarkers) {
   EXPECT_FALSE(DecodeMessage(bytes).has_value());
 }
 
+TEST(Wire, RefusesTextsWithZeroBytes) {
+  StatusMessage status = SampleStatus();
+  status.drops = {{"name_of_a_drop", 1}};
+  std::vector<std::uint8_t> bytes = Encoded(status);
+  const std::string name = "name_of_a_drop";
+  const auto place = std::search(bytes.begin(), bytes.end(), name.begin(), name.end());
+  ASSERT_NE(place, bytes.end());
+  EXPECT_TRUE(DecodeMessage(bytes).has_value());
+  *(place + 3) = 0;
+  EXPECT_FALSE(DecodeMessage(bytes).has_value());
+}
+
 /// The most memory this process ever had, kB.
 long PeakMemory() {
   rusage usage{};
