@@ -83,6 +83,7 @@ Service::Prepared Service::Prepare(const DaemonConfig& config, bool new_source, 
   Prepared prepared;
   prepared.options = MakePipelineOptions(config, version_, std::thread::hardware_concurrency());
   for (int i = 0; i < prepared.options.workers; ++i) prepared.detectors.push_back(parts_.make_detect(config.detector));
+  FramePublisher{prepared.options.frames};  // throws here rather than when the pipeline there is has ended
   if (new_source) prepared.source = parts_.make_source(config.capture);
   if (new_publisher) prepared.publisher = parts_.make_publisher(config.publish);
   return prepared;
