@@ -22,6 +22,9 @@ class FaultSource final : public FrameSource {
   CaptureResult Next(std::chrono::milliseconds timeout) override;
   void Interrupt() override;
   std::string Describe() const override;
+  std::vector<std::string> Remarks() const override { return behind_->Remarks(); }
+  double rate_hz() const override { return behind_->rate_hz(); }
+  std::string Health() const override { return behind_->Health(); }
 
  private:
   /// The fault that happens at or before the next frame.

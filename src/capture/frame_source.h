@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <string>
+#include <vector>
 
 #include "chequer/frame.h"
 
@@ -39,6 +40,15 @@ class FrameSource {
 
   /// One line for logs and status, such as "recording /data/swarm, 640x480 BGR8, 60 fps".
   virtual std::string Describe() const = 0;
+
+  /// What the last Open() could not do quite as asked, and went on without; a sentence each.
+  virtual std::vector<std::string> Remarks() const { return {}; }
+
+  /// Frames a second that it means to deliver; 0: unknown, or as they are asked for.
+  virtual double rate_hz() const { return 0; }
+
+  /// How it fares beside what its frames tell, such as "3 packets resent"; empty where there is nothing to tell.
+  virtual std::string Health() const { return {}; }
 };
 
 }  // namespace chequer

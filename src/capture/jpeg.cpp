@@ -88,10 +88,16 @@ struct PaddedPlanes {
   std::array<std::uint8_t*, 3> data{};
 };
 
-Image DecodePlanar(tjhandle handle, std::span<const std::uint8_t> bytes, const JpegHeader& header, PixelFormat format,
-                   ToneCurve tone_curve) {
-  Image image(format, header.width, header.height, tone_curve, YuvRange::kFull);
-  const auto shapes = PlaneShapes(format, header.width, header.height);
+/// Makes an image what it is to be, unless it is that already.
+void Shape(Image& image, PixelFormat format, const JpegHeader& header, ToneCurve tone_curve) {
+  const ImageView view = image.view();
+  const bool is_right = view.format() == format && view.width() == header.width && view.height() == header.height &&
+                        view.tone_curve() == tone_curve && view.yuv_range() == YuvRange::kFull;
+  if (!is_right) image = Image(format, header.width, header.height, tone_curve, YuvRange::kFull);
+}
+
+void DecodePlanar(tjhandle handle, std::span<const std::uint8_t> bytes, const JpegHeader& header, Image& image) {
+  const auto shapes = PlaneShapes(image.format(), header.width, header.height);
   std::uint8_t* next = image.bytes().data();
   if (header.width % 2 == 0 && header.height % 2 == 0) {
     std::array<std::uint8_t*, 3> planes{};
@@ -104,7 +110,7 @@ Image DecodePlanar(tjhandle handle, std::span<const std::uint8_t> bytes, const J
     CheckTurbo(tjDecompressToYUVPlanes(handle, bytes.data(), bytes.size(), planes.data(), header.width, strides.data(),
                                        header.height, kFlags),
                handle);
-    return image;
+    return;
   }
   PaddedPlanes padded(header.width, header.height, header.sampling);
   CheckTurbo(tjDecompressToYUVPlanes(handle, bytes.data(), bytes.size(), padded.data.data(), header.width,
@@ -114,7 +120,6 @@ Image DecodePlanar(tjhandle handle, std::span<const std::uint8_t> bytes, const J
     for (int y = 0; y < shapes[i].rows; ++y, next += shapes[i].row_bytes)
       std::memcpy(next, padded.data[i] + static_cast<std::ptrdiff_t>(padded.strides[i]) * y,
                   static_cast<std::size_t>(shapes[i].row_bytes));
-  return image;
 }
 
 PaddedPlanes PadPlanes(const ImageView& image, int sampling) {
@@ -139,16 +144,23 @@ struct TurboBytes {
 
 }  // namespace
 
-Image ImageFromJpeg(std::span<const std::uint8_t> bytes, JpegColour colour, ToneCurve tone_curve) {
+void DecodeJpeg(std::span<const std::uint8_t> bytes, JpegColour colour, ToneCurve tone_curve, Image& into) {
   const TurboHandle handle(tjInitDecompress());
   const JpegHeader header = ReadHeader(handle.get(), bytes);
-  if (const auto planar = PlanarFormat(header); planar && colour == JpegColour::kYuv)
-    return DecodePlanar(handle.get(), bytes, header, *planar, tone_curve);
+  if (const auto planar = PlanarFormat(header); planar && colour == JpegColour::kYuv) {
+    Shape(into, *planar, header, tone_curve);
+    return DecodePlanar(handle.get(), bytes, header, into);
+  }
   const bool grey = header.colour_space == TJCS_GRAY;
-  Image image(grey ? PixelFormat::kMono8 : PixelFormat::kBgr8, header.width, header.height, tone_curve);
-  CheckTurbo(tjDecompress2(handle.get(), bytes.data(), bytes.size(), image.bytes().data(), header.width, 0,
+  Shape(into, grey ? PixelFormat::kMono8 : PixelFormat::kBgr8, header, tone_curve);
+  CheckTurbo(tjDecompress2(handle.get(), bytes.data(), bytes.size(), into.bytes().data(), header.width, 0,
                            header.height, grey ? TJPF_GRAY : TJPF_BGR, kFlags),
              handle.get());
+}
+
+Image ImageFromJpeg(std::span<const std::uint8_t> bytes, JpegColour colour, ToneCurve tone_curve) {
+  Image image;
+  DecodeJpeg(bytes, colour, tone_curve, image);
   return image;
 }
 

@@ -19,6 +19,10 @@ enum class JpegColour : std::uint8_t {
 /// sensor had them. Throws std::runtime_error with the cause if the bytes are not a whole, sound JPEG.
 Image ImageFromJpeg(std::span<const std::uint8_t> bytes, JpegColour colour, ToneCurve tone_curve = ToneCurve::Srgb());
 
+/// The same into an image that is used again where its size and format are right, so that nothing is allocated.
+/// It is in no particular state when this throws.
+void DecodeJpeg(std::span<const std::uint8_t> bytes, JpegColour colour, ToneCurve tone_curve, Image& into);
+
 /// How JPEG shares chroma between pixels.
 enum class ChromaSharing : std::uint8_t { k444, k422, k420 };
 

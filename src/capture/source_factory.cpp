@@ -5,9 +5,12 @@
 #include <string_view>
 #include <utility>
 
+#include "capture/aravis_source.h"
+#include "capture/camera_config.h"
 #include "capture/fault.h"
 #include "capture/fault_source.h"
 #include "capture/replay_source.h"
+#include "capture/v4l2_source.h"
 
 namespace chequer {
 namespace {
@@ -15,7 +18,8 @@ namespace {
 template <typename Enum, std::size_t count>
 using Words = std::array<std::pair<std::string_view, Enum>, count>;
 
-constexpr Words<SourceKind, 1> kSources{{{"replay", SourceKind::kReplay}}};
+constexpr Words<SourceKind, 3> kSources{
+    {{"replay", SourceKind::kReplay}, {"v4l2", SourceKind::kV4l2}, {"aravis", SourceKind::kAravis}}};
 constexpr Words<ReplayPace, 3> kPaces{
     {{"recorded", ReplayPace::kRecorded}, {"fixed", ReplayPace::kFixedRate}, {"unlimited", ReplayPace::kUnlimited}}};
 constexpr Words<Preload, 3> kPreloads{{{"auto", Preload::kAuto}, {"yes", Preload::kYes}, {"no", Preload::kNo}}};
@@ -63,7 +67,11 @@ void ReadReplay(TomlTable& table, const std::filesystem::path& base, ReplayOptio
 CaptureOptions ReadCaptureOptions(TomlTable table, const std::filesystem::path& base) {
   CaptureOptions options;
   table.Read("source", options.source, kSources);
-  ReadReplay(table, base, options.replay);
+  switch (options.source) {
+    case SourceKind::kReplay: ReadReplay(table, base, options.replay); break;
+    case SourceKind::kV4l2: options.v4l2 = ReadV4l2Options(table); break;
+    case SourceKind::kAravis: options.aravis = ReadAravisOptions(table); break;
+  }
   table.Read("faults", options.faults, LengthRange{0, 1000});
   try {
     ParseFaults(options.faults);
@@ -73,8 +81,26 @@ CaptureOptions ReadCaptureOptions(TomlTable table, const std::filesystem::path& 
   return options;
 }
 
+const CameraOptions* CameraOf(const CaptureOptions& options) {
+  switch (options.source) {
+    case SourceKind::kV4l2: return &options.v4l2.camera;
+    case SourceKind::kAravis: return &options.aravis.camera;
+    case SourceKind::kReplay: break;
+  }
+  return nullptr;
+}
+
+CameraOptions* CameraOf(CaptureOptions& options) {
+  return const_cast<CameraOptions*>(CameraOf(std::as_const(options)));
+}
+
 std::unique_ptr<FrameSource> MakeSource(const CaptureOptions& options, std::shared_ptr<WaitingClock> clock) {
-  std::unique_ptr<FrameSource> source = std::make_unique<ReplaySource>(options.replay, clock);
+  std::unique_ptr<FrameSource> source;
+  switch (options.source) {
+    case SourceKind::kReplay: source = std::make_unique<ReplaySource>(options.replay, clock); break;
+    case SourceKind::kV4l2: source = std::make_unique<V4l2Source>(options.v4l2); break;
+    case SourceKind::kAravis: source = std::make_unique<AravisSource>(options.aravis); break;
+  }
   if (options.faults.empty()) return source;
   return std::make_unique<FaultSource>(std::move(source), ParseFaults(options.faults), std::move(clock));
 }

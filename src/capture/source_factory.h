@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/camera_options.h"
 #include "capture/frame_source.h"
 #include "capture/replay_options.h"
 #include "capture/waiting_clock.h"
@@ -14,17 +15,19 @@
 namespace chequer {
 
 /// Where frames come from.
-enum class SourceKind : std::uint8_t { kReplay };
+enum class SourceKind : std::uint8_t { kReplay, kV4l2, kAravis };
 
 struct CaptureOptions {
   SourceKind source = SourceKind::kReplay;
   ReplayOptions replay;             ///< of kReplay
+  V4l2Options v4l2;                 ///< of kV4l2
+  AravisOptions aravis;             ///< of kAravis
   std::vector<std::string> faults;  ///< of any source: what it does wrong, for tests (capture/fault.h)
 };
 
 /// Reads the table [capture] of a configuration:
 ///
-///   source = "replay"            # the only kind
+///   source = "replay"            # or "v4l2", "aravis", whose keys capture/camera_config.h reads
 ///   path = "swarm"               # a recording, a folder of images or one image; or
 ///   images = ["a.png", …]        # these
 ///   fps = 30                     # of images without a recording.toml, 0.001..10000
@@ -41,6 +44,10 @@ struct CaptureOptions {
 /// Throws std::runtime_error naming file, line, key, value and what would be right.
 /// @param base the folder that paths not beginning with / are relative to.
 CaptureOptions ReadCaptureOptions(TomlTable table, const std::filesystem::path& base);
+
+/// The options of the camera that is the source; null where it is a recording.
+const CameraOptions* CameraOf(const CaptureOptions& options);
+CameraOptions* CameraOf(CaptureOptions& options);
 
 /// The source that the options describe, not yet open. Throws std::runtime_error, saying what would be right, where
 /// they are not valid.

@@ -146,16 +146,15 @@ struct TomlFile::Impl {
   }
 };
 
-void TomlTable::Fail(std::string_view key, std::string_view why) const {
+std::string TomlTable::Place(std::string_view key) const {
   const toml::node* value = node_->table == nullptr ? nullptr : node_->table->get(key);
-  std::string message;
-  if (value != nullptr) {
-    message = node_->file->Place(value->source()) + node_->FullName(key) + " = " + Shown(*value);
-  } else {
-    message = (node_->table == nullptr ? node_->file->name + ": " : node_->file->Place(node_->table->source())) +
-              node_->FullName(key);
-  }
-  throw std::runtime_error(message.append(": ").append(why));
+  if (value != nullptr) return node_->file->Place(value->source()) + node_->FullName(key) + " = " + Shown(*value);
+  return (node_->table == nullptr ? node_->file->name + ": " : node_->file->Place(node_->table->source())) +
+         node_->FullName(key);
+}
+
+void TomlTable::Fail(std::string_view key, std::string_view why) const {
+  throw std::runtime_error(Place(key).append(": ").append(why));
 }
 
 void TomlTable::FailMissing(std::string_view key) const { Fail(key, "is missing and has no default"); }
@@ -256,6 +255,33 @@ std::ptrdiff_t TomlTable::ReadWord(std::string_view key, std::span<const std::st
     allowed.append(i == 0 ? "" : i + 1 == words.size() ? " or " : ", ").append("\"").append(words[i]).append("\"");
   }
   Fail(key, "must be " + allowed);
+}
+
+std::vector<TomlScalar> TomlTable::ReadScalars(std::size_t max_count) {
+  if (node_->table == nullptr) return {};
+  std::vector<std::pair<toml::source_position, TomlScalar>> found;
+  for (const auto& [name, node] : *node_->table) {
+    const std::string key(name.str());
+    node_->asked.insert(key);
+    if (found.size() == max_count) Fail(key, "there must be at most " + std::to_string(max_count) + " keys here");
+    TomlScalar scalar{key, {}, Place(key)};
+    if (const auto* text = node.as_string()) {
+      scalar.value = text->get();
+    } else if (const auto* whole = node.as_integer()) {
+      scalar.value = whole->get();
+    } else if (const auto* truth = node.as_boolean()) {
+      scalar.value = truth->get();
+    } else if (const auto* number = node.as_floating_point(); number != nullptr && std::isfinite(number->get())) {
+      scalar.value = number->get();
+    } else {
+      Fail(key, "must be a number, a text in quotes, true or false");
+    }
+    found.emplace_back(name.source().begin, std::move(scalar));
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<TomlScalar> scalars;
+  for (auto& [position, scalar] : found) scalars.push_back(std::move(scalar));
+  return scalars;
 }
 
 TomlTable TomlTable::Table(std::string_view key) {

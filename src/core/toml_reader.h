@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace chequer {
@@ -32,6 +33,13 @@ struct LengthRange {
   std::size_t max = 4096;
 };
 
+/// A single value of any type.
+struct TomlScalar {
+  std::string key;
+  std::variant<bool, std::int64_t, double, std::string> value;
+  std::string place;  ///< TomlTable::Place
+};
+
 /// A table of a TomlFile, borrowed: the file must outlive it. Each key must be asked for: what nobody asked for is
 /// refused by TomlFile::CheckAllKeysRead.
 ///
@@ -49,6 +57,10 @@ class TomlTable {
   bool Read(std::string_view key, std::vector<double>& value, LengthRange length, NumberRange each);
   bool Read(std::string_view key, std::vector<std::int64_t>& value, LengthRange length, IntegerRange each);
   bool Read(std::string_view key, std::vector<std::string>& value, LengthRange length);
+
+  /// Whatever keys the table has, in the order in which they are written. Throws where one is neither a text, a number
+  /// nor true or false.
+  std::vector<TomlScalar> ReadScalars(std::size_t max_count);
 
   /// One of some words. @param choices word and value, all words named in the message.
   template <typename Enum, std::size_t count>
@@ -78,6 +90,10 @@ class TomlTable {
   /// What each key says, printed so that equal texts mean the same: without comments, spacing and order. Does not count
   /// as asking for them.
   std::map<std::string, std::string> Texts() const;
+
+  /// What stands in front of messages about a key: "swarm.toml:12: capture.fps = -3"; of a key that is missing, the
+  /// table's place and the key.
+  std::string Place(std::string_view key) const;
 
   /// Throws with place, key and value in front: "swarm.toml:12: capture.fps = -3: why". Where the key is missing, the
   /// table's place is named.

@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "daemon/log_event.h"
@@ -11,6 +13,8 @@ namespace {
 
 /// How long one wait for a frame lasts; a stop interrupts it.
 constexpr std::chrono::milliseconds kFrameTimeout{250};
+/// As often as the status is published.
+constexpr std::chrono::seconds kHealthPeriod{1};
 
 std::string Text(FrameSize size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
 
@@ -62,7 +66,25 @@ bool CaptureLoop::Open(const std::stop_token& stop) {
     report.source = description;
     report.message.clear();
   });
+  TellRemarks();
   return true;
+}
+
+void CaptureLoop::TellRemarks() {
+  std::vector<std::string> remarks = source_.Remarks();
+  // A camera that comes and goes is not to fill the log with the same again.
+  if (remarks != remarks_)
+    for (const std::string& remark : remarks) spdlog::warn("{}", remark);
+  remarks_ = std::move(remarks);
+}
+
+void CaptureLoop::TellHealth() {
+  if (last_frame_ - health_told_ < kHealthPeriod) return;
+  health_told_ = last_frame_;
+  const std::string health = source_.Health();
+  if (health.empty()) return;
+  const std::string description = source_.Describe() + " (" + health + ")";
+  report_.Update([&](CaptureReport& report) { report.source = description; });
 }
 
 CaptureLoop::Next CaptureLoop::Take(CaptureResult result) {
@@ -76,7 +98,10 @@ CaptureLoop::Next CaptureLoop::Take(CaptureResult result) {
           !log.empty())
         spdlog::warn("{}", log);
       return Next::kGoOn;
-    case CaptureStatus::kDisconnected: Complain("the camera was lost", result.message); return Next::kReopen;
+    case CaptureStatus::kDisconnected:
+      if (had_frame_ && !away_since_) away_since_ = last_frame_;
+      Complain("the camera was lost", result.message);
+      return Next::kReopen;
     case CaptureStatus::kEnd:
       report_.Update([](CaptureReport& report) { report.state = CameraState::kEnded; });
       return Next::kFinish;
@@ -86,7 +111,10 @@ CaptureLoop::Next CaptureLoop::Take(CaptureResult result) {
 
 CaptureLoop::Next CaptureLoop::TakeFrame(Frame frame) {
   last_frame_ = clock_.monotonic();
+  had_frame_ = true;
+  CountMissed();
   Recover();
+  TellHealth();
   const FrameSize size{frame.image.width(), frame.image.height()};
   if (options_.size && size != *options_.size) {
     sequence_.UnusableFrame();
@@ -110,6 +138,14 @@ CaptureLoop::Next CaptureLoop::TakeFrame(Frame frame) {
     captured.dropped_before = report.unusable();
   });
   return pass_(std::move(captured)) ? Next::kGoOn : Next::kFinish;
+}
+
+void CaptureLoop::CountMissed() {
+  const auto since = std::exchange(away_since_, std::nullopt);
+  const double rate_hz = source_.rate_hz();
+  if (!since || rate_hz <= 0) return;
+  const double periods = rate_hz * std::chrono::duration<double>(last_frame_ - *since).count();
+  sequence_.Missed(static_cast<std::uint64_t>(std::max(1.0, std::round(periods) - 1)));
 }
 
 void CaptureLoop::NoFrame() {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "capture/frame_source.h"
 #include "core/back_off.h"
@@ -31,9 +32,10 @@ struct CaptureLoopOptions {
   /// Frames of another size are refused: the calibration does not hold for them. Empty: any size.
   std::optional<FrameSize> size;
   /// Between attempts at opening a source that is not there. It is plugged in by a person or comes with the boot: a
-  /// quarter of a second is not felt, and two seconds cost nothing.
+  /// quarter of a second is not felt. Asking the network for cameras takes a second by itself, so that even with the
+  /// longest wait poses come again some two seconds after a camera does.
   std::chrono::milliseconds first_reopen{250};
-  std::chrono::milliseconds longest_reopen{2000};
+  std::chrono::milliseconds longest_reopen{1000};
   /// Complain when no frame came for that long.
   std::chrono::milliseconds stall{2000};
 };
@@ -68,8 +70,11 @@ class CaptureLoop {
   enum class Next { kGoOn, kReopen, kFinish };
 
   bool Open(const std::stop_token& stop);
+  void TellRemarks();
+  void TellHealth();
   Next Take(CaptureResult result);
   Next TakeFrame(Frame frame);
+  void CountMissed();
   void NoFrame();
   void Recover();
   void Complain(std::string_view cause, std::string_view detail);
@@ -87,6 +92,10 @@ class CaptureLoop {
   RepeatedCause trouble_;       ///< the source is not there, or silent
   RepeatedCause bad_frames_;    ///< it is there, and frames are unusable
   MonotonicTime last_frame_{};  ///< or when it was opened
+  bool had_frame_ = false;
+  std::optional<MonotonicTime> away_since_;  ///< the last frame's arrival, from when the camera was lost on
+  MonotonicTime health_told_{};
+  std::vector<std::string> remarks_;  ///< that were logged
   std::mutex mutex_;
   std::condition_variable_any wake_;
 };

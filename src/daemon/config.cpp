@@ -46,6 +46,14 @@ void ReadCamera(TomlTable table, const std::filesystem::path& base, DaemonConfig
     config.detector.camera = AtKey(table, "calibration", [&] { return LoadCamera(base / calibration); });
 }
 
+/// A camera whose size is left out is asked for the one that its calibration is for.
+void TakeSizeOfCalibration(DaemonConfig& config) {
+  CameraOptions* camera = CameraOf(config.capture);
+  if (camera == nullptr || camera->width || !config.detector.camera) return;
+  camera->width = config.detector.camera->width;
+  camera->height = config.detector.camera->height;
+}
+
 void ReadDetect(TomlTable table, DetectorOptions& detector) {
   table.Read("color_space", detector.color_space, kColorSpaces);
   table.Read("max_luminance_overlap", detector.max_luminance_overlap, kOverlap);
@@ -94,6 +102,7 @@ DaemonConfig ReadConfig(TomlFile& file, const std::filesystem::path& base) {
   TomlTable root = file.root();
   ReadCamera(root.Table("camera"), base, config);
   config.capture = ReadCaptureOptions(root.Table("capture"), base);
+  TakeSizeOfCalibration(config);
   ReadDetect(root.Table("detect"), config.detector);
   ReadMarkers(root, base, config.detector);
   ReadFrameTables(root, base, config);

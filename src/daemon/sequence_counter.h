@@ -21,6 +21,9 @@ class SequenceCounter {
   /// Another camera took the place of the one there was: its first number says nothing of frames that were lost.
   void CameraReplaced() { replaced_ = true; }
 
+  /// The camera was away for so long that it would have given so many frames. Its next number begins anew.
+  void Missed(std::uint64_t frames) { missed_ = frames; }
+
   /// A frame came that cannot be used. Its number is unknown, so the gap that it will leave is not counted as lost.
   void UnusableFrame() { ++unusable_; }
 
@@ -28,6 +31,7 @@ class SequenceCounter {
   std::optional<std::uint64_t> last_camera_;
   std::uint64_t last_ = 0;
   std::uint64_t unusable_ = 0;
+  std::uint64_t missed_ = 0;
   bool replaced_ = false;
 };
 

@@ -20,7 +20,11 @@ std::string Section(const DaemonConfig& config, const std::string& name) {
 }
 
 bool SameSource(const DaemonConfig& one, const DaemonConfig& other) {
-  return Section(one, "capture") == Section(other, "capture");
+  if (Section(one, "capture") != Section(other, "capture")) return false;
+  // The size that a camera is asked for may come from its calibration.
+  const CameraOptions* camera = CameraOf(one.capture);
+  const CameraOptions* next = CameraOf(other.capture);
+  return camera == nullptr || (camera->width == next->width && camera->height == next->height);
 }
 
 bool SamePublisher(const DaemonConfig& one, const DaemonConfig& other) {

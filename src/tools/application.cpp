@@ -11,11 +11,14 @@ void DescribeTool(CLI::App& app) {
   app.require_subcommand(1);
   app.footer("chequer COMMAND --help says more, with an example.");
   AddCalibrateCommand(app);
+  AddCamerasCommand(app);
   AddConvertCommand(app);
   AddDetectCommand(app);
   AddListenCommand(app);
   AddPrintCommand(app);
+  AddRecordCommand(app);
   AddRenderCommand(app);
+  AddSnapshotCommand(app);
   AddStatusCommand(app);
 }
 

@@ -18,6 +18,8 @@ inline constexpr int kExitUsage = 2;  ///< the command line itself is wrong
 
 /// `chequer calibrate`: the lens of a camera, and where it stands.
 void AddCalibrateCommand(CLI::App& app);
+/// `chequer cameras`: the cameras that are there, and what they can do.
+void AddCamerasCommand(CLI::App& app);
 /// `chequer convert`: recordings and images into each other, logs of poses into text.
 void AddConvertCommand(CLI::App& app);
 /// `chequer detect`: the markers in images.
@@ -26,6 +28,10 @@ void AddDetectCommand(CLI::App& app);
 void AddListenCommand(CLI::App& app);
 /// `chequer print`: sheets of markers to print.
 void AddPrintCommand(CLI::App& app);
+/// `chequer record`: the frames of any source as a recording.
+void AddRecordCommand(CLI::App& app);
+/// `chequer snapshot`: one frame of a camera as an image.
+void AddSnapshotCommand(CLI::App& app);
 /// `chequer render`: frames of markers as a camera would see them, written as a recording with truth.
 void AddRenderCommand(CLI::App& app);
 

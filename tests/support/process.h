@@ -24,6 +24,7 @@ class Process {
   bool WaitForOutput(const std::string& text, std::chrono::milliseconds timeout = std::chrono::seconds(20));
 
   void Signal(int number) const;
+  pid_t pid() const { return pid_; }
   /// Its exit status, or 128 + the signal that ended it; nothing if it did not end in time.
   std::optional<int> Wait(std::chrono::milliseconds timeout = std::chrono::seconds(20));
 

@@ -53,6 +53,13 @@ class ScriptedSource final : public FrameSource {
   CaptureResult Next(std::chrono::milliseconds timeout) override;
   void Interrupt() override;
   std::string Describe() const override { return "scripted camera"; }
+  std::vector<std::string> Remarks() const override { return remarks; }
+  std::string Health() const override { return health; }
+  double rate_hz() const override { return rate; }
+
+  std::vector<std::string> remarks;
+  std::string health;
+  double rate = 0;  ///< frames a second
 
   int opened() const { return opened_; }
   /// Counts the frames whose buffers have not come back.

@@ -80,7 +80,7 @@ TEST(ReadCaptureOptions, SaysWhatWouldBeRight) {
   EXPECT_THAT(ReadError(""), HasSubstr("swarm.toml:1: capture.path: is missing: must be a recording"));
   EXPECT_THAT(ReadError("path = 'x'\nimages = ['y']"), HasSubstr("swarm.toml:3: capture.images = "));
   EXPECT_THAT(ReadError("path = 'x'\nsource = 'usb'"),
-              HasSubstr("swarm.toml:3: capture.source = 'usb': must be \"replay\""));
+              HasSubstr("swarm.toml:3: capture.source = 'usb': must be \"replay\", \"v4l2\" or \"aravis\""));
   EXPECT_THAT(ReadError("path = 'x'\npace = 'slow'"),
               HasSubstr("capture.pace = 'slow': must be \"recorded\", \"fixed\" or \"unlimited\""));
   EXPECT_THAT(ReadError("path = 'x'\nfps = 0"), HasSubstr("capture.fps = 0: must be from 0.001 to 10000"));

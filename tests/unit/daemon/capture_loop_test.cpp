@@ -36,6 +36,9 @@ class CaptureLoopTest : public ::testing::Test {
  protected:
   void Run(std::vector<Step> script, CaptureLoopOptions options = {}) {
     ScriptedSource source(std::move(script));
+    source.remarks = remarks_;
+    source.health = health_;
+    source.rate = rate_hz_;
     options.first_reopen = options.longest_reopen = milliseconds(0);
     CaptureLoop(
         options, source,
@@ -50,6 +53,9 @@ class CaptureLoopTest : public ::testing::Test {
     opened_ = source.opened();
   }
 
+  std::vector<std::string> remarks_;
+  std::string health_;
+  double rate_hz_ = 0;
   test::SteppedClock clock_;
   test::LogCapture log_;
   Shared<CaptureReport> report_;
@@ -148,6 +154,33 @@ TEST_F(CaptureLoopTest, DropsFramesThatTheCalibrationIsNotFor) {
   EXPECT_EQ(report.captured, 1u);
   EXPECT_THAT(report.message, HasSubstr("delivers 4x2, its calibration is for 8x2"));
   EXPECT_THAT(log_.lines(), ElementsAre(HasSubstr("delivers 4x2")));
+}
+
+TEST_F(CaptureLoopTest, LogsOnceWhatACameraDoesNotDoAsAsked) {
+  remarks_ = {"the camera gives 25"};
+  Run({FrameNumber(1), kGone, Opens(), FrameNumber(2), kEnd});
+  EXPECT_THAT(log_.lines(), ElementsAre(HasSubstr("the camera gives 25"), HasSubstr("the camera was lost"),
+                                        HasSubstr("frames come from")));
+}
+
+TEST_F(CaptureLoopTest, TellsHowTheCameraFares) {
+  health_ = "3 packets resent";
+  Run({FrameNumber(1), kEnd});
+  EXPECT_EQ(report_.Get().source, "scripted camera (3 packets resent)");
+}
+
+TEST_F(CaptureLoopTest, ShowsTheGapThatALostCameraLeaves) {
+  rate_hz_ = 400;  // the clock goes 10 ms from frame to frame: three would have come between them
+  Run({FrameNumber(7), kGone, Opens(), FrameNumber(0), FrameNumber(1), kEnd});
+  EXPECT_THAT(sequences_, ElementsAre(7, 11, 12));
+  EXPECT_THAT(dropped_, ElementsAre(0, 3, 3));
+  EXPECT_EQ(report_.Get().lost_before, 3u);
+}
+
+TEST_F(CaptureLoopTest, ShowsAGapHoweverShortTheCameraWasAway) {
+  rate_hz_ = 1;
+  Run({FrameNumber(7), kGone, Opens(), FrameNumber(0), kEnd});
+  EXPECT_THAT(sequences_, ElementsAre(7, 9));
 }
 
 }  // namespace

@@ -1,0 +1,134 @@
+#include "tools/source_options.h"
+
+#include <charconv>
+#include <cstdio>
+#include <stdexcept>
+
+#include "chequer/camera_file.h"
+#include "core/toml_reader.h"
+
+namespace chequer {
+namespace {
+
+/// A text as TOML writes it.
+std::string Quoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+/// Numbers, true and false as they are, all else as a text.
+std::string TomlValue(const std::string& typed) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(typed.data(), typed.data() + typed.size(), number);
+  const bool is_number = error == std::errc() && end == typed.data() + typed.size();
+  return is_number || typed == "true" || typed == "false" ? typed : Quoted(typed);
+}
+
+std::string SourceOf(const SourceRequest& request) {
+  if (!request.source.empty()) return request.source;
+  return request.device.empty() || request.device.starts_with('/') ? "v4l2" : "aravis";
+}
+
+std::string SettingLine(const std::string& setting) {
+  const std::size_t equals = setting.find('=');
+  if (equals == std::string::npos || equals == 0)
+    throw CLI::ValidationError("--set", "'" + setting + "' must be NAME=VALUE, such as brightness=128");
+  return Quoted(setting.substr(0, equals)) + " = " + TomlValue(setting.substr(equals + 1)) + "\n";
+}
+
+std::string SizeLines(const std::string& size) {
+  const std::size_t times = size.find('x');
+  const std::string width = size.substr(0, times), height = times == std::string::npos ? "" : size.substr(times + 1);
+  const auto is_number = [](const std::string& text) {
+    return !text.empty() && text.size() < 6 && text.find_first_not_of("0123456789") == std::string::npos;
+  };
+  if (!is_number(width) || !is_number(height))
+    throw CLI::ValidationError("--size", "'" + size + "' must be WIDTHxHEIGHT in pixels, such as 1920x1080");
+  return "width = " + width + "\nheight = " + height + "\n";
+}
+
+}  // namespace
+
+std::string CaptureText(const SourceRequest& request) {
+  const std::string source = SourceOf(request);
+  std::string text = "[capture]\nsource = " + Quoted(source) + "\n";
+  if (!request.device.empty()) text += "device = " + Quoted(request.device) + "\n";
+  if (!request.pixel_format.empty()) text += "pixel_format = " + Quoted(request.pixel_format) + "\n";
+  if (!request.size.empty()) text += SizeLines(request.size);
+  if (request.fps) text += "fps = " + std::to_string(*request.fps) + "\n";
+  if (!request.settings.empty()) text += source == "v4l2" ? "[capture.controls]\n" : "[capture.features]\n";
+  for (const std::string& setting : request.settings) text += SettingLine(setting);
+  return text;
+}
+
+void AddSourceOptions(CLI::App& command, SourceRequest& request) {
+  const char* group = "Where the frames come from";
+  command.add_option("--config", request.config, "As a configuration of chequerd says, instead of all below")
+      ->type_name("FILE")
+      ->group(group);
+  command
+      .add_option("--device", request.device,
+                  "Node, name or serial number of a V4L2 camera; id, serial number or address of a GenICam camera; "
+                  "`chequer cameras` lists them [the only V4L2 camera]")
+      ->type_name("CAMERA")
+      ->group(group);
+  command.add_option("--source", request.source, "v4l2 or aravis [v4l2 if the device begins with /]")
+      ->type_name("KIND")
+      ->group(group);
+  command.add_option("--pixel-format", request.pixel_format, "[the best there is]")->type_name("F")->group(group);
+  command.add_option("--size", request.size, "[the largest that is fast enough]")->type_name("WxH")->group(group);
+  command.add_option("--fps", request.fps, "[30]")->group(group);
+  command.add_option("--set", request.settings, "A control or feature, such as brightness=128; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->group(group);
+  command.add_option("--calibration", request.calibration, "Camera file [the configuration's]")
+      ->type_name("FILE")
+      ->group(group);
+}
+
+ChosenSource ChooseSource(const SourceRequest& request) {
+  const bool has_own = !request.device.empty() || !request.source.empty() || !request.pixel_format.empty() ||
+                       !request.size.empty() || request.fps || !request.settings.empty();
+  if (!request.config.empty() && has_own)
+    throw CLI::ValidationError("--config",
+                               "says it all: leave out --device, --source, --pixel-format, --size, --fps "
+                               "and --set");
+  ChosenSource chosen;
+  if (request.config.empty()) {
+    TomlFile file = TomlFile::Parse(CaptureText(request), "command line");
+    chosen.capture = ReadCaptureOptions(file.root().Table("capture"), {});
+    file.CheckAllKeysRead();
+  } else {
+    // The rest of it is the daemon's, which reads it more strictly.
+    TomlFile file = TomlFile::Load(request.config);
+    const std::filesystem::path base = std::filesystem::path(request.config).parent_path();
+    TomlTable camera = file.root().Table("camera");
+    camera.Read("name", chosen.camera);
+    std::string calibration;
+    if (camera.Read("calibration", calibration)) chosen.calibration = base / calibration;
+    chosen.capture = ReadCaptureOptions(file.root().Table("capture"), base);
+  }
+  if (!request.calibration.empty()) chosen.calibration = request.calibration;
+  CameraOptions* camera = CameraOf(chosen.capture);
+  if (camera != nullptr && !camera->width && chosen.calibration) {
+    const CameraModel model = LoadCamera(*chosen.calibration);
+    camera->width = model.width;
+    camera->height = model.height;
+  }
+  return chosen;
+}
+
+std::unique_ptr<FrameSource> OpenSource(const ChosenSource& chosen, const char* command) {
+  std::unique_ptr<FrameSource> source = MakeSource(chosen.capture);
+  if (const std::string problem = source->Open(); !problem.empty()) throw std::runtime_error(problem);
+  for (const std::string& remark : source->Remarks()) std::fprintf(stderr, "chequer %s: %s\n", command, remark.c_str());
+  return source;
+}
+
+}  // namespace chequer
