@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "detect/plane.h"

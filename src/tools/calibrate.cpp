@@ -1,11 +1,20 @@
 #include "tools/calibrate.h"
 
+#include <unistd.h>
+
 #include <array>
 #include <ctime>
 
 #include "tools/commands.h"
 
 namespace chequer {
+
+void CheckFolderOf(const char* option, const std::filesystem::path& file) {
+  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    throw CLI::ValidationError(
+        option, "'" + file.string() + "' cannot be written: there is no folder " + folder.string() + " that lets you");
+}
 
 std::string NowInUtc() {
   const std::time_t now = std::time(nullptr);

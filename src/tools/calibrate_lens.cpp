@@ -4,14 +4,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
-#include <chrono>
-#include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "chequer/camera_file.h"
@@ -185,6 +182,10 @@ void RunLens(LensRequest& request) {
   const std::filesystem::path out = request.out;
   const std::filesystem::path picture = request.picture.empty() ? std::filesystem::path(out).replace_extension(".png")
                                                                 : std::filesystem::path(request.picture);
+  if (picture == out)
+    throw CLI::ValidationError("--picture", "and --out are both '" + out.string() + "'; camera files end in .toml");
+  CheckFolderOf("--out", out);
+  CheckFolderOf("--picture", picture);
   const std::unique_ptr<LensTarget> target = MakeTarget(request);
   FrameFeed feed(request.feed);
   const ViewCollector collector = Collect(request, *target, feed);

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -181,6 +180,7 @@ void RunWorld(WorldRequest& request) {
   CheckWays(request);
   if (!request.origin.empty()) ParseIds("--origin", request.origin, 1);
   if (!request.l_of_three.empty()) ParseIds("--l", request.l_of_three, 3);
+  CheckFolderOf("--out", request.out);
   DetectorOptions options;
   options.families = Families(request);
   options.camera = LoadCamera(request.calibration);

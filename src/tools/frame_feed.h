@@ -1,6 +1,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <chrono>
+#include <csignal>
 #include <functional>
 #include <memory>
 #include <optional>

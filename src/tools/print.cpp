@@ -1,10 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "chequer/camera_file.h"
 #include "core/file.h"
@@ -45,7 +49,7 @@ enum class SheetFormat { kPdf, kSvg, kPng };
 SheetFormat FormatOf(const std::filesystem::path& out) {
   std::string extension = out.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (extension == ".pdf") return SheetFormat::kPdf;
   if (extension == ".svg") return SheetFormat::kSvg;
   if (extension == ".png") return SheetFormat::kPng;

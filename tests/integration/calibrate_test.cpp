@@ -69,6 +69,19 @@ TEST(CalibrateLensCommand, TakesTheCameraOfAConfigurationAndEndsWithIt) {
   EXPECT_TRUE(fs::exists(directory.path() / "picture.png"));
 }
 
+TEST(CalibrateLensCommand, DrawsCoverageOverItselfOnATerminal) {
+  const TemporaryDirectory directory;
+  const std::string config = directory.path() / "chequerd.toml", out = directory.path() / "camera.toml";
+  std::ofstream(config) << "[capture]\npath = \"" << (kData / "chessboard").string() << "\"\npace = \"unlimited\"\n";
+  Process process({"script", "-qec",
+                   std::string(CHEQUER) + " calibrate lens --chessboard 9x6 --config " + config + " --out " + out,
+                   "/dev/null"});
+  EXPECT_EQ(process.Wait(std::chrono::seconds(60)), 0) << process.output();
+  // Up by the lines of the picture and the one below it.
+  EXPECT_THAT(process.output(), HasSubstr("\x1b[9A"));
+  EXPECT_THAT(process.output(), HasSubstr("hold it into the"));
+}
+
 TEST(CalibrateLensCommand, SaysWhatIsWrongAndWritesNothing) {
   const TemporaryDirectory directory;
   const std::string out = directory.path() / "camera.toml", photos = kData / "chessboard", demo = kData / "demo_swarm";
@@ -78,6 +91,8 @@ TEST(CalibrateLensCommand, SaysWhatIsWrongAndWritesNothing) {
   ExpectFails({"lens", "--chessboard", "9by6", photos, "--out", out}, 2, "9by6");
   ExpectFails({"lens", "--chessboard", "9x6", "--model", "pinhole", photos, "--out", out}, 2, "fisheye");
   ExpectFails({"lens", "--chessboard", "9x6", "--views", "3", photos, "--out", out}, 2, "--views");
+  ExpectFails({"lens", "--chessboard", "9x6", photos, "--out", "camera.png"}, 2, "--picture");
+  ExpectFails({"lens", "--chessboard", "9x6", photos, "--out", "/nowhere/camera.toml"}, 2, "/nowhere");
   ExpectFails({"lens", "--chessboard", "7x5", photos, "--out", out}, 1, "at least 4 are needed");
   ExpectFails({"lens", "--side", "60mm", "/nowhere", "--out", out}, 1, "/nowhere");
   // Robots that drive are no sheet.
@@ -99,6 +114,8 @@ TEST(CalibrateWorldCommand, SaysWhatIsWrongAndWritesNothing) {
   fails({"--calibration", camera, "--origin", "one", demo}, 2, "id of a marker");
   fails({"--calibration", camera, "--origin", "999", demo}, 1, "marker 999 is not seen");
   fails({"--calibration", "/nowhere.toml", "--origin", "1", demo}, 1, "/nowhere.toml");
+  ExpectFails({"world", "--side", "12cm", "--calibration", camera, "--origin", "1", demo, "--out", "/nowhere/w.toml"},
+              2, "/nowhere");
   // Robots of the demo drive.
   fails({"--calibration", camera, "--origin", "0", demo}, 1, "moved by");
   const std::string list = directory.path() / "room.toml";
