@@ -55,6 +55,32 @@ class BoardGeometry {
   Eigen::Vector2d ToPlane(const Eigen::Vector2d& board) const;
   /// Derivative of the plane point by the board point.
   Eigen::Matrix2d PlaneByBoard(const Eigen::Vector2d& board) const;
+  /// Of a board point.
+  struct Local {
+    Eigen::Vector2d plane;
+    double depth = 1;  ///< the homography's third coordinate
+    Eigen::Matrix2d plane_by_board;
+
+    /// How board coordinate `axis` moves with the plane point.
+    Eigen::RowVector2d BoardByPlane(int axis) const {
+      const Eigen::Matrix2d& m = plane_by_board;
+      const double inverse = 1 / (m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0));
+      return axis == 0 ? Eigen::RowVector2d(m(1, 1) * inverse, -m(0, 1) * inverse)
+                       : Eigen::RowVector2d(-m(1, 0) * inverse, m(0, 0) * inverse);
+    }
+  };
+  Local At(const Eigen::Vector2d& board) const {
+    const Eigen::Matrix3d& h = plane_from_board_;
+    const double x = board.x(), y = board.y(), depth = h(2, 0) * x + h(2, 1) * y + h(2, 2);
+    const double inverse = 1 / depth;
+    Local local;
+    local.depth = depth;
+    local.plane = {(h(0, 0) * x + h(0, 1) * y + h(0, 2)) * inverse, (h(1, 0) * x + h(1, 1) * y + h(1, 2)) * inverse};
+    for (int row = 0; row < 2; ++row)
+      for (int col = 0; col < 2; ++col)
+        local.plane_by_board(row, col) = (h(row, col) - local.plane[row] * h(2, col)) * inverse;
+    return local;
+  }
   /// Derivative of the plane point by the parameters.
   Derivative PlaneByParameters(const Eigen::Vector2d& board) const;
   /// Adds a step of the parameters.

@@ -9,6 +9,9 @@ namespace {
 
 /// The most pixels of a lane: large cells are thinned out to that.
 constexpr int kLaneCapacity = 400;
+/// Lanes of as many pixels, of cells of 18 px and more, are thinned out inside the cells: in smaller ones, choosing costs
+/// what it saves.
+constexpr double kThinnedFrom = 80;
 
 /// How far outwards, in cells, the pixels of the board's rim are used: the rim itself is blurred with a background
 /// that nothing is known of.
@@ -16,58 +19,61 @@ double OutwardReach(double px_per_cell, double blur_px) {
   return std::clamp(1 - (2.2 * blur_px + 0.5) / px_per_cell, 0.4, 0.9);
 }
 
-/// The inverse of a lens around one pixel, to second order.
-struct LocalLens {
-  Eigen::Vector2d pixel, plane;
-  Eigen::Matrix2d by_pixel;             ///< d plane / d pixel
-  Eigen::Vector2d by_xx, by_xy, by_yy;  ///< ½ d²/dx², d²/dxdy, ½ d²/dy²
+/// The plane coordinates of the pixels around one, from an origin, to second order.
+struct LocalPlane {
+  /// Of u and v: the value, the slopes by x and y, ½ d²/dx², d²/dxdy, ½ d²/dy².
+  std::array<float, 2> at, by_x, by_y, by_xx, by_xy, by_yy;
 };
 
-/// Nothing where the lens has no inverse.
-std::optional<LocalLens> LensAround(const Lens& lens, const Eigen::Vector2d& plane) {
-  LocalLens local;
-  local.plane = plane;
-  local.by_xx = local.by_xy = local.by_yy = Eigen::Vector2d::Zero();
+/// Nothing where the lens has no inverse. @param plane of the pixel. @param pixel_by_plane derivative there.
+std::optional<LocalPlane> PlaneAround(const Lens& lens, const Eigen::Vector2d& plane,
+                                      const Eigen::Matrix2d& pixel_by_plane, const Eigen::Vector2d& origin) {
+  LocalPlane local{};
+  const auto set = [](std::array<float, 2>& to, const Eigen::Vector2d& value) {
+    to = {static_cast<float>(value.x()), static_cast<float>(value.y())};
+  };
+  set(local.at, plane - origin);
   if (!lens.calibrated()) {
-    local.pixel = plane;
-    local.by_pixel.setIdentity();
+    local.by_x = {1, 0};
+    local.by_y = {0, 1};
     return local;
   }
-  Eigen::Matrix2d at, at_x, at_y;
-  local.pixel = lens.ToImage(plane, &at);
-  if (!(at.determinant() > 1e-6)) return std::nullopt;
-  local.by_pixel = at.inverse();
+  if (!(pixel_by_plane.determinant() > 1e-6)) return std::nullopt;
+  const Eigen::Matrix2d by_pixel = pixel_by_plane.inverse();
   // Change of the inverse Jacobian over a step of h pixels along x and along y.
   constexpr double h = 2;
-  lens.ToImage(plane + h * local.by_pixel.col(0), &at_x);
-  lens.ToImage(plane + h * local.by_pixel.col(1), &at_y);
-  const Eigen::Matrix2d by_x = (at_x.inverse() - local.by_pixel) / h, by_y = (at_y.inverse() - local.by_pixel) / h;
-  local.by_xx = 0.5 * by_x.col(0);
-  local.by_xy = by_x.col(1);
-  local.by_yy = 0.5 * by_y.col(1);
+  Eigen::Matrix2d at_x, at_y;
+  lens.ToImage(plane + h * by_pixel.col(0), &at_x);
+  lens.ToImage(plane + h * by_pixel.col(1), &at_y);
+  const Eigen::Matrix2d by_x = (at_x.inverse() - by_pixel) / h, by_y = (at_y.inverse() - by_pixel) / h;
+  set(local.by_x, by_pixel.col(0));
+  set(local.by_y, by_pixel.col(1));
+  set(local.by_xx, 0.5 * by_x.col(0));
+  set(local.by_xy, by_x.col(1));
+  set(local.by_yy, 0.5 * by_y.col(1));
   return local;
 }
 
-/// The plane coordinates of pixels around a local lens's pixel, from an origin: parabolas along rows, by differences.
+/// The plane coordinates of the pixels of a row: parabolas, by differences.
 struct PlaneWalk {
-  float u, v, u_step, v_step, u_bend, v_bend;
-
-  void Next() {
-    u += u_step;
-    v += v_step;
-    u_step += u_bend;
-    v_step += v_bend;
+  /// From the pixel that lies (dx, dy) from the local plane's.
+  PlaneWalk(const LocalPlane& local, float dx, float dy) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      const float slope = local.by_x[i] + dy * local.by_xy[i], bend = local.by_xx[i];
+      at[i] = local.at[i] + dy * (local.by_y[i] + dy * local.by_yy[i]) + dx * (slope + dx * bend);
+      step[i] = slope + (2 * dx + 1) * bend;
+      change[i] = 2 * bend;
+    }
   }
-};
+  void Next() {
+    for (std::size_t i = 0; i < 2; ++i) {
+      at[i] += step[i];
+      step[i] += change[i];
+    }
+  }
 
-/// From the pixel that lies (dx, dy) from the local lens's.
-PlaneWalk WalkFrom(const LocalLens& lens, const Eigen::Vector2d& start, double dx, double dy) {
-  const Eigen::Vector2d slope = lens.by_pixel.col(0) + dy * lens.by_xy, bend = lens.by_xx;
-  const Eigen::Vector2d at = start + dy * (lens.by_pixel.col(1) + dy * lens.by_yy) + dx * (slope + dx * bend);
-  const Eigen::Vector2d step = slope + (2 * dx + 1) * bend;
-  return {static_cast<float>(at.x()),   static_cast<float>(at.y()),       static_cast<float>(step.x()),
-          static_cast<float>(step.y()), static_cast<float>(2 * bend.x()), static_cast<float>(2 * bend.y())};
-}
+  float at[2], step[2], change[2];
+};
 
 /// A band of the board between two lines of constant x or y, cut along rows of pixels: offsets along the row from the
 /// corner's pixel, which move by `slope` a row.
@@ -95,26 +101,40 @@ struct Region {
 
 /// Which pixels of large cells are left out: whole 2 × 2 tiles, so that all parities stay balanced.
 struct Thinning {
-  int near_edges = 1, interior = 1;  ///< one tile in so many is kept
-  float band_x = 0, band_y = 0;      ///< near an edge, cells
+  /// Inside cells: pixels there tell the levels alone, which the others tell too.
+  static constexpr int kLeastInside = 2;
 
+  bool all = true;                            ///< nothing is left out
+  int near_edges = 1, inside = kLeastInside;  ///< one tile in so many is kept
+  float band_x = 0, band_y = 0;               ///< near an edge, cells
+
+  bool KeepsRow(float from_y, float to_y) const {
+    return all || (near_edges == 1 && std::abs(from_y) <= band_y && std::abs(to_y) <= band_y);
+  }
   bool Keeps(int x, int y, float board_x, float board_y) const {
-    const int step = std::abs(board_x) > band_x && std::abs(board_y) > band_y ? interior : near_edges;
-    return step == 1 || (x / 2 + (y / 2) * 3) % step == 0;
+    const int tile = x / 2 + (y / 2) * 3;
+    if (std::abs(board_x) <= band_x || std::abs(board_y) <= band_y) return near_edges == 1 || tile % near_edges == 0;
+    // Nearly always, and a tenth of a division.
+    return inside == kLeastInside ? tile % kLeastInside == 0 : tile % inside == 0;
   }
 };
+
+/// Parity of x + 2 · parity of y.
+std::size_t PhaseOf(int x, int y) { return static_cast<std::size_t>((x & 1) + 2 * (y & 1)); }
 
 Thinning ThinningOf(const Region& region, double px_x, double px_y, double blur_px) {
   Thinning thinning;
   const double width = region.right - region.left, height = region.bottom - region.top;
-  if (px_x * px_y * width * height / 4 < kLaneCapacity * 0.8) return thinning;
-  // Interior pixels say little but for the levels.
+  if (px_x * px_y * width * height / 4 < kThinnedFrom) return thinning;
+  thinning.all = false;
   const double band_px = std::max(0.5, 3.5 * blur_px);
   thinning.band_x = static_cast<float>(band_px / px_x);
   thinning.band_y = static_cast<float>(band_px / px_y);
-  const double along = 2 * band_px * (px_y * height + px_x * width) / 4;
-  thinning.near_edges = std::max(1, static_cast<int>(std::ceil(along / (kLaneCapacity * 0.85))));
-  thinning.interior = 4 * thinning.near_edges;
+  // Of each lane, so that both together fit.
+  const double along = 2 * band_px * (px_y * height + px_x * width) / 4, all = px_x * px_y * width * height / 4;
+  thinning.near_edges = std::max(1, static_cast<int>(std::ceil(along / (kLaneCapacity * 0.65))));
+  thinning.inside =
+      std::max(Thinning::kLeastInside * thinning.near_edges, static_cast<int>(std::ceil(all / (kLaneCapacity * 0.25))));
   return thinning;
 }
 
@@ -134,9 +154,9 @@ void BoardPixels::RankCorners() {
 void BoardPixels::PlaceCorners(const Lens& lens, const BoardGeometry& geometry) {
   for (int corner = 0; corner < corners_; ++corner) {
     CornerPlace& place = places_[static_cast<std::size_t>(corner)];
-    Eigen::Matrix2d pixel_by_plane;
-    place.pixel = lens.ToImage(geometry.ToPlane(place.board), &pixel_by_plane);
-    place.pixel_by_board = pixel_by_plane * geometry.PlaneByBoard(place.board);
+    const BoardGeometry::Local local = geometry.At(place.board);
+    place.pixel = lens.ToImage(local.plane, &place.pixel_by_plane);
+    place.pixel_by_board = place.pixel_by_plane * local.plane_by_board;
   }
 }
 
@@ -180,7 +200,8 @@ void BoardPixels::CollectCorner(const LightReader& reader, const Lens& lens, con
   region.top = corner_row == 0 ? -out_y : -0.5;
   region.bottom = corner_row == size_.rows - 2 ? out_y : 0.5;
   place.middle = {(region.left + region.right) / 2, (region.top + region.bottom) / 2};
-  const std::optional<LocalLens> local = LensAround(lens, geometry.ToPlane(place.board));
+  const std::optional<LocalPlane> local =
+      PlaneAround(lens, geometry.ToPlane(place.board), place.pixel_by_plane, origin_);
   if (!local) return;
   const Thinning thinning = ThinningOf(region, px_x, px_y, blur_px);
 
@@ -193,46 +214,60 @@ void BoardPixels::CollectCorner(const LightReader& reader, const Lens& lens, con
     }
   const int first_row = std::max(0, static_cast<int>(std::ceil(place.pixel.y() + y_min)));
   const int last_row = std::min(reader.height() - 1, static_cast<int>(std::floor(place.pixel.y() + y_max)));
-  const std::size_t stride = static_cast<std::size_t>(lanes_.padded());
-  const std::size_t end = lanes_.Place(0, lanes_.capacity());
-  float *const plane_u = lanes_.u_data(), *const plane_v = lanes_.v_data(), *const lights = lanes_.light_data();
-  // Where the next pixel of each phase goes.
-  std::array<std::size_t, 4> next{};
-  for (int phase = 0; phase < 4; ++phase) next[static_cast<std::size_t>(phase)] = lanes_.Place(Lane(corner) + phase, 0);
+  float* const pixels = lanes_.u_data() + lanes_.Place(Lane(corner), 0);
+  constexpr std::ptrdiff_t kToV = LaneBlock::kGroup, kToLight = 2 * LaneBlock::kGroup;
+  const float* const end = pixels + lanes_.capacity() * LaneBlock::kNextPixel;
+  std::array<int, 4> count{};  // by phase
   const std::array<Band, 2> bands = region.Bands();
-  const Eigen::Vector2d start = local->plane - origin_;
   for (int y = first_row; y <= last_row; ++y) {
     const double dy = y - place.pixel.y();
     const double shift_x = place.pixel.x() + dy * bands[0].slope, shift_y = place.pixel.x() + dy * bands[1].slope;
-    const double from = std::max({bands[0].low + shift_x, bands[1].low + shift_y, 0.0});
-    const double to = std::min({bands[0].high + shift_x, bands[1].high + shift_y, reader.width() - 1.0});
+    const double from = std::max(std::max(bands[0].low + shift_x, bands[1].low + shift_y), 0.0);
+    const double to = std::min(std::min(bands[0].high + shift_x, bands[1].high + shift_y), reader.width() - 1.0);
     if (!(from <= to)) continue;
     const int first_col = static_cast<int>(std::ceil(from)), last_col = static_cast<int>(to);
-    const LightReader::Row light = reader.RowAt(y);
-    PlaneWalk walk = WalkFrom(*local, start, first_col - place.pixel.x(), dy);
-    std::size_t* const next_of_row = &next[static_cast<std::size_t>(2 * (y & 1))];
-    const auto add = [&](int x) {
-      std::size_t& at = next_of_row[x & 1];
-      if (at >= end) return;
-      plane_u[at] = walk.u;
-      plane_v[at] = walk.v;
-      lights[at] = light[x];
-      at += stride;
+    const LightReader::Row row = reader.RowAt(y);
+    const double first_dx = first_col - place.pixel.x();
+    PlaneWalk walk(*local, static_cast<float>(first_dx), static_cast<float>(dy));
+    // Of the row's first and second pixel, in turn.
+    int &first_taken = count[PhaseOf(first_col, y)], &second_taken = count[PhaseOf(first_col + 1, y)];
+    float *first = pixels + PhaseOf(first_col, y) + first_taken * LaneBlock::kNextPixel,
+          *second = pixels + PhaseOf(first_col + 1, y) + second_taken * LaneBlock::kNextPixel;
+    const auto put = [&](float light, float*& lane) {
+      lane[0] = walk.at[0];
+      lane[kToV] = walk.at[1];
+      lane[kToLight] = light;
+      lane += LaneBlock::kNextPixel;
     };
-    if (thinning.interior == 1) {
-      for (int x = first_col; x <= last_col; ++x, walk.Next()) add(x);
-      continue;
+    const int in_row = last_col - first_col + 1;
+    const Eigen::Vector2f board = (region.board_by_pixel * Eigen::Vector2d(first_dx, dy)).cast<float>(),
+                          board_step = region.board_by_pixel.col(0).cast<float>();
+    if (thinning.KeepsRow(board.y(), board.y() + static_cast<float>(in_row - 1) * board_step.y())) {
+      const auto take = [&](float*& lane) {
+        return [&](float light) {
+          put(light, lane);
+          walk.Next();
+        };
+      };
+      const int room = lanes_.capacity() - std::max(first_taken, second_taken);
+      row.ForPairs(first_col, std::min(in_row, 2 * room), take(first), take(second));
+    } else {
+      int x = first_col;
+      Eigen::Vector2f at = board;
+      const auto take = [&](float*& lane) {
+        return [&](float light) {
+          if (thinning.Keeps(x, y, at.x(), at.y()) && lane < end) put(light, lane);
+          ++x;
+          at += board_step;
+          walk.Next();
+        };
+      };
+      row.ForPairs(first_col, in_row, take(first), take(second));
     }
-    for (int x = first_col; x <= last_col; ++x, walk.Next()) {
-      const Eigen::Vector2d board = region.board_by_pixel * Eigen::Vector2d(x - place.pixel.x(), dy);
-      if (thinning.Keeps(x, y, static_cast<float>(board.x()), static_cast<float>(board.y()))) add(x);
-    }
+    first_taken = static_cast<int>((first - pixels) / LaneBlock::kNextPixel);
+    second_taken = static_cast<int>((second - pixels) / LaneBlock::kNextPixel);
   }
-  for (int phase = 0; phase < 4; ++phase) {
-    const int lane = Lane(corner) + phase;
-    lanes_.count(lane) =
-        static_cast<int>((next[static_cast<std::size_t>(phase)] - static_cast<std::size_t>(lane)) / stride);
-  }
+  for (int phase = 0; phase < 4; ++phase) lanes_.count(Lane(corner) + phase) = count[static_cast<std::size_t>(phase)];
 }
 
 }  // namespace chequer

@@ -13,7 +13,8 @@ namespace chequer {
 struct CornerPlace {
   Eigen::Vector2d board;           ///< cells
   Eigen::Vector2d pixel;           ///< image
-  Eigen::Matrix2d pixel_by_board;  ///< derivative there
+  Eigen::Matrix2d pixel_by_plane;  ///< derivative there
+  Eigen::Matrix2d pixel_by_board;
   /// Centre of the region whose pixels are the corner's, cells from it: off zero at the board's rim.
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
   bool inside = false;  ///< the image

@@ -75,11 +75,13 @@ void PhotometricFit::FollowGeometry(const Lens& lens) {
   // Moves of a board coordinate at a fixed pixel: −(d plane/d board)⁻¹ d plane/d parameters. Each coordinate's where
   // the middle of the corner's pixels lies along its edge.
   const auto moves = [&](const Eigen::Vector2d& board, int axis, std::array<double, 8>& out) {
-    const Eigen::Matrix2d board_by_plane = geometry.PlaneByBoard(board).inverse();
-    const BoardGeometry::Derivative plane = geometry.PlaneByParameters(board);
-    for (int i = 0; i < BoardGeometry::kParameters; ++i)
-      out[static_cast<std::size_t>(i)] =
-          -(board_by_plane(axis, 0) * plane(0, i) + board_by_plane(axis, 1) * plane(1, i));
+    const BoardGeometry::Local local = geometry.At(board);
+    const Eigen::RowVector2d by_plane = local.BoardByPlane(axis) / local.depth;
+    const double along_u = by_plane[0], along_v = by_plane[1];
+    const double along_depth = -(along_u * local.plane.x() + along_v * local.plane.y());
+    const double x = board.x(), y = board.y();
+    out = {-along_u * x, -along_u * y, -along_u,         -along_v * x,
+           -along_v * y, -along_v,     -along_depth * x, -along_depth * y};
   };
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     const CornerPlace& place = pixels_.place(corner);

@@ -23,10 +23,21 @@ std::optional<LightReader::Mosaic> MosaicOf(PixelFormat format) {
   }
 }
 
+/// Bytes from one pixel of a row to the next, in the first plane.
+int StepOf(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::kBgr8:
+    case PixelFormat::kRgb8: return 3;
+    case PixelFormat::kYuyv:
+    case PixelFormat::kUyvy: return 2;
+    default: return 1;
+  }
+}
+
 }  // namespace
 
 LightReader::LightReader(const ImageView& image, const std::array<float, 256>& table)
-    : image_(image), table_(table), mosaic_(MosaicOf(image.format())) {}
+    : image_(image), table_(table), mosaic_(MosaicOf(image.format())), step_(StepOf(image.format())) {}
 
 int LightReader::ChannelOf(int x_parity, int y_parity) const {
   if (!mosaic_) return 0;
@@ -38,11 +49,11 @@ LightReader::Row LightReader::RowAt(int y) const {
   Row row;
   row.base_ = image_.row(y);
   row.table_ = table_.data();
+  row.step_ = step_;
   switch (image_.format()) {
     case PixelFormat::kBgr8:
     case PixelFormat::kRgb8: {
       const bool bgr = image_.format() == PixelFormat::kBgr8;
-      row.step_ = 3;
       if (!mosaic_) {
         row.offset_[0] = row.offset_[1] = 1;
         row.second_ = bgr ? 2 : 0;
@@ -54,11 +65,7 @@ LightReader::Row LightReader::RowAt(int y) const {
       }
       break;
     }
-    case PixelFormat::kYuyv: row.step_ = 2; break;
-    case PixelFormat::kUyvy:
-      row.step_ = 2;
-      row.offset_[0] = row.offset_[1] = 1;
-      break;
+    case PixelFormat::kUyvy: row.offset_[0] = row.offset_[1] = 1; break;
     default: break;
   }
   return row;
@@ -109,6 +116,19 @@ Eigen::Vector3f LightReader::RgbAt(int x, int y) const {
   }
 }
 
+void LightReader::Prefetch(const PixelBox& box) const {
+  constexpr std::ptrdiff_t kLine = 64, kWidest = 1024;
+  if (!(box.left <= box.right)) return;
+  const auto pixel = [](float at, int size) {
+    return static_cast<int>(std::clamp(at, 0.0f, static_cast<float>(size - 1)));
+  };
+  const std::ptrdiff_t first = step_ * pixel(box.left, width()), last = step_ * pixel(box.right, width());
+  if (last - first > kWidest) return;
+  for (int y = pixel(box.top, height()); y <= pixel(box.bottom, height()); ++y)
+    for (std::ptrdiff_t at = first; at < last + kLine; at += kLine)
+      __builtin_prefetch(image_.row(y) + std::min(at, last));
+}
+
 Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {
   x = std::clamp(x, 0.0f, static_cast<float>(width() - 1));
   y = std::clamp(y, 0.0f, static_cast<float>(height() - 1));
@@ -128,9 +148,12 @@ Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {
   if (image_.format() == PixelFormat::kBgr8 || image_.format() == PixelFormat::kRgb8) {
     float sum[3] = {0, 0, 0};
     for (int yy = y0; yy <= y1; ++yy) {
+      // Row by row, so that the rows' sums do not wait for each other.
+      float row[3] = {0, 0, 0};
       const std::uint8_t* p = image_.row(yy) + 3 * x0;
       for (int xx = x0; xx <= x1; ++xx, p += 3)
-        for (int c = 0; c < 3; ++c) sum[c] += table_[p[c]];
+        for (int c = 0; c < 3; ++c) row[c] += table_[p[c]];
+      for (int c = 0; c < 3; ++c) sum[c] += row[c];
     }
     const int red = image_.format() == PixelFormat::kBgr8 ? 2 : 0;
     return Eigen::Vector3f(sum[red], sum[1], sum[2 - red]) / pixels;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -8,6 +9,21 @@
 #include "chequer/image.h"
 
 namespace chequer {
+
+/// A rectangle of pixels, edges included; empty at first.
+struct PixelBox {
+  float left = 1e9f, top = 1e9f, right = -1e9f, bottom = -1e9f;
+
+  void Add(float x, float y) {
+    left = std::min(left, x), right = std::max(right, x);
+    top = std::min(top, y), bottom = std::max(bottom, y);
+  }
+  /// Moves every edge outwards by that share of the longer side.
+  void Widen(float share) {
+    const float by = share * std::max(right - left, bottom - top);
+    left -= by, top -= by, right += by, bottom += by;
+  }
+};
 
 /// Reads single pixels of an image as linear light: the measuring stages touch a few thousand pixels of a frame, so
 /// nothing is converted that is not looked at.
@@ -48,6 +64,27 @@ class LightReader {
       return second_ < 0 ? first : 0.5f * (first + table_[p[second_]]);
     }
 
+    /// Calls first(light) and second(light) in turn for `count` pixels from x on.
+    template <class First, class Second>
+    void ForPairs(int x, int count, const First& first, const Second& second) const {
+      const std::uint8_t* p = base_ + step_ * x;
+      const auto walk = [&](const auto& light_of_first, const auto& light_of_second) {
+        for (; count >= 2; count -= 2, p += 2 * step_) {
+          first(light_of_first());
+          second(light_of_second());
+        }
+        if (count > 0) first(light_of_first());
+      };
+      const int at_first = offset_[x & 1], at_second = step_ + offset_[(x + 1) & 1];
+      if (second_ < 0) {
+        walk([&] { return table_[p[at_first]]; }, [&] { return table_[p[at_second]]; });
+      } else {
+        const int other = second_, next_other = step_ + second_;
+        walk([&] { return 0.5f * (table_[p[at_first]] + table_[p[other]]); },
+             [&] { return 0.5f * (table_[p[at_second]] + table_[p[next_other]]); });
+      }
+    }
+
    private:
     friend class LightReader;
     const std::uint8_t* base_ = nullptr;
@@ -58,6 +95,11 @@ class LightReader {
   };
   /// @pre the row lies in the image.
   Row RowAt(int y) const;
+
+  /// Asks the memory for the pixels of a box (of the first plane), so that its answers overlap: a board's rows lie
+  /// pages apart, and a large frame in no near cache. Does nothing for wide boxes, along whose rows the processor reads
+  /// ahead itself.
+  void Prefetch(const PixelBox& box) const;
 
   /// Light of the three channels around a point, 0..1 (slightly outside for YUV): the mean over the pixels at most
   /// half_px away along each axis, at least one of each channel. Points outside the image take its edge.
@@ -72,6 +114,7 @@ class LightReader {
   ImageView image_;
   const std::array<float, 256>& table_;
   std::optional<Mosaic> mosaic_;
+  int step_ = 1;  ///< bytes from one pixel of the first plane to the next
 };
 
 /// Looks whether a colour image (BGR8 or RGB8) is a bilinearly interpolated mosaic, by comparing, in a window, each

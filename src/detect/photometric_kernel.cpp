@@ -64,21 +64,38 @@ HWY_INLINE Normal NormalAt(D d, V a) {
 constexpr int kRow = kLaneColumns;
 constexpr int kChunk = 8;
 
-/// sums += Σ over the chunk of row[kFirst] · row[b], b = kFirst …, for one row of the triangle.
-template <int kFirst>
+/// Products of the columns kFirst … kLast − 1 with all that follow.
+constexpr int ProductsOf(int first, int last) { return ProductSum(last - 1, kRow - 1) - ProductSum(first, first) + 1; }
+
+/// sums += Σ over the chunk of row[a] · row[b], a = kFirst … kLast − 1, b = a …: rows of the triangle that share what
+/// is loaded, as many as the registers of AVX2 have sums for.
+template <int kFirst, int kLast>
 HWY_INLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, float* HWY_RESTRICT sums) {
-  if constexpr (kFirst < kRow) {
-    const int lanes = static_cast<int>(hn::Lanes(d));
-    V sum[static_cast<std::size_t>(kRow - kFirst)];
-    for (int b = 0; b < kRow - kFirst; ++b) sum[b] = hn::Load(d, sums + b * lanes);
-    for (int k = 0; k < count; ++k) {
-      const float* HWY_RESTRICT row = rows + (k * kRow + kFirst) * lanes;
-      const V factor = hn::Load(d, row);
-      for (int b = 0; b < kRow - kFirst; ++b) sum[b] = hn::MulAdd(factor, hn::Load(d, row + b * lanes), sum[b]);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  constexpr int kProducts = ProductsOf(kFirst, kLast);
+  sums += ProductSum(kFirst, kFirst) * lanes;
+  V sum[static_cast<std::size_t>(kProducts)];
+  for (int i = 0; i < kProducts; ++i) sum[i] = hn::Load(d, sums + i * lanes);
+  for (int k = 0; k < count; ++k) {
+    const float* HWY_RESTRICT row = rows + k * kRow * lanes;
+    V factor[static_cast<std::size_t>(kLast - kFirst)];
+    for (int a = kFirst; a < kLast; ++a) factor[a - kFirst] = hn::Load(d, row + a * lanes);
+    for (int b = kFirst; b < kRow; ++b) {
+      const V other = b < kLast ? factor[b - kFirst] : hn::Load(d, row + b * lanes);
+      for (int a = kFirst; a < kLast && a <= b; ++a) {
+        V& to = sum[ProductSum(a, b) - ProductSum(kFirst, kFirst)];
+        to = hn::MulAdd(factor[a - kFirst], other, to);
+      }
     }
-    for (int b = 0; b < kRow - kFirst; ++b) hn::Store(sum[b], d, sums + b * lanes);
-    AddProducts<kFirst + 1>(d, rows, count, sums + (kRow - kFirst) * lanes);
   }
+  for (int i = 0; i < kProducts; ++i) hn::Store(sum[i], d, sums + i * lanes);
+}
+
+HWY_INLINE void AddAllProducts(D d, const float* HWY_RESTRICT rows, int count, float* HWY_RESTRICT sums) {
+  AddProducts<0, 1>(d, rows, count, sums);
+  AddProducts<1, 3>(d, rows, count, sums);
+  AddProducts<3, 5>(d, rows, count, sums);
+  AddProducts<5, kRow>(d, rows, count, sums);
 }
 
 void Accumulate(const KernelInput& input, LaneBlock& block) {
@@ -121,9 +138,9 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
     V weight_sum = zero, dark_square = zero, dark_light = zero, dark_count = zero;
     V light_square = zero, light_light = zero, light_count = zero;
     int in_chunk = 0;
-    for (int k = 0; k < most; k += input.stride) {
-      const std::size_t at =
-          static_cast<std::size_t>(k) * static_cast<std::size_t>(padded) + static_cast<std::size_t>(first);
+    std::size_t at = block.Place(first, 0);
+    const std::size_t next = static_cast<std::size_t>(input.stride * LaneBlock::kNextPixel);
+    for (int k = 0; k < most; k += input.stride, at += next) {
       const auto inside = hn::Lt(hn::Set(d, static_cast<float>(k)), count);
       // Beyond a lane's count an earlier board's pixels may stand, which this homography may send to infinity.
       const V u = hn::IfThenElseZero(inside, hn::LoadU(d, block.u_data() + at));
@@ -179,7 +196,7 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
       put(kLevel11, hn::Mul(w11, root));
       put(kResidual, hn::Mul(residual, root));
       if (++in_chunk == kChunk) {
-        AddProducts<0>(d, rows, kChunk, products);
+        AddAllProducts(d, rows, kChunk, products);
         in_chunk = 0;
       }
 
@@ -196,7 +213,7 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
       light_light = hn::MulAdd(model, bright, light_light);
       light_count = hn::Add(bright, light_count);
     }
-    AddProducts<0>(d, rows, in_chunk, products);
+    AddAllProducts(d, rows, in_chunk, products);
 
     for (int product = 0; product < kProductSums; ++product)
       hn::StoreU(hn::Load(d, products + product * lanes), d, block.sum_data(product) + first);
@@ -213,21 +230,23 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
 
 void EvenOut(float by_u, float by_v, float saturation, LaneBlock& block) {
   const D d;
-  const std::size_t lanes = hn::Lanes(d);
-  int most = 0;
-  for (int lane = 0; lane < block.lanes(); ++lane) most = most > block.count(lane) ? most : block.count(lane);
-  const std::size_t values = block.Place(0, most);
+  const int lanes = static_cast<int>(hn::Lanes(d));
   const V slope_u = hn::Set(d, by_u), slope_v = hn::Set(d, by_v), limit = hn::Set(d, saturation);
   const V one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f), twelfth = hn::Set(d, 1.0f / 12);
-  // Also where no pixel stands: nobody looks there, and a test would cost more.
-  for (std::size_t i = 0; i < values; i += lanes) {
-    const V light = hn::LoadU(d, block.light_data() + i);
-    const V s =
-        hn::MulAdd(slope_u, hn::LoadU(d, block.u_data() + i), hn::Mul(slope_v, hn::LoadU(d, block.v_data() + i)));
-    // e^−s by its Padé approximant.
-    const V even = hn::MulAdd(hn::Mul(s, s), twelfth, one);
-    const V scale = hn::Mul(hn::NegMulAdd(s, half, even), Reciprocal(d, hn::MulAdd(s, half, even)));
-    hn::StoreU(hn::IfThenElse(hn::Lt(light, limit), hn::Mul(light, scale), light), d, block.light_data() + i);
+  for (int first = 0; first < block.padded(); first += lanes) {
+    int most = 0;
+    for (int lane = first; lane < first + lanes; ++lane) most = most > block.count(lane) ? most : block.count(lane);
+    // Also where no pixel stands: nobody looks there, and a test would cost more.
+    for (int k = 0; k < most; ++k) {
+      const std::size_t at = block.Place(first, k);
+      const V light = hn::LoadU(d, block.light_data() + at);
+      const V s =
+          hn::MulAdd(slope_u, hn::LoadU(d, block.u_data() + at), hn::Mul(slope_v, hn::LoadU(d, block.v_data() + at)));
+      // e^−s by its Padé approximant.
+      const V even = hn::MulAdd(hn::Mul(s, s), twelfth, one);
+      const V scale = hn::Mul(hn::NegMulAdd(s, half, even), Reciprocal(d, hn::MulAdd(s, half, even)));
+      hn::StoreU(hn::IfThenElse(hn::Lt(light, limit), hn::Mul(light, scale), light), d, block.light_data() + at);
+    }
   }
 }
 
@@ -236,6 +255,7 @@ void EvenOut(float by_u, float by_v, float saturation, LaneBlock& block) {
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <algorithm>
 
 namespace chequer {
 namespace {
@@ -243,23 +263,15 @@ namespace {
 HWY_EXPORT(Accumulate);
 HWY_EXPORT(EvenOut);
 
-/// Lanes of the widest vectors (AVX-512).
-constexpr int kWidest = 16;
-
 }  // namespace
 
 void LaneBlock::Reset(int lanes, int pixels_per_lane) {
   lanes_ = lanes;
-  padded_ = (lanes + kWidest - 1) / kWidest * kWidest;
+  padded_ = (lanes + kGroup - 1) / kGroup * kGroup;
   capacity_ = pixels_per_lane;
   const auto padded = static_cast<std::size_t>(padded_);
-  const std::size_t pixels = padded * static_cast<std::size_t>(capacity_);
   // Values beyond a lane's count are multiplied by zero: they must be finite, whatever an earlier board left there is.
-  if (u_.size() < pixels) {
-    u_.resize(pixels);
-    v_.resize(pixels);
-    light_.resize(pixels);
-  }
+  pixels_.resize(std::max(pixels_.size(), 3 * padded * static_cast<std::size_t>(capacity_)));
   parameters_.assign(padded * kParameters, 1.0f);
   sums_.resize(padded * kLaneSums);
   counts_.assign(padded, 0);

@@ -62,23 +62,29 @@ class LaneBlock {
     kParameters
   };
 
+  /// Lanes that stand together in memory, the lanes of the widest vectors (AVX-512).
+  static constexpr int kGroup = 16;
+  /// From one pixel of a lane to its next: the three values of the group's other lanes lie between.
+  static constexpr std::ptrdiff_t kNextPixel = 3 * kGroup;
+
   void Reset(int lanes, int pixels_per_lane);
   int lanes() const { return lanes_; }
-  /// Lanes in memory: a multiple of every vector length.
+  /// Lanes in memory: whole groups.
   int padded() const { return padded_; }
   int capacity() const { return capacity_; }
 
   /// Pixel i of a lane stands at Place(lane, i) of these arrays: its coordinates on the plane, from the block's
-  /// origin, and its light.
+  /// origin, and its light. A group's pixels lie in one run of memory, so that what fills them and what reads them
+  /// stays within the nearest cache.
   std::size_t Place(int lane, int i) const {
-    return static_cast<std::size_t>(i) * static_cast<std::size_t>(padded_) + static_cast<std::size_t>(lane);
+    return static_cast<std::size_t>((lane / kGroup * capacity_ + i) * kNextPixel + lane % kGroup);
   }
-  float* u_data() { return u_.data(); }
-  float* v_data() { return v_.data(); }
-  float* light_data() { return light_.data(); }
-  const float* u_data() const { return u_.data(); }
-  const float* v_data() const { return v_.data(); }
-  const float* light_data() const { return light_.data(); }
+  float* u_data() { return pixels_.data(); }
+  float* v_data() { return pixels_.data() + kGroup; }
+  float* light_data() { return pixels_.data() + 2 * kGroup; }
+  const float* u_data() const { return pixels_.data(); }
+  const float* v_data() const { return pixels_.data() + kGroup; }
+  const float* light_data() const { return pixels_.data() + 2 * kGroup; }
   int& count(int lane) { return counts_[static_cast<std::size_t>(lane)]; }
   int count(int lane) const { return counts_[static_cast<std::size_t>(lane)]; }
   const int* counts() const { return counts_.data(); }
@@ -93,7 +99,7 @@ class LaneBlock {
 
  private:
   int lanes_ = 0, padded_ = 0, capacity_ = 0;
-  std::vector<float> u_, v_, light_, parameters_, sums_;
+  std::vector<float> pixels_, parameters_, sums_;
   std::vector<int> counts_;
 };
 
