@@ -53,22 +53,22 @@ void ResponseRow(const std::uint8_t* center, std::ptrdiff_t stride, int width, s
 }
 
 /// Calls nothing where a whole vector stays below the threshold, which is nearly everywhere.
-void PeaksOfRow(const std::uint8_t* row, std::ptrdiff_t stride, int y, int width, std::uint8_t threshold,
-                std::vector<Peak>& peaks) {
+void PeaksOfRow(const std::uint8_t* row_above, const std::uint8_t* row, const std::uint8_t* row_below, int y, int width,
+                std::uint8_t threshold, std::vector<Peak>& peaks) {
   const hn::ScalableTag<std::uint8_t> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const auto least = hn::Set(d, threshold);
   for (int x = kRingMargin; x < width - kRingMargin; x += lanes) {
-    const std::uint8_t* p = row + x;
+    const std::uint8_t *p = row + x, *above = row_above + x, *below = row_below + x;
     const auto value = hn::LoadU(d, p);
     // value ≥ threshold ⇔ max(value, threshold) = value.
     const auto strong = hn::Eq(hn::Max(value, least), value);
     if (hn::AllFalse(d, strong)) continue;
     // Of equal neighbours the last in reading order is the peak.
-    const auto after = hn::Max(hn::Max(hn::LoadU(d, p + 1), hn::LoadU(d, p + stride - 1)),
-                               hn::Max(hn::LoadU(d, p + stride), hn::LoadU(d, p + stride + 1)));
-    const auto before = hn::Max(hn::Max(hn::LoadU(d, p - 1), hn::LoadU(d, p - stride + 1)),
-                                hn::Max(hn::LoadU(d, p - stride), hn::LoadU(d, p - stride - 1)));
+    const auto after = hn::Max(hn::Max(hn::LoadU(d, p + 1), hn::LoadU(d, below - 1)),
+                               hn::Max(hn::LoadU(d, below), hn::LoadU(d, below + 1)));
+    const auto before = hn::Max(hn::Max(hn::LoadU(d, p - 1), hn::LoadU(d, above + 1)),
+                                hn::Max(hn::LoadU(d, above), hn::LoadU(d, above - 1)));
     const auto above_after = hn::Ne(hn::Max(after, value), after);
     const auto not_below_before = hn::Eq(hn::Max(before, value), value);
     const auto peak = hn::And(strong, hn::And(above_after, not_below_before));
@@ -79,7 +79,8 @@ void PeaksOfRow(const std::uint8_t* row, std::ptrdiff_t stride, int y, int width
       for (std::uint64_t bits = words[first / 64]; bits != 0; bits &= bits - 1) {
         const int i = first + __builtin_ctzll(bits);
         if (i >= lanes || x + i >= width - kRingMargin) break;
-        peaks.push_back({static_cast<std::uint16_t>(x + i), static_cast<std::uint16_t>(y), p[i]});
+        peaks.push_back({static_cast<std::uint16_t>(x + i), static_cast<std::uint16_t>(y), p[i], p[i - 1], p[i + 1],
+                         above[i], below[i]});
       }
   }
 }
@@ -89,6 +90,7 @@ void PeaksOfRow(const std::uint8_t* row, std::ptrdiff_t stride, int y, int width
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <algorithm>
 #include <cstring>
 
 namespace chequer {
@@ -99,26 +101,34 @@ HWY_EXPORT(PeaksOfRow);
 
 }  // namespace
 
-void CornerResponse(const BytePlane& plane, BytePlane& response) {
-  const int width = plane.width(), height = plane.height();
-  response.Resize(width, height);
-  const auto clear = [&](int y) { std::memset(response.row(y), 0, static_cast<std::size_t>(response.stride())); };
-  for (int y = 0; y < height; ++y) {
-    if (y < kRingMargin || y >= height - kRingMargin || width <= 2 * kRingMargin) {
-      clear(y);
-      continue;
-    }
-    std::uint8_t* row = response.row(y);
-    HWY_DYNAMIC_DISPATCH(ResponseRow)(plane.row(y), plane.stride(), width, row);
-    std::memset(row, 0, kRingMargin);
-    std::memset(row + width - kRingMargin, 0, static_cast<std::size_t>(response.stride() - width + kRingMargin));
-  }
+void PeakScan::Start(const BytePlane& plane, std::uint8_t threshold) {
+  threshold_ = threshold;
+  next_ = kRingMargin;
+  peaks_.clear();
+  response_.Resize(plane.width(), kKept);
+  std::memset(response_.row(0), 0, static_cast<std::size_t>(kKept * response_.stride()));
 }
 
-void FindPeaks(const BytePlane& response, std::uint8_t threshold, std::vector<Peak>& peaks) {
-  if (response.width() <= 2 * kRingMargin) return;
-  for (int y = kRingMargin; y < response.height() - kRingMargin; ++y)
-    HWY_DYNAMIC_DISPATCH(PeaksOfRow)(response.row(y), response.stride(), y, response.width(), threshold, peaks);
+void PeakScan::Advance(const BytePlane& plane, int rows) {
+  const int width = plane.width(), past = plane.height() - kRingMargin;
+  if (width <= 2 * kRingMargin || past <= kRingMargin) return;
+  for (; next_ < std::min(rows - kRingMargin, past); ++next_) {
+    std::uint8_t* row = response_.row(next_ % kKept);
+    HWY_DYNAMIC_DISPATCH(ResponseRow)(plane.row(next_), plane.stride(), width, row);
+    // Vectors run over the end.
+    std::memset(row + width - kRingMargin, 0, static_cast<std::size_t>(response_.stride() - width + kRingMargin));
+    if (next_ > kRingMargin) FindPeaks(next_ - 1);
+  }
+  if (rows < plane.height() || next_ > past) return;
+  std::memset(response_.row(past % kKept), 0, static_cast<std::size_t>(response_.stride()));
+  FindPeaks(past - 1);
+  ++next_;
+}
+
+void PeakScan::FindPeaks(int y) {
+  const auto row = [&](int at) { return response_.row(at % kKept); };
+  HWY_DYNAMIC_DISPATCH(PeaksOfRow)
+  (row(y - 1), row(y), row(y + 1), y, response_.width(), threshold_, peaks_);
 }
 
 }  // namespace chequer

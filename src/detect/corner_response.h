@@ -7,24 +7,44 @@
 
 namespace chequer {
 
-/// A local maximum of the corner response, in whole pixels of its plane.
+/// A local maximum of the corner response, in whole pixels of its plane, with the response of its neighbours.
 struct Peak {
   std::uint16_t x = 0;
   std::uint16_t y = 0;
   std::uint8_t response = 0;
+  std::uint8_t left = 0, right = 0, above = 0, below = 0;
 };
 
 /// How many pixels from the plane's edge no response is computed.
 inline constexpr int kRingMargin = 3;
 
-/// Fills `response` (same size as `plane`) with how much each pixel looks like the corner of four cells, in grey levels
-/// from 0 to about half the contrast. One ring of 12 pixels at radius 3.2 serves cells from 4 to 60 px on sharp images;
-/// blurred ones are sharp on a smaller plane. The test is that of ChESS (Bennett and Lasenby, 2014) on that ring:
-/// sums of opposite pixels that differ from those a quarter turn on, less the differences of opposite pixels, less the
-/// difference of the ring's mean and the centre.
-void CornerResponse(const BytePlane& plane, BytePlane& response);
+/// Finds the peaks of the corner response of a plane whose rows come in one after the other. Keeps its memory.
+///
+/// The response is how much each pixel looks like the corner of four cells, in grey levels from 0 to about half the
+/// contrast. One ring of 12 pixels at radius 3.2 serves cells from 4 to 60 px on sharp images; blurred ones are sharp
+/// on a smaller plane. The test is that of ChESS (Bennett and Lasenby, 2014) on that ring: sums of opposite pixels that
+/// differ from those a quarter turn on, less the differences of opposite pixels, less the difference of the ring's mean
+/// and the centre.
+class PeakScan {
+ public:
+  /// @param threshold least response of a peak.
+  void Start(const BytePlane& plane, std::uint8_t threshold);
+  /// The plane's first `rows` rows are there by now: finds the peaks that they tell, in reading order. Of 3 × 3 pixels,
+  /// none exceeds a peak.
+  void Advance(const BytePlane& plane, int rows);
+  const std::vector<Peak>& peaks() const { return peaks_; }
+  std::vector<Peak>& peaks() { return peaks_; }
 
-/// Appends the pixels of at least `threshold` that no neighbour of the 3 × 3 exceeds, row by row.
-void FindPeaks(const BytePlane& response, std::uint8_t threshold, std::vector<Peak>& peaks);
+ private:
+  /// Of these, row y of the response stands in row y modulo kKept: so it never leaves the nearest cache.
+  static constexpr int kKept = 4;
+
+  void FindPeaks(int y);
+
+  BytePlane response_;
+  std::vector<Peak> peaks_;
+  std::uint8_t threshold_ = 0;
+  int next_ = 0;  ///< row of the response
+};
 
 }  // namespace chequer

@@ -42,7 +42,8 @@ namespace chequer {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Looks from the corner `from` at the corners of `rows` ranges, each given by its first and the one past its last.
+/// Looks from the corner `from` at the corners of `rows` ranges, each given by its first and the one past its last, for
+/// better ones than the best so far.
 void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int rows, float longest, search::Best& best) {
   // A row's range is short: longer vectors would be empty for the most part.
   constexpr std::size_t kMaxLanes = 8;
@@ -57,10 +58,13 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
   const V most_contrast = hn::Set(d, in.contrast[from] * search::kMostContrastRatio);
   const V nearest = hn::Set(d, search::kShortest * search::kShortest), farthest = hn::Set(d, longest * longest);
   const V cosine = hn::Set(d, search::kLeastSquaredCosine), off_axis = hn::Set(d, search::kOffAxisCost);
-  const V zero = hn::Zero(d), infinity = hn::Set(d, search::kInfinity);
+  const V zero = hn::Zero(d);
   // The best of each vector lane, by ray; one of them is the best of all.
-  V cost0 = infinity, cost1 = infinity, cost2 = infinity, cost3 = infinity;
-  auto index0 = hn::Set(di, -1), index1 = index0, index2 = index0, index3 = index0;
+  V cost0 = hn::Set(d, best.cost[0]), cost1 = hn::Set(d, best.cost[1]);
+  V cost2 = hn::Set(d, best.cost[2]), cost3 = hn::Set(d, best.cost[3]);
+  auto index0 = hn::Set(di, best.corner[0]), index1 = hn::Set(di, best.corner[1]);
+  auto index2 = hn::Set(di, best.corner[2]), index3 = hn::Set(di, best.corner[3]);
+  bool found = false;
   for (int row = 0; row < rows; ++row) {
     const int last = ranges[row][1];
     for (int i = ranges[row][0]; i < last; i += lanes) {
@@ -79,6 +83,7 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
       fits = hn::And(fits, hn::And(hn::Gt(contrast, least_contrast), hn::Lt(contrast, most_contrast)));
       fits = hn::And(fits, hn::FirstN(d, static_cast<std::size_t>(last - i < lanes ? last - i : lanes)));
       if (hn::AllFalse(d, fits)) continue;
+      found = true;
 
       const V a0 = hn::IfThenElseZero(on0, hn::Abs(along0)), a1 = hn::IfThenElseZero(on1, hn::Abs(along1));
       const auto second = hn::Gt(a1, a0);
@@ -98,6 +103,7 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
       keep(hn::And(second, backward), cost3, index3);
     }
   }
+  if (!found) return;
   const auto reduce = [&](V cost, auto index, int ray) HWY_ATTR {
     const V least_cost = hn::MinOfLanes(d, cost);
     best.cost[ray] = hn::GetLane(least_cost);
@@ -116,6 +122,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "detect/corner_search.h"
 
@@ -190,23 +197,36 @@ float CornerSearch::Covered(float x, float y, int ring) const {
 NearestCorners CornerSearch::Find(int index) const {
   const search::Arrays arrays{x_.data(),      y_.data(),      ray0_x_.data(),  ray0_y_.data(),
                               ray1_x_.data(), ray1_y_.data(), contrast_.data()};
-  search::Best best{};
+  search::Best best;
+  std::fill_n(best.cost, 4, search::kInfinity);
+  std::fill_n(best.corner, 4, -1);
   const std::size_t i = static_cast<std::size_t>(index);
   const int col = Col(x_[i]), row = Row(y_[i]);
-  const int reach = static_cast<int>(kLongest) >> kShift;
-  for (int ring = 1;; ring = std::min(2 * ring, reach)) {
-    const int first_col = std::max(col - ring, 0), last_col = std::min(col + ring, cols_ - 1);
-    int considered = 0, rows = 0;
-    int ranges[2 * (static_cast<int>(kLongest) >> kShift) + 1][2];
-    for (int r = std::max(row - ring, 0); r <= std::min(row + ring, rows_ - 1); ++r) {
+  constexpr int kReach = static_cast<int>(kLongest) >> kShift;
+  int ranges[2 * (2 * kReach + 1)][2];
+  int considered = 0;
+  // Square rings of buckets, each around what was looked at before.
+  for (int ring = 1, inner = -1;; inner = ring, ring = std::min(2 * ring, kReach)) {
+    int count = 0;
+    const auto add = [&](int r, int first_col, int last_col) {
+      if (first_col > last_col) return;
       const int first = First(r, first_col), last = First(r, last_col + 1);
-      if (first == last) continue;
+      if (first == last) return;
       considered += last - first;
-      ranges[rows][0] = first;
-      ranges[rows++][1] = last;
+      ranges[count][0] = first;
+      ranges[count++][1] = last;
+    };
+    const int first_col = std::max(col - ring, 0), last_col = std::min(col + ring, cols_ - 1);
+    for (int r = std::max(row - ring, 0); r <= std::min(row + ring, rows_ - 1); ++r) {
+      if (std::abs(r - row) > inner) {
+        add(r, first_col, last_col);
+      } else {
+        add(r, first_col, col - inner - 1);
+        add(r, col + inner + 1, last_col);
+      }
     }
-    HWY_DYNAMIC_DISPATCH(Consider)(arrays, index, ranges, rows, kLongest, best);
-    if (considered > kMostConsidered || ring >= reach || Covered(x_[i], y_[i], ring) >= Sufficient(best)) break;
+    if (count > 0) HWY_DYNAMIC_DISPATCH(Consider)(arrays, index, ranges, count, kLongest, best);
+    if (considered > kMostConsidered || ring >= kReach || Covered(x_[i], y_[i], ring) >= Sufficient(best)) break;
   }
   NearestCorners found;
   for (std::size_t ray = 0; ray < 4; ++ray) {

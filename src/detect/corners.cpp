@@ -18,6 +18,14 @@ constexpr float kLeastShare = 0.10f;
 /// Cosine of how far opposite edges may be from a straight line (43 degrees).
 constexpr float kStraight = 0.73f;
 
+/// Rows of the image that are worked on together: few enough for the second cache, and a multiple of 4, so that every
+/// level gets whole rows.
+constexpr int kBandRows = 16;
+static_assert(kBandRows % (1 << (Pyramid::kLevels - 1)) == 0);
+
+/// How many peaks ahead the memory is asked for what lies around them.
+constexpr std::size_t kPeaksAhead = 12;
+
 /// Peaks a pixel that are a lot, and the least share of the response that one in twenty reaches.
 constexpr double kManyPeaks = 0.002;
 constexpr float kWeakShare = 0.15f;
@@ -47,17 +55,18 @@ std::array<std::ptrdiff_t, kRing> RingOf(std::ptrdiff_t stride) {
 
 /// The four edges from the values on the ring; nothing if it does not change between light and dark exactly four times
 /// or opposite edges are not in line.
-std::optional<Corner> Saddle(const BytePlane& plane, const std::array<std::ptrdiff_t, kRing>& ring,
-                             const BytePlane& response, const Peak& peak) {
+std::optional<Corner> Saddle(const BytePlane& plane, const std::array<std::ptrdiff_t, kRing>& ring, const Peak& peak) {
   const std::uint8_t* center = plane.row(peak.y) + peak.x;
   std::array<int, kRing> value;
   int sum = 0;
   for (std::size_t i = 0; i < kRing; ++i) sum += value[i] = center[ring[i]];
+  // All of it in integers and without branches, which the compiler turns into vectors.
+  const int mean = sum / kRing;
   int light_sum = 0, light_count = 0;
   for (std::size_t i = 0; i < kRing; ++i) {
-    const int is_light = kRing * value[i] > sum;
-    light_sum += is_light * value[i];
-    light_count += is_light;
+    const int is_light = -(value[i] > mean);  // all bits
+    light_sum += is_light & value[i];
+    light_count -= is_light;
   }
   if (light_count == 0 || light_count == kRing) return std::nullopt;
   const float light = static_cast<float>(light_sum) / static_cast<float>(light_count);
@@ -67,11 +76,14 @@ std::optional<Corner> Saddle(const BytePlane& plane, const std::array<std::ptrdi
   const float middle = (light + dark) / 2;
 
   // Where the ring crosses between light and dark: the rising ones, then the falling ones, by growing angle.
+  const int whole = static_cast<int>(middle), least = whole + (static_cast<float>(whole) < middle);
   unsigned lighter = 0;
-  for (std::size_t i = 0; i < kRing; ++i) lighter |= static_cast<unsigned>(static_cast<float>(value[i]) >= middle) << i;
+  for (std::size_t i = 0; i < kRing; ++i) lighter |= static_cast<unsigned>(-(value[i] >= least)) & 1u << i;
   const unsigned next_lighter = (lighter >> 1 | lighter << (kRing - 1)) & ((1u << kRing) - 1);
   const unsigned rises = next_lighter & ~lighter, falls = lighter & ~next_lighter;
-  if (std::popcount(rises) != 2 || std::popcount(falls) != 2) return std::nullopt;
+  // On a ring, there are as many falls as rises.
+  const unsigned second = rises & (rises - 1);
+  if (second == 0 || (second & (second - 1)) != 0) return std::nullopt;
   std::array<Eigen::Vector2f, 4> crossing;
   std::size_t count = 0;
   for (unsigned changes : {rises, falls})
@@ -96,10 +108,14 @@ std::optional<Corner> Saddle(const BytePlane& plane, const std::array<std::ptrdi
   Corner corner;
   corner.rays = {up, down, -up, -down};
   corner.contrast = contrast;
-  const std::uint8_t* p = response.row(peak.y) + peak.x;
-  corner.position = {static_cast<float>(peak.x) + ParabolaPeak(p[-1], p[0], p[1]),
-                     static_cast<float>(peak.y) + ParabolaPeak(p[-response.stride()], p[0], p[response.stride()])};
+  corner.position = {static_cast<float>(peak.x) + ParabolaPeak(peak.left, peak.response, peak.right),
+                     static_cast<float>(peak.y) + ParabolaPeak(peak.above, peak.response, peak.below)};
   return corner;
+}
+
+/// Brings the pixels around a peak near: planes of large frames lie in far caches.
+void AskFor(const BytePlane& plane, const Peak& peak) {
+  for (int y = -3; y <= 3; ++y) __builtin_prefetch(plane.row(peak.y + y) + peak.x);
 }
 
 /// Where there is a lot to look at, leaves out what is much weaker than the strongest: of a board, all corners are
@@ -119,53 +135,86 @@ void LimitPeaks(double area_px, std::vector<Peak>& peaks) {
   peaks.resize(kMaxPeaks);
 }
 
-/// Where corners of finer levels lie, in blocks of 2 × 2 image pixels.
+/// Where corners of finer levels lie, one bit for every block of 2 × 2 image pixels.
 class Occupancy {
  public:
-  Occupancy(std::vector<std::uint8_t>& blocks, int width, int height)
-      : blocks_(blocks), cols_(width / 2 + 2), rows_(height / 2 + 2) {
-    blocks_.assign(static_cast<std::size_t>(cols_ * rows_), 0);
+  Occupancy(std::vector<std::uint64_t>& words, int width, int height)
+      : words_(words),
+        cols_(width / 2 + 2),
+        rows_(height / 2 + 2),
+        row_words_(static_cast<std::size_t>(cols_ / 64) + 2) {
+    words_.assign(row_words_ * static_cast<std::size_t>(rows_), 0);
   }
-  void Mark(const Eigen::Vector2f& p) { blocks_[static_cast<std::size_t>(Row(p.y()) * cols_ + Col(p.x()))] = 1; }
+  void Mark(const Eigen::Vector2f& p) {
+    const std::size_t col = Col(p.x());
+    words_[Row(p.y()) * row_words_ + col / 64] |= std::uint64_t{1} << col % 64;
+  }
+  /// @param radius below 60 px.
   bool Near(const Eigen::Vector2f& p, float radius) const {
-    const int first = Col(p.x() - radius), last = Col(p.x() + radius);
-    for (int row = Row(p.y() - radius); row <= Row(p.y() + radius); ++row)
-      for (int col = first; col <= last; ++col)
-        if (blocks_[static_cast<std::size_t>(row * cols_ + col)]) return true;
-    return false;
+    const std::size_t first = Col(p.x() - radius), last = Col(p.x() + radius), shift = first % 64;
+    std::uint64_t found = 0;
+    for (std::size_t row = Row(p.y() - radius); row <= Row(p.y() + radius); ++row) {
+      // Each row has a word more than it needs.
+      const std::uint64_t* word = words_.data() + row * row_words_ + first / 64;
+      found |= word[0] >> shift | word[1] << 1 << (63 - shift);
+    }
+    return (found & ((std::uint64_t{2} << (last - first)) - 1)) != 0;
   }
 
  private:
-  int Col(float x) const { return std::clamp(static_cast<int>(x / 2), 0, cols_ - 1); }
-  int Row(float y) const { return std::clamp(static_cast<int>(y / 2), 0, rows_ - 1); }
+  std::size_t Col(float x) const { return static_cast<std::size_t>(std::clamp(static_cast<int>(x / 2), 0, cols_ - 1)); }
+  std::size_t Row(float y) const { return static_cast<std::size_t>(std::clamp(static_cast<int>(y / 2), 0, rows_ - 1)); }
 
-  std::vector<std::uint8_t>& blocks_;
+  std::vector<std::uint64_t>& words_;
   int cols_, rows_;
+  std::size_t row_words_;
 };
+
+/// Fills planes and scans for peaks, band by band: each row is used by all while it is in a near cache.
+void Scan(const ImageView& image, Pyramid& pyramid) {
+  StartDetectionPlane(image, pyramid.base);
+  for (std::size_t level = 0; level < Pyramid::kLevels; ++level) {
+    const BytePlane& plane = pyramid.level(static_cast<int>(level));
+    pyramid.scans[level].Start(plane, kLeastResponse);
+    if (level + 1 < Pyramid::kLevels) pyramid.halves[level].Resize(plane.width() / 2, plane.height() / 2);
+  }
+  const int height = pyramid.base.plane.height();
+  for (int first = 0; first < height; first += kBandRows) {
+    int from = first, past = std::min(first + kBandRows, height);
+    FillDetectionPlane(image, from, past, pyramid.base);
+    for (std::size_t level = 0; level < Pyramid::kLevels; ++level) {
+      const BytePlane& plane = pyramid.level(static_cast<int>(level));
+      pyramid.scans[level].Advance(plane, past);
+      if (level + 1 == Pyramid::kLevels) break;
+      from /= 2;
+      past /= 2;
+      HalveRows(plane, from, past, pyramid.halves[level]);
+    }
+  }
+}
 
 }  // namespace
 
-int FindCorners(Pyramid& pyramid, std::vector<Corner>& corners) {
+int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& corners) {
   corners.clear();
+  Scan(image, pyramid);
   int looked_at = 0;
   Occupancy occupancy(pyramid.occupied, pyramid.base.plane.width(), pyramid.base.plane.height());
   for (int level = 0; level < Pyramid::kLevels; ++level) {
-    if (level > 0) HalvePlane(pyramid.level(level - 1), pyramid.halves[static_cast<std::size_t>(level - 1)]);
     const BytePlane& plane = pyramid.level(level);
-    BytePlane& response = pyramid.response[static_cast<std::size_t>(level)];
-    CornerResponse(plane, response);
-    pyramid.peaks.clear();
-    FindPeaks(response, kLeastResponse, pyramid.peaks);
-    LimitPeaks(static_cast<double>(plane.width()) * plane.height(), pyramid.peaks);
-    looked_at += static_cast<int>(pyramid.peaks.size());
+    std::vector<Peak>& peaks = pyramid.scans[static_cast<std::size_t>(level)].peaks();
+    LimitPeaks(static_cast<double>(plane.width()) * plane.height(), peaks);
+    looked_at += static_cast<int>(peaks.size());
     const float scale = static_cast<float>(1 << level);
     const std::array<std::ptrdiff_t, kRing> ring = RingOf(plane.stride());
     const std::size_t finer = corners.size();
-    for (const Peak& peak : pyramid.peaks) {
+    for (std::size_t i = 0; i < peaks.size(); ++i) {
+      if (i + kPeaksAhead < peaks.size()) AskFor(plane, peaks[i + kPeaksAhead]);
+      const Peak& peak = peaks[i];
       // Each corner counts at the finest level that shows it.
       const Eigen::Vector2f at = pyramid.ToImage({static_cast<float>(peak.x), static_cast<float>(peak.y)}, level);
       if (level > 0 && occupancy.Near(at, 2 * scale)) continue;
-      std::optional<Corner> corner = Saddle(plane, ring, response, peak);
+      std::optional<Corner> corner = Saddle(plane, ring, peak);
       if (!corner) continue;
       corner->position = pyramid.ToImage(corner->position, level);
       corner->scale = scale;

@@ -19,14 +19,13 @@ struct Corner {
   float scale = 1;     ///< image pixels of one pixel of the plane it was found in
 };
 
-/// The plane of an image and its halvings, with their corner responses. Keeps its memory.
+/// The plane of an image and its halvings, with the peaks of their corner responses. Keeps its memory.
 struct Pyramid {
   static constexpr int kLevels = 3;
   DetectionPlane base;
   std::array<BytePlane, kLevels - 1> halves;  ///< levels 1 and 2
-  std::array<BytePlane, kLevels> response;
-  std::vector<Peak> peaks;             ///< scratch
-  std::vector<std::uint8_t> occupied;  ///< scratch
+  std::array<PeakScan, kLevels> scans;
+  std::vector<std::uint64_t> occupied;  ///< scratch
 
   const BytePlane& level(int index) const {
     return index == 0 ? base.plane : halves[static_cast<std::size_t>(index - 1)];
@@ -41,8 +40,8 @@ struct Pyramid {
 /// Peaks that are looked at in one level; beyond it, noise has won and the weakest are left out.
 inline constexpr int kMaxPeaks = 60000;
 
-/// Finds the corners of an image at all levels of the pyramid, each at the finest level that shows it. Replaces the
-/// contents of `corners`. Returns the number of peaks that were looked at.
-int FindCorners(Pyramid& pyramid, std::vector<Corner>& corners);
+/// Fills the pyramid, then finds the corners of the image at all its levels, each at the finest level that shows it.
+/// Replaces the contents of `corners`. Returns the number of peaks that were looked at.
+int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& corners);
 
 }  // namespace chequer

@@ -177,8 +177,7 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
       options.camera && options.camera->width == image.width() && options.camera->height == image.height();
   const Lens lens = calibrated ? Lens(*options.camera) : Lens();
 
-  BuildDetectionPlane(image, pyramid.base);
-  stats.corner_candidates = FindCorners(pyramid, corners);
+  stats.corner_candidates = FindCorners(image, pyramid, corners);
   linker.Link(pyramid.base, corners, grids);
   stats.corners = static_cast<int>(corners.size());
   stats.grids = static_cast<int>(grids.grids.size());

@@ -87,18 +87,15 @@ HWY_EXPORT(EveryOtherRow);
 HWY_EXPORT(BayerRow);
 HWY_EXPORT(HalveRow);
 
-void BuildFromBayer(const ImageView& image, DetectionPlane& out) {
+void FillFromBayer(const ImageView& image, int first, int past, BytePlane& plane) {
   const PixelFormat format = image.format();
   const bool first_row_has_red = format == PixelFormat::kBayerRg8 || format == PixelFormat::kBayerGr8;
   // The rows with blue are G B for RG and GB, B G for GR and BG.
   const bool green_first = format == PixelFormat::kBayerRg8 || format == PixelFormat::kBayerGb8;
-  out.plane.Resize(image.width() - 1, image.height() - 1);
-  out.offset_px = 0.5f;
-  for (int y = 0; y + 1 < image.height(); ++y) {
+  for (int y = first; y < past; ++y) {
     const bool red_is_top = (y % 2 == 0) == first_row_has_red;
     HWY_DYNAMIC_DISPATCH(BayerRow)
-    (image.row(red_is_top ? y : y + 1), image.row(red_is_top ? y + 1 : y), image.width(), green_first,
-     out.plane.row(y));
+    (image.row(red_is_top ? y : y + 1), image.row(red_is_top ? y + 1 : y), image.width(), green_first, plane.row(y));
   }
 }
 
@@ -112,15 +109,22 @@ void BytePlane::Resize(int width, int height) {
   bytes_.resize(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 1));
 }
 
+void StartDetectionPlane(const ImageView& image, DetectionPlane& out) {
+  // A window of 2 × 2 pixels lies half a pixel on from its first.
+  const int less = IsBayer(image.format()) ? 1 : 0;
+  out.offset_px = 0.5f * static_cast<float>(less);
+  const bool empty = image.width() < 2 || image.height() < 2;
+  out.plane.Resize(empty ? 0 : image.width() - less, empty ? 0 : image.height() - less);
+}
+
 void BuildDetectionPlane(const ImageView& image, DetectionPlane& out) {
-  if (image.width() < 2 || image.height() < 2) {
-    out.plane.Resize(0, 0);
-    return;
-  }
-  if (IsBayer(image.format())) return BuildFromBayer(image, out);
-  out.plane.Resize(image.width(), image.height());
-  out.offset_px = 0;
-  for (int y = 0; y < image.height(); ++y) {
+  StartDetectionPlane(image, out);
+  FillDetectionPlane(image, 0, out.plane.height(), out);
+}
+
+void FillDetectionPlane(const ImageView& image, int first, int past, DetectionPlane& out) {
+  if (IsBayer(image.format())) return FillFromBayer(image, first, past, out.plane);
+  for (int y = first; y < past; ++y) {
     const std::uint8_t* in = image.row(y);
     std::uint8_t* row = out.plane.row(y);
     switch (image.format()) {
@@ -135,7 +139,11 @@ void BuildDetectionPlane(const ImageView& image, DetectionPlane& out) {
 
 void HalvePlane(const BytePlane& full, BytePlane& half) {
   half.Resize(full.width() / 2, full.height() / 2);
-  for (int y = 0; y < half.height(); ++y)
+  HalveRows(full, 0, half.height(), half);
+}
+
+void HalveRows(const BytePlane& full, int first, int past, BytePlane& half) {
+  for (int y = first; y < past; ++y)
     HWY_DYNAMIC_DISPATCH(HalveRow)(full.row(2 * y), full.row(2 * y + 1), half.width(), half.row(y));
 }
 

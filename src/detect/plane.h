@@ -42,9 +42,14 @@ struct DetectionPlane {
 
 /// Fills `out`; images smaller than 2 × 2 give an empty plane.
 void BuildDetectionPlane(const ImageView& image, DetectionPlane& out);
+/// The same in parts, so that rows can be used while they are near: sizes `out`, then fills its rows first … past − 1.
+void StartDetectionPlane(const ImageView& image, DetectionPlane& out);
+void FillDetectionPlane(const ImageView& image, int first, int past, DetectionPlane& out);
 
 /// Means of 2 × 2 pixels, rounded up by less than 1. Pixel (x, y) of `half` lies at (2x + ½, 2y + ½) of `full`.
 void HalvePlane(const BytePlane& full, BytePlane& half);
+/// The same for rows first … past − 1 of `half`, which has its size already.
+void HalveRows(const BytePlane& full, int first, int past, BytePlane& half);
 
 inline float BytePlane::Bilinear(float x, float y) const {
   const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);

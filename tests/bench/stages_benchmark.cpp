@@ -74,8 +74,7 @@ struct Stages {
         reader(view, table),
         lens(*options.camera),
         finder({BorderPattern(options.families[0].code.size())}, options.color_space) {
-    BuildDetectionPlane(view, pyramid.base);
-    FindCorners(pyramid, corners);
+    FindCorners(view, pyramid, corners);
     linked = corners;
     linker.Link(pyramid.base, linked, grids);
     FindBoards();
@@ -153,15 +152,19 @@ void Halve(benchmark::State& state) {
 BENCHMARK(Halve)->Unit(benchmark::kMicrosecond);
 
 void Response(benchmark::State& state) {
-  BytePlane response;
-  for (auto _ : state) CornerResponse(Prepared().pyramid.base.plane, response);
+  const BytePlane& plane = Prepared().pyramid.base.plane;
+  PeakScan scan;
+  for (auto _ : state) {
+    scan.Start(plane, 4);
+    scan.Advance(plane, plane.height());
+  }
 }
 BENCHMARK(Response)->Unit(benchmark::kMicrosecond);
 
 void Corners(benchmark::State& state) {
   Stages& stages = Prepared();
   std::vector<Corner> corners;
-  for (auto _ : state) benchmark::DoNotOptimize(FindCorners(stages.pyramid, corners));
+  for (auto _ : state) benchmark::DoNotOptimize(FindCorners(stages.view, stages.pyramid, corners));
   state.counters["corners"] = static_cast<double>(corners.size());
 }
 BENCHMARK(Corners)->Unit(benchmark::kMicrosecond);
