@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "detect/colours.h"
@@ -71,6 +72,19 @@ BoardFinder::BoardFinder(std::vector<BorderPattern> patterns, ColorSpace space)
     : patterns_(std::move(patterns)), space_(space) {
   for (const BorderPattern& pattern : patterns_)
     most_corners_ = std::max({most_corners_, pattern.size.rows - 1, pattern.size.cols - 1});
+}
+
+void BoardFinder::Start(std::size_t corners, std::vector<AnchoredBoard>& boards) {
+  claimed_.assign(corners, 0);
+  std::move(boards.begin(), boards.end(), std::back_inserter(spare_));
+  boards.clear();
+}
+
+AnchoredBoard BoardFinder::TakeSpare() {
+  if (spare_.empty()) return {};
+  AnchoredBoard board = std::move(spare_.back());
+  spare_.pop_back();
+  return board;
 }
 
 bool BoardFinder::FitWindow(const Lattice::Window& window, std::vector<PointPair>* pairs) {
@@ -240,14 +254,16 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
   const int seen = ShowingBesides(placement), lines = placement.covered.lines;
   // White, by the border cells that are white if this turn is right.
   Eigen::Vector3f white = Eigen::Vector3f::Zero();
-  int whites = 0;
+  int whites = 0, border_seen = 0;
   for (std::size_t k = 0; k < pattern.cells.size(); ++k) {
     const Cell& cell = pattern.cells[k];
-    if (IsDark(cell.row, cell.col) || pattern.saturated[k] || !visible(cell.row, cell.col)) continue;
+    if (!visible(cell.row, cell.col)) continue;
+    ++border_seen;
+    if (IsDark(cell.row, cell.col) || pattern.saturated[k]) continue;
     white += samples_[index(cell.row, cell.col)].light;
     ++whites;
   }
-  if (whites < 2) return false;
+  if (whites < 2 || border_seen < std::min(kLeastBorder, BorderLength(size))) return false;
   white /= static_cast<float>(whites);
   if (!(white.minCoeff() > 1e-5f)) return false;
 
@@ -264,7 +280,6 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
     values_.emplace_back(k, value);
     groups[IsDark(cell.row, cell.col)][pattern.saturated[k]].Add(value);
   }
-  if (static_cast<int>(values_.size()) < std::min(kLeastBorder, BorderLength(size))) return false;
   std::array<double, 2> threshold{};
   for (std::size_t dark = 0; dark < 2; ++dark) {
     const Gaussian plain = groups[dark][0].Get(), inked = groups[dark][1].Get();
@@ -279,7 +294,7 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
     const Cell& cell = pattern.cells[k];
     matches += (value > threshold[IsDark(cell.row, cell.col)]) == (pattern.saturated[k] != 0);
   }
-  placement.border_seen = static_cast<int>(values_.size());
+  placement.border_seen = border_seen;
   placement.border_matches = matches;
   placement.score = 2 * matches - placement.border_seen + 0.25 * seen;
   if (matches < (lines ? 1 : kLeastMatches) * placement.border_seen) return false;
@@ -314,11 +329,13 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
 int BoardFinder::ShowingBesides(const Placement& placement) const {
   const Cover& covered = placement.covered;
   const int rows = placement.corners.rows + 1, cols = placement.corners.cols + 1;
+  const bool across = covered.side < 2, at_end = covered.side % 2 == 1;
   int hidden = 0;
-  if (covered.lines > 0)
-    for (int row = 0; row < rows; ++row)
-      for (int col = 0; col < cols; ++col)
-        if (covered.Holds(row, col, rows, cols)) hidden += visible_[static_cast<std::size_t>(row * cols + col)];
+  for (int line = 0; line < covered.lines; ++line) {
+    const int at = at_end ? (across ? rows : cols) - 1 - line : line;
+    for (int i = 0; i < (across ? cols : rows); ++i)
+      hidden += visible_[static_cast<std::size_t>(across ? at * cols + i : i * cols + at)];
+  }
   return showing_ - hidden;
 }
 
@@ -371,12 +388,15 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
   constexpr std::array<int, 4> kCos{1, 0, -1, 0}, kSin{0, 1, 0, -1};
   const int cos = kCos[static_cast<std::size_t>(placement.turn)], sin = kSin[static_cast<std::size_t>(placement.turn)];
   const Eigen::Matrix2d board_from_lattice = (Eigen::Matrix2d() << cos, sin, -sin, cos).finished();
+  board.box = {};
   for (PointPair& pair : pairs_) {
+    board.box.Add(static_cast<float>(pair.to.x()), static_cast<float>(pair.to.y()));
     pair.from = board_from_lattice * (pair.from - center);
     const auto plane = lens.ToPlane(pair.to);
     if (!plane) return false;
     pair.to = *plane;
   }
+  board.box.Widen(1.0f / static_cast<float>(std::min(window.cols, window.rows)));
   const auto homography = FitHomography(pairs_);
   if (!homography) return false;
   board.plane_from_board = *homography;
@@ -414,7 +434,9 @@ void BoardFinder::TakeBest(const LightReader& reader, const Lens& lens, std::vec
   }
   for (const std::size_t i : taken_) {
     if (GoesOn(placements_[i], reader)) continue;
-    if (!Build(placements_[i], reader, lens, boards.emplace_back())) boards.pop_back();
+    AnchoredBoard board = TakeSpare();
+    const bool built = Build(placements_[i], reader, lens, board);
+    (built ? boards : spare_).push_back(std::move(board));
   }
 }
 
@@ -433,14 +455,18 @@ bool BoardFinder::GoesOn(const Placement& placement, const LightReader& reader) 
   };
   // A side goes on if the cells beyond it are as much lighter and darker as those inside.
   const auto side_goes_on = [&](int x, int y, int along_x, int along_y, int out_x, int out_y, int length) {
-    int alike = 0;
-    for (int i = 0; i < length; ++i, x += along_x, y += along_y) {
-      if (of_another_board(x + out_x, y + out_y)) continue;
+    const auto is_alike = [&] {
+      if (of_another_board(x + out_x, y + out_y)) return false;
       const float inner = value(x, y), outer = value(x + out_x, y + out_y), within = value(x - out_x, y - out_y);
-      if (inner < 0 || outer < 0 || within < 0) continue;
-      alike += std::abs(outer - within) < kAlike * std::abs(within - inner);
+      return inner >= 0 && outer >= 0 && within >= 0 && std::abs(outer - within) < kAlike * std::abs(within - inner);
+    };
+    // Most sides are a board's own: the first few cells tell, and no more are sampled.
+    int different = 0;
+    for (int i = 0; i < length; ++i, x += along_x, y += along_y) {
+      different += !is_alike();
+      if (length - different < kLeastAlike * length) return false;
     }
-    return alike >= kLeastAlike * length;
+    return true;
   };
   const int cols = window.cols + 1, rows = window.rows + 1;
   return side_goes_on(left, top, 1, 0, 0, -1, cols) + side_goes_on(left, bottom, 1, 0, 0, 1, cols) +

@@ -27,6 +27,7 @@ struct AnchoredBoard {
   int border_seen = 0;                ///< border cells that could be judged
   int border_matches = 0;             ///< of them, those of the expected saturation
   float scale = 1;                    ///< image pixels per pixel of the coarsest level its corners came from (median)
+  PixelBox box;                       ///< where it lies in the image, roughly
 };
 
 /// The border's saturation at one size, precomputed.
@@ -46,8 +47,9 @@ class BoardFinder {
  public:
   BoardFinder(std::vector<BorderPattern> patterns, ColorSpace space);
 
-  /// Forgets which corners belong to boards. To be called for every image.
-  void Start(std::size_t corners) { claimed_.assign(corners, 0); }
+  /// Forgets which corners belong to boards, and empties `boards`, whose memory it keeps for those to come. To be
+  /// called for every image.
+  void Start(std::size_t corners, std::vector<AnchoredBoard>& boards);
   /// Appends the boards of a grid to `boards`. Returns whether one was found. @param search of the same corners.
   bool Find(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
             const CornerSearch& search, const LightReader& reader, const Lens& lens,
@@ -114,6 +116,8 @@ class BoardFinder {
   bool GoesOn(const Placement& placement, const LightReader& reader);
   void TakeBest(const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards);
   bool Build(const Placement& placement, const LightReader& reader, const Lens& lens, AnchoredBoard& board);
+  /// A board to be filled, with the memory of an earlier one.
+  AnchoredBoard TakeSpare();
 
   std::vector<BorderPattern> patterns_;
   int most_corners_ = 0;  ///< along a side of the largest pattern
@@ -123,6 +127,7 @@ class BoardFinder {
   std::vector<Placement> placements_;
   std::vector<std::size_t> taken_;
   std::vector<std::uint8_t> claimed_;  ///< by corner
+  std::vector<AnchoredBoard> spare_;   ///< of earlier images
   std::vector<PointPair> pairs_;
   Eigen::Matrix3d image_from_lattice_ = Eigen::Matrix3d::Identity();
   /// Of a grid that fits into a board, all windows have this homography; else cells are placed by their neighbours.

@@ -9,8 +9,8 @@ namespace {
 
 /// The most pixels of a lane: large cells are thinned out to that.
 constexpr int kLaneCapacity = 400;
-/// Lanes of as many pixels, of cells of 18 px and more, are thinned out inside the cells: in smaller ones, choosing costs
-/// what it saves.
+/// Lanes of as many pixels, of cells of 18 px and more, are thinned out inside the cells: in smaller ones, choosing
+/// costs what it saves.
 constexpr double kThinnedFrom = 80;
 
 /// How far outwards, in cells, the pixels of the board's rim are used: the rim itself is blurred with a background

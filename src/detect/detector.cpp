@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <stdexcept>
 
@@ -182,12 +183,25 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   stats.corners = static_cast<int>(corners.size());
   stats.grids = static_cast<int>(grids.grids.size());
 
-  boards.clear();
-  finder.Start(corners.size());
+  finder.Start(corners.size(), boards);
   // The largest first: what is left over of them makes no boards of its own.
   std::sort(grids.grids.begin(), grids.grids.end(), [](const Grid& a, const Grid& b) { return a.count > b.count; });
-  for (const Grid& grid : grids.grids)
+  const auto ask_for_grid = [&](std::size_t i) {
+    PixelBox box;
+    if (i >= grids.grids.size()) return;
+    for (const LatticeCorner& at : grids.Of(grids.grids[i])) {
+      const Eigen::Vector2f& position = corners[static_cast<std::size_t>(at.corner)].position;
+      box.Add(position.x(), position.y());
+    }
+    box.Widen(0.3f);
+    reader.Prefetch(box);
+  };
+  ask_for_grid(0);
+  for (std::size_t i = 0; i < grids.grids.size(); ++i) {
+    ask_for_grid(i + 1);
+    const Grid& grid = grids.grids[i];
     if (!finder.Find(grid, grids.Of(grid), corners, linker.search(), reader, lens, boards)) ++stats.refused_border;
+  }
   stats.boards = static_cast<int>(boards.size());
   FindMosaic(image, lens, reader);
 
@@ -199,10 +213,13 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
     known = outcomes[first].accepted;
   }
   const NoiseModel* noise = first > 0 ? &outcomes[first - 1].noise : nullptr;
-  crew.Run(static_cast<int>(boards.size() - first), [&](int item, int worker) {
-    const std::size_t i = first + static_cast<std::size_t>(item);
+  const auto measure = [&](int item, int worker) {
+    const std::size_t i = first + static_cast<std::size_t>(item), later = i + workers.size();
+    if (later < boards.size()) reader.Prefetch(boards[later].box);
     outcomes[i] = Measure(reader, lens, boards[i], noise, workers[static_cast<std::size_t>(worker)]);
-  });
+  };
+  // By reference: a copy would be allocated.
+  crew.Run(static_cast<int>(boards.size() - first), std::ref(measure));
   for (const Outcome& outcome : outcomes) {
     if (!outcome.accepted) {
       ++stats.refused_fit;

@@ -18,8 +18,10 @@ constexpr double kLeastMarginWarned = 9;
 }  // namespace
 
 Identifier::Identifier(const DetectorOptions& options) : options_(options) {
-  for (const MarkerFamily& family : options.families)
+  for (const MarkerFamily& family : options.families) {
     rosters_.push_back(family.roster.empty() ? std::nullopt : std::optional<Roster>(family.roster));
+    borders_.push_back(CellSaturation(family.code.size(), 0));
+  }
 }
 
 void Identifier::ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens) {
@@ -77,8 +79,7 @@ void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
     }
 }
 
-bool Identifier::MeasureSaturation(MarkerSize size) {
-  const std::vector<std::uint8_t> border = CellSaturation(size, 0);
+bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8_t>& border) {
   Eigen::Vector3f white = Eigen::Vector3f::Zero();
   int whites = 0;
   for (int row = 0; row < size.rows; ++row)
@@ -174,7 +175,7 @@ Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const L
     if (options_.families[f].code.size() == size) identity.family = static_cast<int>(f);
   const auto hidden = std::count(hidden_.begin(), hidden_.end(), true);
   identity.plausible = hidden * 2 <= static_cast<std::ptrdiff_t>(hidden_.size());
-  if (!MeasureSaturation(size)) {
+  if (identity.family < 0 || !MeasureSaturation(size, borders_[static_cast<std::size_t>(identity.family)])) {
     identity.luminance_overlap = identity.saturation_overlap = 0.5;
     return identity;
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -33,12 +34,14 @@ class Identifier {
  private:
   void ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
   void FindHidden(const FittedBoard& board, MarkerSize size);
-  bool MeasureSaturation(MarkerSize size);
+  bool MeasureSaturation(MarkerSize size, const std::vector<std::uint8_t>& border);
   void Decode(MarkerSize size, Identity& identity);
   void MeasureOverlaps(MarkerSize size, Identity& identity) const;
 
   const DetectorOptions& options_;
   std::vector<std::optional<Roster>> rosters_;
+  /// By family: saturation of the border's cells, row by row of the whole board.
+  std::vector<std::vector<std::uint8_t>> borders_;
   std::vector<Eigen::Vector3f> light_;
   std::vector<CellColour> colours_;
   std::vector<bool> hidden_;

@@ -81,8 +81,7 @@ struct Stages {
   }
 
   void FindBoards() {
-    boards.clear();
-    finder.Start(linked.size());
+    finder.Start(linked.size(), boards);
     for (const Grid& grid : grids.grids)
       finder.Find(grid, grids.Of(grid), linked, linker.search(), reader, lens, boards);
   }
