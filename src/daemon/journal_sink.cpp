@@ -1,5 +1,8 @@
 #include "daemon/journal_sink.h"
 
+// The records are of the whole program: that they pass through this file says nothing.
+#define SD_JOURNAL_SUPPRESS_LOCATION
+
 #include <pthread.h>
 #include <sys/uio.h>
 #include <syslog.h>
