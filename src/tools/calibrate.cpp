@@ -26,10 +26,11 @@ std::string NowInUtc() {
 }
 
 void AddCalibrateCommand(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("calibrate", "Calibrates the lens of a camera, and where it stands");
+  CLI::App* command = app.add_subcommand("calibrate", "Calibrates the lens of a camera, where it stands, and robots");
   command->require_subcommand(1);
   AddCalibrateLensCommand(*command);
   AddCalibrateWorldCommand(*command);
+  AddCalibrateRobotsCommand(*command);
 }
 
 }  // namespace chequer

@@ -10,6 +10,8 @@ namespace chequer {
 void AddCalibrateLensCommand(CLI::App& calibrate);
 /// `chequer calibrate world`.
 void AddCalibrateWorldCommand(CLI::App& calibrate);
+/// `chequer calibrate robots`.
+void AddCalibrateRobotsCommand(CLI::App& calibrate);
 
 /// Throws CLI::ValidationError where a file cannot be written for want of a folder: better before somebody has shown a
 /// sheet to a camera than after.

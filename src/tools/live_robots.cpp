@@ -2,17 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <numbers>
-
 #include "publish/channels.h"
+#include "tools/message_text.h"
 
 namespace chequer {
 namespace {
 
 using std::chrono::seconds;
 
-constexpr seconds kForgetAfter{10};
-constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr seconds kForgetRobotAfter{10};
 
 std::string PrefixOf(const std::string& channel) {
   for (const std::string_view suffix : kChannelSuffixes)
@@ -31,7 +29,7 @@ void LiveRobots::Add(const std::string& channel, const RobotsMessage& message, M
     // A robot's tracks know its first marker; which of two markers a frame shows does not matter here.
     Row& row = rows_[{PrefixOf(channel), robot.name, 0, 0}];
     row.off_floor = robot.floor && robot.floor->off_floor;
-    if (row.speed_m_s && now - row.arrived < kForgetAfter) continue;  // its track tells more
+    if (row.speed_m_s && now - row.arrived < kForgetRobotAfter) continue;  // its track tells more
     row.pose = robot.frame_from_body;
     row.arrived = now;
     row.age_at_arrival = message.header.published_monotonic - message.header.captured_monotonic;
@@ -52,7 +50,7 @@ void LiveRobots::Add(const std::string& channel, const TracksMessage& message, M
 }
 
 std::string LiveRobots::Text(MonotonicTime now, int max_lines) {
-  std::erase_if(rows_, [&](const auto& entry) { return now - entry.second.arrived > kForgetAfter; });
+  std::erase_if(rows_, [&](const auto& entry) { return now - entry.second.arrived > kForgetRobotAfter; });
   if (rows_.empty()) return {};
   std::string text = fmt::format("{:>20} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8}\n", "robot", "x m", "y m", "z m",
                                  "heading", "m/s", "deg/s", "age s");
@@ -62,10 +60,11 @@ std::string LiveRobots::Text(MonotonicTime now, int max_lines) {
     const bool all_fit = lines + static_cast<int>(rows_.size() - shown) <= max_lines;
     if (!all_fit && lines >= max_lines - 1) break;
     const Eigen::Vector3d& t = row.pose.translation;
-    const auto yaw_rate = row.yaw_rate_rad_s ? std::optional(*row.yaw_rate_rad_s * kDegrees) : std::nullopt;
+    const auto yaw_rate = row.yaw_rate_rad_s ? std::optional(*row.yaw_rate_rad_s * kDegreesPerRadian) : std::nullopt;
     text += fmt::format("{:>20} {:>9.4f} {:>9.4f} {:>9.4f} {:>8.1f} {} {} {:>8.2f}{}{}\n",
                         key.name.empty() ? std::to_string(key.id) : key.name, t.x(), t.y(), t.z(),
-                        HeadingRad(row.pose.rotation) * kDegrees, Optional(row.speed_m_s, 3), Optional(yaw_rate, 1),
+                        HeadingRad(row.pose.rotation) * kDegreesPerRadian, Optional(row.speed_m_s, 3),
+                        Optional(yaw_rate, 1),
                         std::chrono::duration<double>(now - row.arrived + row.age_at_arrival).count(),
                         row.coasting ? "  coasting" : "", row.off_floor ? "  off the floor" : "");
     ++lines;

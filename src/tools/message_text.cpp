@@ -4,13 +4,12 @@
 
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
+
+#include "tools/message_json.h"
 
 namespace chequer {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr std::array kInstants{"unknown", "start", "middle", "end"};
 constexpr std::array kCameraStates{"waiting", "running", "ended"};
@@ -19,18 +18,6 @@ constexpr std::array kPublisherStates{"waiting", "ready", "failing"};
 template <typename Enum, typename Names>
 const char* Name(Enum value, const Names& names) {
   return names.at(static_cast<std::size_t>(value));
-}
-
-std::string Dump(const Json& json) {
-  // Names come from other programs and may be any bytes; JSON may not.
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-Json UpperTriangle(const Matrix6d& covariance) {
-  Json numbers = Json::array();
-  for (int row = 0; row < 6; ++row)
-    for (int col = row; col < 6; ++col) numbers.push_back(covariance(row, col));
-  return numbers;
 }
 
 Json WarningNames(const MarkerPose& marker) {
@@ -64,11 +51,6 @@ Json MarkerJson(const MarkerPose& marker) {
   json["bits_corrected"] = marker.bits_corrected;
   json["warnings"] = WarningNames(marker);
   return json;
-}
-
-template <typename Time>
-std::int64_t Microseconds(Time time) {
-  return time.time_since_epoch().count();
 }
 
 Json CountsJson(const std::vector<NamedCount>& counts) {

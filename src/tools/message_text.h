@@ -1,10 +1,13 @@
 #pragma once
 
+#include <numbers>
 #include <string>
 
 #include "publish/messages.h"
 
 namespace chequer {
+
+inline constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 /// Direction of a marker's x axis in the x-y plane of the frame of reference, degrees from x towards y, −180..180: for
 /// a camera that looks down on robots, their heading in the image. @pre marker.has_pose.

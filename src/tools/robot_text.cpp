@@ -2,35 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-#include <numbers>
-
+#include "tools/message_json.h"
 #include "tools/message_text.h"
 
 namespace chequer {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
-
-template <typename Time>
-std::int64_t Microseconds(Time time) {
-  return time.time_since_epoch().count();
-}
-
 template <typename Vector>
 Json Numbers(const Vector& vector) {
   Json numbers = Json::array();
   for (Eigen::Index i = 0; i < vector.size(); ++i) numbers.push_back(vector(i));
-  return numbers;
-}
-
-template <typename Matrix>
-Json UpperTriangle(const Matrix& covariance) {
-  Json numbers = Json::array();
-  for (Eigen::Index row = 0; row < covariance.rows(); ++row)
-    for (Eigen::Index col = row; col < covariance.cols(); ++col) numbers.push_back(covariance(row, col));
   return numbers;
 }
 
@@ -91,11 +72,6 @@ Json TrackJson(const TrackState& track) {
           {"poses_refused", track.poses_refused}};
 }
 
-std::string Dump(const Json& json) {
-  // Names come from other programs and may be any bytes; JSON may not.
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
 std::string CsvFrame(const std::string& channel, const FrameHeader& header) {
   return fmt::format("{},{},{},{},{},{},{}", CsvField(channel), CsvField(header.camera), CsvField(header.frame),
                      header.sequence, Microseconds(header.captured_utc), Microseconds(header.captured_monotonic),
@@ -106,17 +82,17 @@ constexpr const char* kFrameColumns =
     "channel,camera,frame,sequence,captured_utc_us,captured_monotonic_us,published_utc_us";
 constexpr const char* kPoseColumns = "x_m,y_m,z_m,qw,qx,qy,qz,heading_deg";
 
-std::string CsvPose(const RigidTransform& pose) {
+std::string CsvBody(const RigidTransform& pose) {
   const Eigen::Vector3d& t = pose.translation;
   const Eigen::Quaterniond q = Canonical(pose.rotation);
   return fmt::format("{},{},{},{},{},{},{},{:.4f}", t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z(),
-                     HeadingRad(pose.rotation) * kDegrees);
+                     HeadingRad(pose.rotation) * kDegreesPerRadian);
 }
 
 std::string CsvFloor(const std::optional<FloorPose>& floor) {
   if (!floor) return ",,,,,,";
   return fmt::format("{},{},{:.4f},{},{:.3f},{:.1f},{}", floor->position.x(), floor->position.y(),
-                     floor->heading_rad * kDegrees, floor->height_error_m, floor->tilt_rad * kDegrees,
+                     floor->heading_rad * kDegreesPerRadian, floor->height_error_m, floor->tilt_rad * kDegreesPerRadian,
                      floor->chi_square, floor->off_floor ? 1 : 0);
 }
 
@@ -150,10 +126,10 @@ std::string PlainLine(const RobotsMessage& message) {
     const double heading = on_floor ? robot.floor->heading_rad : HeadingRad(robot.frame_from_body.rotation);
     if (on_floor)
       text += fmt::format("  {} ({:.4f}, {:.4f}) m {:.2f} deg", robot.name, robot.floor->position.x(),
-                          robot.floor->position.y(), heading * kDegrees);
+                          robot.floor->position.y(), heading * kDegreesPerRadian);
     else
       text += fmt::format("  {} ({:.4f}, {:.4f}, {:.4f}) m {:.2f} deg{}", robot.name, t.x(), t.y(), t.z(),
-                          heading * kDegrees, robot.floor ? " off the floor" : "");
+                          heading * kDegreesPerRadian, robot.floor ? " off the floor" : "");
   }
   return text;
 }
@@ -165,8 +141,8 @@ std::string PlainLine(const TracksMessage& message) {
     const Eigen::Vector3d& t = track.frame_from_body.translation;
     text +=
         fmt::format("  {} ({:.4f}, {:.4f}, {:.4f}) m {:.2f} deg {:.3f} m/s {:.1f} deg/s{}", NameOf(track.key), t.x(),
-                    t.y(), t.z(), HeadingRad(track.frame_from_body.rotation) * kDegrees, track.velocity.norm(),
-                    track.angular_velocity.z() * kDegrees, track.coasting ? " coasting" : "");
+                    t.y(), t.z(), HeadingRad(track.frame_from_body.rotation) * kDegreesPerRadian, track.velocity.norm(),
+                    track.angular_velocity.z() * kDegreesPerRadian, track.coasting ? " coasting" : "");
   }
   return text;
 }
@@ -184,7 +160,7 @@ std::string CsvRows(const std::string& channel, const RobotsMessage& message) {
   std::string rows;
   for (const RobotPose& robot : message.robots)
     rows += fmt::format("{},{},{},{},{},{}\n", frame, CsvField(robot.name), robot.ids[0],
-                        CsvPose(robot.frame_from_body), robot.ambiguity, CsvFloor(robot.floor));
+                        CsvBody(robot.frame_from_body), robot.ambiguity, CsvFloor(robot.floor));
   return rows;
 }
 
@@ -202,8 +178,8 @@ std::string CsvRows(const std::string& channel, const TracksMessage& message) {
   std::string rows;
   for (const TrackState& track : message.tracks)
     rows += fmt::format("{},{},{},{},{},{},{},{:.4f},{},{},{},{},{}\n", frame, CsvField(track.key.robot), track.key.id,
-                        CsvPose(track.frame_from_body), track.velocity.x(), track.velocity.y(), track.velocity.z(),
-                        track.angular_velocity.z() * kDegrees, track.age.count(), track.since_seen.count(),
+                        CsvBody(track.frame_from_body), track.velocity.x(), track.velocity.y(), track.velocity.z(),
+                        track.angular_velocity.z() * kDegreesPerRadian, track.age.count(), track.since_seen.count(),
                         track.coasting ? 1 : 0, track.poses_used, track.poses_refused);
   return rows;
 }

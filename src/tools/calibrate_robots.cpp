@@ -1,0 +1,138 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+
+#include "chequer/camera_file.h"
+#include "chequer/detector.h"
+#include "robot/marker_survey.h"
+#include "tools/calibrate.h"
+#include "tools/commands.h"
+#include "tools/frame_feed.h"
+#include "tools/length_option.h"
+#include "tools/marker_options.h"
+#include "world/world_file.h"
+
+namespace chequer {
+namespace {
+
+/// A marker that leans more lies on no upright robot; said, for its roster entry will not do.
+constexpr double kLeansRad = 0.05;
+
+/// The options as typed.
+struct RobotsRequest {
+  FrameFeedOptions feed;
+  MarkerOptions markers;
+  std::string side;
+  std::string calibration;
+  std::string world;
+  std::string roster;
+  int frames = 100;
+  std::string out;
+};
+
+using Heights = std::map<std::pair<int, std::uint64_t>, MarkerHeight>;
+
+/// The heights of all markers in the frames but the world's references.
+Heights Watch(const RobotsRequest& request, const DetectorOptions& options, const WorldCalibration& world) {
+  FrameFeed feed(request.feed);
+  Detector detector(options);
+  MarkerSurvey survey(world.world_from_camera);
+  int frames = 0;
+  for (; frames < request.frames; ++frames) {
+    const auto frame = feed.Next();
+    if (!frame) break;
+    if (frame->image.width() != options.camera->width || frame->image.height() != options.camera->height)
+      throw std::runtime_error(fmt::format("{} is {}x{}, but the calibration {} is for {}x{}", frame->name,
+                                           frame->image.width(), frame->image.height(), request.calibration,
+                                           options.camera->width, options.camera->height));
+    survey.Add(detector.Detect(frame->image));
+  }
+  if (frames == 0) throw std::runtime_error("there are no frames");
+  Heights heights = survey.Heights();
+  std::erase_if(heights, [&](const auto& entry) {
+    const MarkerFamily& family = options.families[static_cast<std::size_t>(entry.first.first)];
+    return std::any_of(world.references.begin(), world.references.end(), [&](const WorldReference& reference) {
+      return reference.id == entry.first.second && reference.size == family.code.size() &&
+             reference.variant == family.code.variant();
+    });
+  });
+  if (heights.empty())
+    throw std::runtime_error(fmt::format("no marker but the world's references is seen in {} frames", frames));
+  return heights;
+}
+
+/// Whether the frames showed every marker of a robot.
+bool IsSeen(const RosterRobot& robot, const Heights& heights) {
+  return std::all_of(robot.markers.begin(), robot.markers.end(), [&](const RosterMarker& marker) {
+    return heights.contains({marker.family, marker.id});
+  });
+}
+
+void PrintResult(const RobotRoster& roster, const Heights& heights) {
+  fmt::print("{:>20} {:>20} {:>7} {:>10} {:>8} {:>9}\n", "robot", "marker", "frames", "height mm", "± mm", "leans deg");
+  for (const RosterRobot& robot : roster.robots)
+    for (const RosterMarker& marker : robot.markers) {
+      const auto seen = heights.find({marker.family, marker.id});
+      if (seen == heights.end()) {
+        fmt::print("{:>20} {:>20}  not seen\n", robot.name, marker.id);
+        continue;
+      }
+      const MarkerHeight& height = seen->second;
+      fmt::print("{:>20} {:>20} {:>7} {:>10.2f} {:>8.2f} {:>9.2f}{}\n", robot.name, marker.id, height.frames,
+                 1000 * height.height_m, 1000 * height.spread_m, height.tilt_rad * 180 / std::numbers::pi,
+                 height.tilt_rad > kLeansRad ? "  leans: enter its orientation, or mount it flat" : "");
+    }
+}
+
+void RunRobots(RobotsRequest& request) {
+  if (request.frames < 1 || request.frames > 100'000)
+    throw CLI::ValidationError("--frames", fmt::format("{} is outside 1 to 100000", request.frames));
+  if (!request.side.empty()) request.markers.side_m = ParseLength("--side", request.side);
+  DetectorOptions options;
+  options.families = ParseMarkerFamilies(request.markers, true);
+  options.camera = LoadCamera(request.calibration);
+  const WorldCalibration world = LoadWorld(request.world);
+  RobotRoster roster;
+  if (!request.roster.empty()) roster = LoadRobotRoster(request.roster, options.families);
+  const Heights heights = Watch(request, options, world);
+  roster = request.roster.empty() ? RosterOf(heights) : WithHeights(std::move(roster), heights);
+  PrintResult(roster, heights);
+  if (std::none_of(roster.robots.begin(), roster.robots.end(),
+                   [&](const RosterRobot& robot) { return IsSeen(robot, heights); }))
+    throw std::runtime_error("no robot of " + request.roster + " is seen");
+  WriteRobotRoster(request.out, roster);
+  fmt::print("written: {}\n", request.out);
+}
+
+}  // namespace
+
+void AddCalibrateRobotsCommand(CLI::App& calibrate) {
+  CLI::App* command = calibrate.add_subcommand("robots", "Measures how high the robots' markers are, as a roster");
+  // Shared, as the callback outlives this function and std::function copies what it holds.
+  const auto request = std::make_shared<RobotsRequest>();
+  AddFrameFeedOptions(*command, request->feed);
+  AddMarkerOptions(*command, request->markers, false);
+  command->add_option("--side", request->side, "Side of the markers, cells included: 60mm, 6cm or 0.06 (metres)")
+      ->type_name("LENGTH");
+  command->add_option("--calibration", request->calibration, "Camera file")->required()->type_name("FILE");
+  command->add_option("--world", request->world, "World file")->required()->type_name("FILE");
+  command
+      ->add_option("--roster", request->roster,
+                   "Roster whose heights are measured anew; without it, one robot for each marker that is seen")
+      ->type_name("FILE");
+  command->add_option("--frames", request->frames, "Most frames that are averaged")->capture_default_str();
+  command->add_option("--out", request->out, "Roster to write; may be the one that was read")
+      ->required()
+      ->type_name("FILE");
+  command->footer(
+      "The robots stand or drive about on the floor meanwhile. Names, and where the marker sits on the body, are then\n"
+      "edited into the file (chequer-robots.toml(5)); --roster measures its heights again and leaves the rest.\n\n"
+      "  chequer calibrate robots --calibration camera.toml --world world.toml --side 12cm frames/ --out robots.toml");
+  command->callback([request] { RunRobots(*request); });
+}
+
+}  // namespace chequer

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace chequer {
+
+/// In the order in which things are put in: it is read by people too.
+using Json = nlohmann::ordered_json;
+
+inline std::string Dump(const Json& json) {
+  // Names come from other programs and may be any bytes; JSON may not.
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// The upper triangle of a symmetric matrix, row by row.
+template <typename Matrix>
+Json UpperTriangle(const Matrix& covariance) {
+  Json numbers = Json::array();
+  for (int row = 0; row < covariance.rows(); ++row)
+    for (int col = row; col < covariance.cols(); ++col) numbers.push_back(covariance(row, col));
+  return numbers;
+}
+
+template <typename Time>
+std::int64_t Microseconds(Time time) {
+  return time.time_since_epoch().count();
+}
+
+}  // namespace chequer
