@@ -1,6 +1,6 @@
 // From frames alone to poses in the room: a lens, the world and the robots of a simulated room (support/room.h), by the
 // commands a user would give.
-#include "support/room.h"
+#include "integration/room_fixture.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,8 +19,6 @@
 
 #include "chequer/camera_file.h"
 #include "simulate/truth.h"
-#include "support/process.h"
-#include "support/temporary_directory.h"
 #include "world/drift_monitor.h"
 #include "world/world_file.h"
 
@@ -28,38 +26,6 @@ namespace chequer::test {
 namespace {
 
 using ::testing::HasSubstr;
-
-/// The room as recorded and calibrated, once for all tests of the program.
-class Room : public ::testing::Test {
- protected:
-  static std::string Run(std::vector<std::string> arguments, int expected_status = 0) {
-    arguments.insert(arguments.begin(), CHEQUER);
-    Process process(std::move(arguments));
-    EXPECT_EQ(process.Wait(std::chrono::seconds(120)), expected_status) << process.output();
-    return process.output();
-  }
-  static std::string At(const std::string& name) { return (folder_->path() / name).string(); }
-
-  static void SetUpTestSuite() {
-    folder_ = std::make_unique<TemporaryDirectory>();
-    RecordSheet(At("sheet"), 24, 1);
-    RecordReferences(At("empty"), 8, 2);
-    RecordDrive(At("drive"), 10, 20, 3);
-    WriteReferenceList(At("references.toml"));
-    lens_output_ =
-        Run({"calibrate", "lens", "--side", "12cm", "--ids", "200-219", At("sheet"), "--out", At("camera.toml")});
-    world_output_ = Run({"calibrate", "world", "--calibration", At("camera.toml"), "--side", "12cm", "--references",
-                         At("references.toml"), At("empty"), "--out", At("world.toml")});
-  }
-  static void TearDownTestSuite() { folder_.reset(); }
-
-  static std::unique_ptr<TemporaryDirectory> folder_;
-  static std::string lens_output_, world_output_;
-};
-
-std::unique_ptr<TemporaryDirectory> Room::folder_;
-std::string Room::lens_output_;
-std::string Room::world_output_;
 
 TEST_F(Room, LensIsFoundFromFramesOfASheet) {
   const CameraModel truth = RoomCamera(), found = LoadCamera(At("camera.toml"));
