@@ -91,6 +91,7 @@ void PrintResult(const RobotRoster& roster, const Heights& heights) {
 void RunRobots(RobotsRequest& request) {
   if (request.frames < 1 || request.frames > 100'000)
     throw CLI::ValidationError("--frames", fmt::format("{} is outside 1 to 100000", request.frames));
+  CheckFolderOf("--out", request.out);
   if (!request.side.empty()) request.markers.side_m = ParseLength("--side", request.side);
   DetectorOptions options;
   options.families = ParseMarkerFamilies(request.markers, true);
