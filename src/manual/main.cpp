@@ -22,12 +22,13 @@ void WriteAll(const std::filesystem::path& folder, const std::filesystem::path& 
   };
   CLI::App tool;
   chequer::DescribeTool(tool);
-  write("chequer.1", chequer::ManualPage(tool, CHEQUER_VERSION,
-                                         {.section = 1,
-                                          .summary = "find, render and convert colour-checkerboard markers",
-                                          .more = {},
-                                          .see_also = "chequerd(8), chequerd.toml(5), chequer-camera.toml(5), "
-                                                      "chequer-recording(5)"}));
+  write("chequer.1", chequer::ManualPage(
+                         tool, CHEQUER_VERSION,
+                         {.section = 1,
+                          .summary = "print and find colour-checkerboard markers, calibrate cameras, listen to poses",
+                          .more = {},
+                          .see_also = "chequerd(8), chequerd.toml(5), chequer-camera.toml(5), "
+                                      "chequer-recording(5), chequer-world.toml(5)"}));
   write("chequer", chequer::BashCompletion(tool));
   CLI::App daemon;
   chequer::DaemonCommandLine command_line;
