@@ -69,7 +69,7 @@ std::unique_ptr<Process> StartFeeder(const std::string& device, bool as_jpeg = f
   std::vector<std::string> command{V4L2_FEEDER, device, DemoRecording().string(), as_jpeg ? "15" : "60"};
   if (as_jpeg) command.push_back("MJPEG");
   auto feeder = std::make_unique<Process>(command);
-  EXPECT_TRUE(feeder->WaitForOutput("feeding")) << feeder->output();
+  EXPECT_TRUE(feeder->WaitForOutput("feeding", seconds(60))) << feeder->output();
   return feeder;
 }
 
