@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "detect/colours.h"
+#include "detect/cover.h"
 
 namespace chequer {
 namespace {
@@ -22,6 +23,8 @@ constexpr double kLeastVisibleBesides = 0.8;
 /// Border: least cells judged, least share that matches.
 constexpr int kLeastBorder = 9;
 constexpr double kLeastMatches = 0.85;
+/// Share of the border from which on nothing of it is hidden but a cell here and there.
+constexpr double kNearlyAll = 0.85;
 /// A side of a window goes on if at least this share of the cells beyond it are like those inside it, to so much of the
 /// contrast; with so many sides that do,
 /// the window is a part of a larger board.
@@ -250,6 +253,7 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
     for (int row = 0; row < size.rows; ++row)
       for (int col = 0; col < size.cols; ++col)
         board->covered[static_cast<std::size_t>(row * size.cols + col)] = !visible(row, col);
+    HideBetween(size, board->covered);
   }
   const int seen = ShowingBesides(placement), lines = placement.covered.lines;
   // White, by the border cells that are white if this turn is right.
@@ -321,8 +325,11 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
     if (!MayBeBorder(patterns_[static_cast<std::size_t>(pattern)], window, turn, reader)) continue;
     if (!marked) MarkVisible(window, reader);
     marked = true;
-    if ((ShowsEnough(placement) && JudgeBorder(placement, nullptr)) || JudgeCovered(placement))
-      placements_.push_back(placement);
+    if (!(ShowsEnough(placement) && JudgeBorder(placement, nullptr)) && !JudgeCovered(placement)) continue;
+    // The border's period is four cells: turned by half a turn and two cells off, a board with two lines hidden looks
+    // the same but for a line that is inside in truth, and the checkerboard that goes on behind it.
+    if (placement.border_seen < kNearlyAll * BorderLength(size) && SidesThatGoOn(placement, reader) > 0) continue;
+    placements_.push_back(placement);
   }
 }
 
@@ -433,14 +440,14 @@ void BoardFinder::TakeBest(const LightReader& reader, const Lens& lens, std::vec
     taken_.push_back(i);
   }
   for (const std::size_t i : taken_) {
-    if (GoesOn(placements_[i], reader)) continue;
+    if (SidesThatGoOn(placements_[i], reader) >= kMostSides) continue;
     AnchoredBoard board = TakeSpare();
     const bool built = Build(placements_[i], reader, lens, board);
     (built ? boards : spare_).push_back(std::move(board));
   }
 }
 
-bool BoardFinder::GoesOn(const Placement& placement, const LightReader& reader) {
+int BoardFinder::SidesThatGoOn(const Placement& placement, const LightReader& reader) {
   const Lattice::Window& window = placement.corners;
   const int left = window.x - 1, top = window.y - 1, right = left + window.cols, bottom = top + window.rows;  // cells
   const auto value = [&](int x, int y) {
@@ -470,8 +477,7 @@ bool BoardFinder::GoesOn(const Placement& placement, const LightReader& reader) 
   };
   const int cols = window.cols + 1, rows = window.rows + 1;
   return side_goes_on(left, top, 1, 0, 0, -1, cols) + side_goes_on(left, bottom, 1, 0, 0, 1, cols) +
-             side_goes_on(left, top, 0, 1, -1, 0, rows) + side_goes_on(right, top, 0, 1, 1, 0, rows) >=
-         kMostSides;
+         side_goes_on(left, top, 0, 1, -1, 0, rows) + side_goes_on(right, top, 0, 1, 1, 0, rows);
 }
 
 bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
@@ -480,6 +486,7 @@ bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members,
   if (!lattice_.Read(grid, members, corners, search, claimed_, reader.width(), reader.height(), most_corners_))
     return false;
   placements_.clear();
+  taken_.clear();
   const Lattice::Window& all = lattice_.window();
   cell_window_ = {all.x - 2, all.y - 2, all.cols + 3, all.rows + 3};
   cells_.assign(static_cast<std::size_t>(cell_window_.cols * cell_window_.rows), CellSample{});

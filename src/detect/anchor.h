@@ -112,8 +112,9 @@ class BoardFinder {
   bool JudgeBorder(Placement& placement, AnchoredBoard* board);
   /// The same without the cells that something may lie over.
   bool JudgeCovered(Placement& placement);
-  /// Whether the checkerboard goes on around a placement, other boards left aside: then it is no board of that size.
-  bool GoesOn(const Placement& placement, const LightReader& reader);
+  /// Along how many sides of a placement the checkerboard goes on behind it, boards that were taken left aside: then it
+  /// is no board of that size.
+  int SidesThatGoOn(const Placement& placement, const LightReader& reader);
   void TakeBest(const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards);
   bool Build(const Placement& placement, const LightReader& reader, const Lens& lens, AnchoredBoard& board);
   /// A board to be filled, with the memory of an earlier one.

@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detect/cover.h"
+
 namespace chequer {
 namespace {
 
+/// How far a light cell's colour may lie from white and from yellow, as a share of their distance: farther off, it is
+/// something else.
+constexpr float kOffColour = 0.45f;
 /// The largest log-likelihood ratio of one cell: a cell may be printed, dirty or lit wrongly whatever its noise says.
 constexpr double kMostLikelihood = 12;
 /// Least spread of the saturations about their means, as a share of the distance of the means: prints and lights vary.
@@ -47,13 +52,13 @@ void Identifier::ReadCells(const FittedBoard& board, MarkerSize size, const Ligh
 }
 
 void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
-  hidden_.assign(light_.size(), true);
+  hidden_.assign(light_.size(), 1);
   // Seen are the cells around the corners that the model explains.
   for (int corner = 0; corner < CornerCount(size); ++corner) {
     if (!board.corner_used[static_cast<std::size_t>(corner)]) continue;
     const int first = corner / (size.cols - 1) * size.cols + corner % (size.cols - 1);
     for (const int cell : {first, first + 1, first + size.cols, first + size.cols + 1})
-      hidden_[static_cast<std::size_t>(cell)] = false;
+      hidden_[static_cast<std::size_t>(cell)] = 0;
   }
   // Of them, those that stand out from their neighbours as their class should.
   const auto value = [&](int cell) {
@@ -64,23 +69,67 @@ void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
   for (int cell = 0; cell < size.rows * size.cols; ++cell)
     if (!hidden_[static_cast<std::size_t>(cell)]) classes[IsDark(cell / size.cols, cell % size.cols)].Add(value(cell));
   const double contrast = classes[0].Get().mean - classes[1].Get().mean;
+  doubtful_.clear();
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const int cell = row * size.cols + col;
       double sum = 0;
       int count = 0;
-      for (const auto& [dr, dc] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}})
-        if (row + dr >= 0 && col + dc >= 0 && row + dr < size.rows && col + dc < size.cols) {
-          sum += value((row + dr) * size.cols + col + dc);
-          ++count;
-        }
-      const double lead = (value(cell) - sum / count) * (IsDark(row, col) ? -1 : 1);
-      if (lead < 0.3 * contrast) hidden_[static_cast<std::size_t>(cell)] = true;
+      for (const auto& [dr, dc] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+        const int neighbour = (row + dr) * size.cols + col + dc;
+        if (row + dr < 0 || col + dc < 0 || row + dr >= size.rows || col + dc >= size.cols) continue;
+        if (hidden_[static_cast<std::size_t>(neighbour)]) continue;
+        sum += value(neighbour);
+        ++count;
+      }
+      const double lead = count > 0 ? (value(cell) - sum / count) * (IsDark(row, col) ? -1 : 1) : 0;
+      if (lead < 0.3 * contrast) doubtful_.push_back(cell);
     }
+  for (const int cell : doubtful_) hidden_[static_cast<std::size_t>(cell)] = 1;
+  HideBetween(size, hidden_);
+}
+
+bool Identifier::HideOffColour(MarkerSize size, const std::vector<std::uint8_t>& border) {
+  // Shares of the three channels, which shading leaves alone, of the light cells: white and yellow as the border has
+  // them.
+  const auto shares = [&](std::size_t cell) -> Eigen::Vector3f {
+    const Eigen::Vector3f light = light_[cell].cwiseQuotient(white_).cwiseMax(0);
+    return light / std::max(light.sum(), 1e-6f);
+  };
+  std::array<Eigen::Vector3f, 2> middle;
+  for (const std::uint8_t saturated : std::array<std::uint8_t, 2>{0, 1}) {
+    for (int channel = 0; channel < 3; ++channel) {
+      values_.clear();
+      for (int row = 0; row < size.rows; ++row)
+        for (int col = 0; col < size.cols; ++col) {
+          const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+          if (IsBorder(size, row, col) && !IsDark(row, col) && !hidden_[cell] && border[cell] == saturated)
+            values_.push_back(shares(cell)[channel]);
+        }
+      if (values_.empty()) return false;
+      const auto half = values_.begin() + static_cast<std::ptrdiff_t>(values_.size() / 2);
+      std::nth_element(values_.begin(), half, values_.end());
+      middle[saturated][channel] = *half;
+    }
+  }
+  const float most = kOffColour * (middle[1] - middle[0]).norm();
+  bool found = false;
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col) {
+      const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+      if (IsDark(row, col) || hidden_[cell]) continue;
+      const Eigen::Vector3f share = shares(cell);
+      if (std::min((share - middle[0]).norm(), (share - middle[1]).norm()) <= most) continue;
+      hidden_[cell] = 1;
+      found = true;
+    }
+  if (found) HideBetween(size, hidden_);
+  return found;
 }
 
 bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8_t>& border) {
-  Eigen::Vector3f white = Eigen::Vector3f::Zero();
+  Eigen::Vector3f& white = white_;
+  white.setZero();
   int whites = 0;
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
@@ -173,9 +222,12 @@ Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const L
   FindHidden(board, size);
   for (std::size_t f = 0; f < options_.families.size() && identity.family < 0; ++f)
     if (options_.families[f].code.size() == size) identity.family = static_cast<int>(f);
-  const auto hidden = std::count(hidden_.begin(), hidden_.end(), true);
+  const auto hidden = std::count(hidden_.begin(), hidden_.end(), 1);
   identity.plausible = hidden * 2 <= static_cast<std::ptrdiff_t>(hidden_.size());
-  if (identity.family < 0 || !MeasureSaturation(size, borders_[static_cast<std::size_t>(identity.family)])) {
+  const auto measured = [&](const std::vector<std::uint8_t>& border) {
+    return MeasureSaturation(size, border) && (!HideOffColour(size, border) || MeasureSaturation(size, border));
+  };
+  if (identity.family < 0 || !measured(borders_[static_cast<std::size_t>(identity.family)])) {
     identity.luminance_overlap = identity.saturation_overlap = 0.5;
     return identity;
   }

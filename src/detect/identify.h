@@ -35,6 +35,8 @@ class Identifier {
   void ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
   void FindHidden(const FittedBoard& board, MarkerSize size);
   bool MeasureSaturation(MarkerSize size, const std::vector<std::uint8_t>& border);
+  /// Light cells of colours that the board does not have belong to what lies over it. Whether there are some.
+  bool HideOffColour(MarkerSize size, const std::vector<std::uint8_t>& border);
   void Decode(MarkerSize size, Identity& identity);
   void MeasureOverlaps(MarkerSize size, Identity& identity) const;
 
@@ -44,7 +46,10 @@ class Identifier {
   std::vector<std::vector<std::uint8_t>> borders_;
   std::vector<Eigen::Vector3f> light_;
   std::vector<CellColour> colours_;
-  std::vector<bool> hidden_;
+  std::vector<std::uint8_t> hidden_;
+  Eigen::Vector3f white_;      ///< light of the border's white cells
+  std::vector<float> values_;  ///< scratch
+  std::vector<int> doubtful_;  ///< cells, scratch
   std::vector<float> log_likelihood_;
   /// Of light (0) and dark (1) cells: means of unsaturated and saturated border cells, and the spread about them.
   struct Class {
