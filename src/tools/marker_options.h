@@ -10,6 +10,9 @@
 
 namespace chequer {
 
+/// Smallest pitch of cells, pixels, that is read for sure; design measurements put the limit at 3.5 to 4 px.
+inline constexpr double kSafeCellPx = 4;
+
 /// The options that say which markers are meant, as typed. Several commands share them.
 struct MarkerOptions {
   std::vector<std::string> markers{"6x6"};  ///< SIZE, or SIZE:VARIANT[:SIDE]

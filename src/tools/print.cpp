@@ -20,9 +20,6 @@
 namespace chequer {
 namespace {
 
-/// Smallest pitch of cells that is read for sure; below, markers are missed.
-constexpr double kSafeCellPx = 4;
-
 /// The options as typed.
 struct PrintRequest {
   std::string marker = "6x6";

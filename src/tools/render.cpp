@@ -10,6 +10,7 @@
 #include "simulate/random.h"
 #include "simulate/truth.h"
 #include "tools/commands.h"
+#include "tools/marker_options.h"
 #include "tools/render_request.h"
 
 namespace chequer {
@@ -22,9 +23,6 @@ constexpr const char* kTruthFile = "truth.jsonl";
 constexpr UtcTime kFirstUtc{std::chrono::seconds(1704067200)};
 /// Not 0, which reads like a time that was forgotten.
 constexpr MonotonicTime kFirstMonotonic{std::chrono::seconds(1)};
-
-/// Smallest pitch of cells that is read for sure; design measurements put the limit at 3.5 to 4 px.
-constexpr double kSafeCellPx = 4;
 
 /// What was written, for the summary.
 struct Written {

@@ -35,6 +35,8 @@ Step OpenFails(std::string message);
 Step OpenThrows(std::string message);
 Step FrameNumber(std::uint64_t sequence, int width = 4);
 Step Gives(CaptureStatus status, std::string message = {});
+/// The source has come to its end.
+inline const Step kEnd = Gives(CaptureStatus::kEnd);
 Step WaitsForInterrupt();
 
 /// Frames `first`, …, `last`.

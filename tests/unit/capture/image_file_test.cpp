@@ -10,26 +10,19 @@
 
 #include "capture/png.h"
 #include "core/file.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 
 namespace chequer {
 namespace {
 
+using test::ErrorOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 std::filesystem::path Sample(const std::string& name) {
   return std::filesystem::path(CHEQUER_TEST_DATA) / "unit/capture/images" / name;
-}
-
-std::string ErrorOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 std::string DecodeError(std::span<const std::uint8_t> bytes) {

@@ -13,23 +13,16 @@
 #include "capture/recording_text.h"
 #include "capture/recording_writer.h"
 #include "core/file.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 
 namespace chequer {
 namespace {
 
 using std::chrono::microseconds;
+using test::ErrorOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-std::string ErrorOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 /// An image whose bytes all have one value, so that a frame can be told from another.
 Image Filled(PixelFormat format, int width, int height, std::uint8_t value) {

@@ -18,6 +18,7 @@ using std::chrono::seconds;
 using test::FrameNumber;
 using test::Frames;
 using test::Gives;
+using test::kEnd;
 using test::OpenFails;
 using test::Opens;
 using test::OpenThrows;
@@ -28,7 +29,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-const Step kEnd = Gives(CaptureStatus::kEnd);
 const Step kGone = Gives(CaptureStatus::kDisconnected, "unplugged");
 
 /// Runs a script to its end.

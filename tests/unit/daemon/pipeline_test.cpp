@@ -23,6 +23,7 @@ using std::chrono::seconds;
 using test::FrameNumber;
 using test::Frames;
 using test::Gives;
+using test::kEnd;
 using test::OpenFails;
 using test::OpenThrows;
 using test::Published;
@@ -32,8 +33,6 @@ using test::Step;
 using test::operator+;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-const Step kEnd = Gives(CaptureStatus::kEnd);
 
 /// Finds one marker, whose id is the frame's sequence number.
 DetectFrame FindSequence() {

@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 
 MarkerCode Secded() { return MarkerCode(MarkerSize{}, Variant::kSecded); }
 
-RenderOptions Pinhole(int width = 320, int height = 240) {
+RenderOptions PinholeOptions(int width = 320, int height = 240) {
   RenderOptions options;
   options.camera = {.width = width, .height = height, .fx = 500, .fy = 500, .cx = width / 2.0, .cy = height / 2.0};
   return options;
@@ -62,7 +62,7 @@ TEST(Render, CellsOfEverySizeShowTheCode) {
   for (const MarkerSize size :
        {MarkerSize{3, 3}, MarkerSize{4, 6}, MarkerSize{6, 6}, MarkerSize{7, 5}, MarkerSize{10, 10}}) {
     const MarkerCode code(size, Variant::kUnconstrained);
-    const RenderOptions options = Pinhole();
+    const RenderOptions options = PinholeOptions();
     const Scene scene = SceneOf(
         {Marker(code, std::min<std::uint64_t>(code.max_id(), 0x1234567), FacingPose({0.02, -0.01, 1.2}, 0.8, 0.4))});
     const LinearImage light = RenderLight(scene, options);
@@ -73,7 +73,7 @@ TEST(Render, CellsOfEverySizeShowTheCode) {
 }
 
 TEST(Render, DistortedAndFisheyeCamerasShowTheCodeToo) {
-  RenderOptions options = Pinhole(640, 480);
+  RenderOptions options = PinholeOptions(640, 480);
   options.camera = PublicationCamera();
   Scene scene = SceneOf({Marker(Secded(), 99, FacingPose({-0.3, 0.15, 0.8}, 2.1, 0.3))});
   EXPECT_EQ(ReadCells(scene.markers[0], RenderLight(scene, options), options.camera), scene.markers[0].board.cells);
@@ -83,7 +83,7 @@ TEST(Render, DistortedAndFisheyeCamerasShowTheCodeToo) {
 }
 
 TEST(Render, MirroredMarkersAreSeenTheOtherWayRound) {
-  const RenderOptions options = Pinhole();
+  const RenderOptions options = PinholeOptions();
   Scene scene = SceneOf({Marker(Secded(), 1203, FacingPose({0, 0, 1}, 0))});
   scene.markers[0].mirrored = true;
   const LinearImage light = RenderLight(scene, options);
@@ -99,7 +99,7 @@ TEST(Render, MirroredMarkersAreSeenTheOtherWayRound) {
 
 TEST(Render, TouchingMarkersLeaveNoSeam) {
   // Two white boards edge to edge, turned so that the common edge crosses pixels at all phases, before black.
-  const RenderOptions options = Pinhole();
+  const RenderOptions options = PinholeOptions();
   SceneMarker left = Marker(Secded(), 0, FacingPose({0, 0, 1}, 0.37), 0.12);
   left.board.cells.assign(36, 'W');
   SceneMarker right = left;
@@ -115,7 +115,7 @@ TEST(Render, TouchingMarkersLeaveNoSeam) {
 }
 
 TEST(Render, LaterMarkersLieOverEarlierOnes) {
-  const RenderOptions options = Pinhole();
+  const RenderOptions options = PinholeOptions();
   const SceneMarker below = Marker(Secded(), 5, FacingPose({0, 0, 1}, 0));
   const SceneMarker above = Marker(Secded(), 1500, FacingPose({0.03, 0.02, 0.9}, 0.5));
   const LinearImage light = RenderLight(SceneOf({below, above}), options);
@@ -123,7 +123,7 @@ TEST(Render, LaterMarkersLieOverEarlierOnes) {
 }
 
 TEST(Render, OccludersHideTheirPartAndNoMore) {
-  const RenderOptions options = Pinhole();
+  const RenderOptions options = PinholeOptions();
   Scene scene = SceneOf({Marker(Secded(), 321, FacingPose({0, 0, 1}, 0.2))});
   scene.markers[0].occluders.push_back({.from = {-0.1, 0.5}, .to = {1.1, 1.1}, .colour = scene.markers[0].inks.blue});
   const std::string cells = ReadCells(scene.markers[0], RenderLight(scene, options), options.camera);
@@ -132,7 +132,7 @@ TEST(Render, OccludersHideTheirPartAndNoMore) {
 }
 
 TEST(Render, TexturedOccludersHideToo) {
-  RenderOptions options = Pinhole();
+  RenderOptions options = PinholeOptions();
   Scene scene = SceneOf({Marker(Secded(), 321, FacingPose({0, 0, 1}, 0.2))});
   scene.markers[0].occluders.push_back({.patches = 7, .seed = 4});
   const LinearImage covered = RenderLight(scene, options);
@@ -144,7 +144,7 @@ TEST(Render, TexturedOccludersHideToo) {
 TEST(Render, InkSpreadsByItsArea) {
   // All dark cells 0 and all light ones 1, on a white margin: what is missing of the light is the union of the grown
   // cells.
-  RenderOptions options = Pinhole();
+  RenderOptions options = PinholeOptions();
   Scene scene = SceneOf({Marker(Secded(), 700, FacingPose({0, 0, 1}, 0.3))});
   scene.background.colour.setOnes();
   SceneMarker& marker = scene.markers[0];
@@ -163,7 +163,7 @@ TEST(Render, InkSpreadsByItsArea) {
 }
 
 TEST(Render, InkSpreadsOverTheBackgroundWithoutMargin) {
-  RenderOptions options = Pinhole();
+  RenderOptions options = PinholeOptions();
   Scene scene = SceneOf({Marker(Secded(), 700, FacingPose({0, 0, 1}, 0.3))});
   scene.background.colour.setOnes();
   SceneMarker& marker = scene.markers[0];
@@ -177,7 +177,7 @@ TEST(Render, InkSpreadsOverTheBackgroundWithoutMargin) {
 }
 
 TEST(Render, GradientFallsAcrossTheMarker) {
-  RenderOptions options = Pinhole();
+  RenderOptions options = PinholeOptions();
   Scene scene = SceneOf({Marker(Secded(), 0, FacingPose({0, 0, 1}, 0))});
   SceneMarker& marker = scene.markers[0];
   marker.board.cells.assign(36, 'W');
@@ -191,7 +191,7 @@ TEST(Render, GradientFallsAcrossTheMarker) {
 }
 
 TEST(Render, MarkersOverTheFramesRimAreCutOff) {
-  RenderOptions options = Pinhole();
+  RenderOptions options = PinholeOptions();
   const SceneMarker marker = Marker(Secded(), 5, FacingPose({0.3, 0.22, 1}, 0.4));
   const LinearImage small = RenderLight(SceneOf({marker}), options);
   // The same scene in a larger frame about the same principal point.
@@ -206,7 +206,7 @@ TEST(Render, MarkersOverTheFramesRimAreCutOff) {
 }
 
 TEST(Render, EveryFormatHasItsSizeAndCurve) {
-  RenderOptions options = Pinhole(64, 48);
+  RenderOptions options = PinholeOptions(64, 48);
   options.tone_curve = ToneCurve::Gamma(2.0);
   const Scene scene = SceneOf({Marker(Secded(), 3, FacingPose({0, 0, 3}, 0))});
   for (int i = 0; i <= static_cast<int>(PixelFormat::kYuv444p); ++i) {
@@ -219,7 +219,7 @@ TEST(Render, EveryFormatHasItsSizeAndCurve) {
 }
 
 TEST(Render, JpegKeepsFormatAndCurve) {
-  RenderOptions options = Pinhole(64, 48);
+  RenderOptions options = PinholeOptions(64, 48);
   options.jpeg_quality = 80;
   options.tone_curve = ToneCurve::Gamma(1.8);
   for (const PixelFormat format :
@@ -236,7 +236,7 @@ TEST(Render, JpegOfOddSizesShowsTheSameScene) {
   const Scene scene = SceneOf({Marker(code, 77, FacingPose({0, 0, 1.5}, 0.3))});
   for (const PixelFormat format : {PixelFormat::kBgr8, PixelFormat::kRgb8, PixelFormat::kMono8, PixelFormat::kYuv420p,
                                    PixelFormat::kYuv422p, PixelFormat::kYuv444p}) {
-    RenderOptions options = Pinhole(97, 75);
+    RenderOptions options = PinholeOptions(97, 75);
     options.format = format;
     options.blur_sigma_px = 2;
     const Image plain = Render(scene, options, 1);
@@ -250,7 +250,7 @@ TEST(Render, JpegOfOddSizesShowsTheSameScene) {
 }
 
 TEST(Render, SameArgumentsSameBytes) {
-  RenderOptions options = Pinhole(160, 120);
+  RenderOptions options = PinholeOptions(160, 120);
   Scene scene = SceneOf({Marker(Secded(), 3, FacingPose({0, 0, 2}, 0))});
   scene.background.kind = BackgroundKind::kMixed;
   scene.background.seed = 9;
@@ -263,7 +263,7 @@ TEST(Render, SameArgumentsSameBytes) {
 }
 
 TEST(Renderer, FramesEqualThoseOfRender) {
-  const RenderOptions options = Pinhole(160, 120);
+  const RenderOptions options = PinholeOptions(160, 120);
   Scene scene = SceneOf({Marker(Secded(), 3, FacingPose({0, 0, 2}, 0))});
   scene.background.kind = BackgroundKind::kTiles;
   const Renderer renderer(options, scene.background);

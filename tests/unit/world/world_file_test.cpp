@@ -5,6 +5,8 @@
 
 #include <stdexcept>
 
+#include "support/error_of.h"
+
 namespace chequer {
 namespace {
 
@@ -29,13 +31,8 @@ std::string With(const std::string& old, const std::string& replacement) {
   return text.replace(text.find(old), old.size(), replacement);
 }
 
-std::string ErrorOf(const std::string& text) {
-  try {
-    ParseWorld(text, "world.toml");
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
+std::string ParsingErrorOf(const std::string& text) {
+  return test::ErrorOf([&] { ParseWorld(text, "world.toml"); });
 }
 
 TEST(WorldFile, ReadsWhatItMustHold) {
@@ -71,23 +68,24 @@ TEST(WorldFile, GivesBackWhatWasWritten) {
 }
 
 TEST(WorldFile, NamesFileLineAndKeyOfWhatIsWrong) {
-  EXPECT_THAT(ErrorOf(With("position = [1.25, -0.5, 2.5]", "position = [1.25, -0.5]")),
+  EXPECT_THAT(ParsingErrorOf(With("position = [1.25, -0.5, 2.5]", "position = [1.25, -0.5]")),
               AllOf(HasSubstr("world.toml:2"), HasSubstr("world.position")));
-  EXPECT_THAT(ErrorOf(With("orientation = [0.0, 1.0, 0.0, 0.0]", "orientation = [0.5, 0.5, 0.5, 0.2]")),
+  EXPECT_THAT(ParsingErrorOf(With("orientation = [0.0, 1.0, 0.0, 0.0]", "orientation = [0.5, 0.5, 0.5, 0.2]")),
               AllOf(HasSubstr("world.toml:3"), HasSubstr("world.orientation"), HasSubstr("unit quaternion")));
-  EXPECT_THAT(ErrorOf(With("orientation = [0.0, 1.0, 0.0, 0.0]", "")),
+  EXPECT_THAT(ParsingErrorOf(With("orientation = [0.0, 1.0, 0.0, 0.0]", "")),
               AllOf(HasSubstr("world.orientation"), HasSubstr("is missing")));
-  EXPECT_THAT(ErrorOf(With("\"6x6\"", "\"6x600\"")), AllOf(HasSubstr("world.toml:7"), HasSubstr("reference[0].size")));
-  EXPECT_THAT(ErrorOf(With("\"secded\"", "\"sekded\"")),
+  EXPECT_THAT(ParsingErrorOf(With("\"6x6\"", "\"6x600\"")),
+              AllOf(HasSubstr("world.toml:7"), HasSubstr("reference[0].size")));
+  EXPECT_THAT(ParsingErrorOf(With("\"secded\"", "\"sekded\"")),
               AllOf(HasSubstr("world.toml:8"), HasSubstr("variant"), HasSubstr("golay")));
-  EXPECT_THAT(ErrorOf(With("id = 7", "id = -7")), AllOf(HasSubstr("world.toml:6"), HasSubstr("id = -7")));
-  EXPECT_THAT(ErrorOf(With("side", "sight")), AllOf(HasSubstr("side"), HasSubstr("is missing")));
-  EXPECT_THAT(ErrorOf(std::string(kGood) + "colour = 1\n"),
+  EXPECT_THAT(ParsingErrorOf(With("id = 7", "id = -7")), AllOf(HasSubstr("world.toml:6"), HasSubstr("id = -7")));
+  EXPECT_THAT(ParsingErrorOf(With("side", "sight")), AllOf(HasSubstr("side"), HasSubstr("is missing")));
+  EXPECT_THAT(ParsingErrorOf(std::string(kGood) + "colour = 1\n"),
               AllOf(HasSubstr("world.toml:12"), HasSubstr("unknown key")));
-  EXPECT_THAT(ErrorOf(With("[world]\n", "[world]\ndate = 'a \"date\"'\n")),
+  EXPECT_THAT(ParsingErrorOf(With("[world]\n", "[world]\ndate = 'a \"date\"'\n")),
               AllOf(HasSubstr("world.toml:2"), HasSubstr("must be a date")));
-  EXPECT_THAT(ErrorOf(""), AllOf(HasSubstr("world"), HasSubstr("is missing")));
-  EXPECT_THAT(ErrorOf("[world"), HasSubstr("world.toml:1"));
+  EXPECT_THAT(ParsingErrorOf(""), AllOf(HasSubstr("world"), HasSubstr("is missing")));
+  EXPECT_THAT(ParsingErrorOf("[world"), HasSubstr("world.toml:1"));
 }
 
 }  // namespace
