@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -237,7 +238,7 @@ TEST(Detector, ACoveredSideLeavesThePoseExact) {
 TEST(Detector, WhatLiesOverABoardMakesNoWrongId) {
   // Of these, some were read wrongly: patches of the cover that look like cells, and boards that were taken to lie two
   // lines off, turned by half a turn.
-  for (const std::uint64_t seed : {1006, 1018, 1022, 1039})
+  for (const std::uint64_t seed : std::array<std::uint64_t, 4>{1006, 1018, 1022, 1039})
     for (const StressCase& stress : StressCases(kSecded, seed)) {
       if (!stress.tag.starts_with("occluded")) continue;
       SCOPED_TRACE(stress.tag + ", seed " + std::to_string(seed));
