@@ -16,6 +16,7 @@ target_link_libraries(chequer
 target_sources(chequer PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/include FILES
   ${PROJECT_SOURCE_DIR}/include/chequer/camera_file.h
   ${PROJECT_SOURCE_DIR}/include/chequer/camera_model.h
+  ${PROJECT_SOURCE_DIR}/include/chequer/detect_trace.h
   ${PROJECT_SOURCE_DIR}/include/chequer/detector.h
   ${PROJECT_SOURCE_DIR}/include/chequer/geometry.h
   ${PROJECT_SOURCE_DIR}/include/chequer/image.h

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -8,8 +9,6 @@
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "chequer/camera_model.h"
 #include "chequer/geometry.h"
@@ -121,6 +120,8 @@ struct DetectStats {
   int undecided = 0;          ///< boards whose identity is not decided
 };
 
+struct DetectTrace;
+
 /// Finds markers. Holds scratch memory, so that nothing is allocated in the steady state: one Detector a thread.
 class Detector {
  public:
@@ -134,7 +135,9 @@ class Detector {
   /// size (options.camera of another width or height) poses are left out.
   std::vector<MarkerPose> Detect(const ImageView& image);
   /// The same into a vector whose memory is used again.
-  void Detect(const ImageView& image, std::vector<MarkerPose>& markers);
+  /// @param trace if given, gets what every stage saw (chequer/detect_trace.h): for finding out why a marker is not
+  ///   read. The markers are the same.
+  void Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace = nullptr);
 
   /// Of the last image.
   const DetectStats& stats() const;

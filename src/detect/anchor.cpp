@@ -43,16 +43,6 @@ constexpr double kLeastLead = 3;
 /// Distance between the group means over its standard error, each of light and dark cells.
 constexpr double kLeastSeparation = 4;
 
-/// Cell (row, col) of the board in the footprint's own rows and columns, for a board turned by quarter turns.
-Cell InFootprint(MarkerSize size, int row, int col, int turn) {
-  switch (turn) {
-    case 0: return {row, col};
-    case 1: return {col, size.rows - 1 - row};  // the board's columns run down
-    case 2: return {size.rows - 1 - row, size.cols - 1 - col};
-    default: return {size.cols - 1 - col, row};
-  }
-}
-
 /// Reorders the values.
 float Median(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -61,6 +51,15 @@ float Median(std::vector<float>& values) {
 }
 
 }  // namespace
+
+Cell InFootprint(MarkerSize size, int row, int col, int turn) {
+  switch (turn) {
+    case 0: return {row, col};
+    case 1: return {col, size.rows - 1 - row};  // the board's columns run down
+    case 2: return {size.rows - 1 - row, size.cols - 1 - col};
+    default: return {size.cols - 1 - col, row};
+  }
+}
 
 BorderPattern::BorderPattern(MarkerSize marker_size)
     : size(marker_size), cells(BorderCells(marker_size)), saturated(BorderSaturation(marker_size)) {
@@ -267,9 +266,11 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
     white += samples_[index(cell.row, cell.col)].light;
     ++whites;
   }
-  if (whites < 2 || border_seen < std::min(kLeastBorder, BorderLength(size))) return false;
+  if (whites < 2) return Refuse(placement, Refusal::kBorderUnseen, whites, 2);
+  const int least = std::min(kLeastBorder, BorderLength(size));
+  if (border_seen < least) return Refuse(placement, Refusal::kBorderUnseen, border_seen, least);
   white /= static_cast<float>(whites);
-  if (!(white.minCoeff() > 1e-5f)) return false;
+  if (!(white.minCoeff() > 1e-5f)) return Refuse(placement, Refusal::kBorderUnseen, 0, 2);
 
   const auto saturation = [&](int row, int col) {
     return ColourOf(samples_[index(row, col)].light, white, IsDark(row, col), space_).saturation;
@@ -287,10 +288,13 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
   std::array<double, 2> threshold{};
   for (std::size_t dark = 0; dark < 2; ++dark) {
     const Gaussian plain = groups[dark][0].Get(), inked = groups[dark][1].Get();
-    if (plain.count < 2 || inked.count < 2) return false;
+    if (plain.count < 2 || inked.count < 2)
+      return Refuse(placement, Refusal::kBorderUnseen, std::min(plain.count, inked.count), 2);
     const double error = std::sqrt((plain.deviation * plain.deviation + 0.25) / plain.count +
                                    (inked.deviation * inked.deviation + 0.25) / inked.count);
-    if (inked.mean - plain.mean < (lines ? 2 : 1) * kLeastSeparation * error) return false;
+    const double least_apart = (lines ? 2 : 1) * kLeastSeparation;
+    if (inked.mean - plain.mean < least_apart * error)
+      return Refuse(placement, Refusal::kInksAlike, (inked.mean - plain.mean) / error, least_apart);
     threshold[dark] = (plain.mean + inked.mean) / 2;
   }
   int matches = 0;
@@ -301,7 +305,8 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
   placement.border_seen = border_seen;
   placement.border_matches = matches;
   placement.score = 2 * matches - placement.border_seen + 0.25 * seen;
-  if (matches < (lines ? 1 : kLeastMatches) * placement.border_seen) return false;
+  const double least_matches = (lines ? 1 : kLeastMatches) * placement.border_seen;
+  if (matches < least_matches) return Refuse(placement, Refusal::kBorderDiffers, matches, least_matches);
   if (board) {
     for (int row = 0; row < size.rows; ++row)
       for (int col = 0; col < size.cols; ++col) {
@@ -322,13 +327,21 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
     // The lattice's cell (i, j) is light where i + j is even; the board's first cell is dark.
     const Cell first = InFootprint(size, 0, 0, placement.turn);
     if ((window.x - 1 + first.col + window.y - 1 + first.row) % 2 == 0) continue;
-    if (!MayBeBorder(patterns_[static_cast<std::size_t>(pattern)], window, turn, reader)) continue;
+    const bool may_be = MayBeBorder(patterns_[static_cast<std::size_t>(pattern)], window, turn, reader);
+    if (!may_be && !attempt_) continue;
     if (!marked) MarkVisible(window, reader);
     marked = true;
+    if (!may_be) {
+      Refuse(placement, Refusal::kNoYellow, 0, 0);
+      continue;
+    }
     if (!(ShowsEnough(placement) && JudgeBorder(placement, nullptr)) && !JudgeCovered(placement)) continue;
     // The border's period is four cells: turned by half a turn and two cells off, a board with two lines hidden looks
     // the same but for a line that is inside in truth, and the checkerboard that goes on behind it.
-    if (placement.border_seen < kNearlyAll * BorderLength(size) && SidesThatGoOn(placement, reader) > 0) continue;
+    if (placement.border_seen < kNearlyAll * BorderLength(size) && SidesThatGoOn(placement, reader) > 0) {
+      Refuse(placement, Refusal::kGoesOn, 0, 0);
+      continue;
+    }
     placements_.push_back(placement);
   }
 }
@@ -346,11 +359,13 @@ int BoardFinder::ShowingBesides(const Placement& placement) const {
   return showing_ - hidden;
 }
 
-bool BoardFinder::ShowsEnough(const Placement& placement) const {
+bool BoardFinder::ShowsEnough(const Placement& placement) {
   const int rows = placement.corners.rows + 1, cols = placement.corners.cols + 1;
   const int lines = placement.covered.lines, hidden = lines * (placement.covered.side < 2 ? cols : rows);
   // What is left of a covered board has to be beyond doubt.
-  return ShowingBesides(placement) >= (lines ? kLeastVisibleBesides : kLeastVisible) * (rows * cols - hidden);
+  const double least = (lines ? kLeastVisibleBesides : kLeastVisible) * (rows * cols - hidden);
+  const int showing = ShowingBesides(placement);
+  return showing >= least || Refuse(placement, Refusal::kCellsDoNotShow, showing, least);
 }
 
 bool BoardFinder::JudgeCovered(Placement& placement) {
@@ -373,6 +388,8 @@ void BoardFinder::TryWindows(int pattern, bool turned, const LightReader& reader
       most = std::max(most, count);
       if (count >= least) windows_.emplace_back(count, window);
     }
+  if (windows_.empty())
+    Refuse({.pattern = pattern, .corners = {}, .covered = {}}, Refusal::kFewCorners, most, std::ceil(least));
   // A board that is seen in part still has nearly all the corners that there are.
   const bool one_board = all.cols < 2 * window.cols && all.rows < 2 * window.rows;
   for (const auto& [count, at] : windows_)
@@ -383,7 +400,7 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
   const BorderPattern& pattern = patterns_[static_cast<std::size_t>(placement.pattern)];
   const Lattice::Window& window = placement.corners;
   board.size = pattern.size;
-  if (!FitWindow(window, &pairs_)) return false;
+  if (!FitWindow(window, &pairs_)) return Refuse(placement, Refusal::kNotPlane, 0, 0);
   ResampleByHomography(window, reader);
   MarkVisible(window, reader);
   Placement judged = placement;
@@ -400,12 +417,12 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
     board.box.Add(static_cast<float>(pair.to.x()), static_cast<float>(pair.to.y()));
     pair.from = board_from_lattice * (pair.from - center);
     const auto plane = lens.ToPlane(pair.to);
-    if (!plane) return false;
+    if (!plane) return Refuse(placement, Refusal::kNotPlane, 0, 0);
     pair.to = *plane;
   }
   board.box.Widen(1.0f / static_cast<float>(std::min(window.cols, window.rows)));
   const auto homography = FitHomography(pairs_);
-  if (!homography) return false;
+  if (!homography) return Refuse(placement, Refusal::kNotPlane, 0, 0);
   board.plane_from_board = *homography;
   sorted_.clear();
   for (int y = window.y; y < window.y + window.rows; ++y)
@@ -436,11 +453,17 @@ void BoardFinder::TakeBest(const LightReader& reader, const Lens& lens, std::vec
     for (std::size_t k = i + 1; k < placements_.size() && !rivalled; ++k)
       rivalled = placements_[k].score > placements_[i].score - kLeastLead &&
                  overlap(placements_[i].corners, placements_[k].corners) && !overlaps_taken(k);
-    if (rivalled) continue;
+    if (rivalled) {
+      Refuse(placements_[i], Refusal::kRivalled, 0, 0);
+      continue;
+    }
     taken_.push_back(i);
   }
   for (const std::size_t i : taken_) {
-    if (SidesThatGoOn(placements_[i], reader) >= kMostSides) continue;
+    if (SidesThatGoOn(placements_[i], reader) >= kMostSides) {
+      Refuse(placements_[i], Refusal::kGoesOn, 0, 0);
+      continue;
+    }
     AnchoredBoard board = TakeSpare();
     const bool built = Build(placements_[i], reader, lens, board);
     (built ? boards : spare_).push_back(std::move(board));
@@ -484,7 +507,7 @@ bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members,
                        const CornerSearch& search, const LightReader& reader, const Lens& lens,
                        std::vector<AnchoredBoard>& boards) {
   if (!lattice_.Read(grid, members, corners, search, claimed_, reader.width(), reader.height(), most_corners_))
-    return false;
+    return Refuse({.corners = {}, .covered = {}}, Refusal::kNotOneLattice, 0, 0);
   placements_.clear();
   taken_.clear();
   const Lattice::Window& all = lattice_.window();

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "chequer/detect_trace.h"
 #include "chequer/detector.h"
 #include "chequer/marker.h"
 #include "detect/board_geometry.h"
@@ -40,9 +41,16 @@ struct BorderPattern {
   std::array<std::vector<std::pair<Cell, std::uint8_t>>, 4> light_cells;
 };
 
+/// Cell (row, col) of the board in the footprint's own rows and columns, for a board turned by quarter turns.
+Cell InFootprint(MarkerSize size, int row, int col, int turn);
+
 /// Finds the boards in grids: tries every placement and turn of every size that the light and dark cells allow and
 /// takes the one whose border shows the saturations it should, by the group means of the publication (eq. 4). Works on
 /// the image as it is; the plane comes in when a board is found. Keeps its memory.
+/// Guarantees at least 9 judged border cells of which 85 % match, saturated and unsaturated ones 4 standard errors
+/// apart, and 3 cells' lead over any rival. Chance saturations match so well at one placement in 400; the fit and the
+/// code refuse those. A mirror image differs in at least 8 border cells of a 6 × 6. The board then lies to about 0.1
+/// px, the mean of 25 corners of 0.3 px each. 20 µs a grid, most of it for the colours of its cells.
 class BoardFinder {
  public:
   BoardFinder(std::vector<BorderPattern> patterns, ColorSpace space);
@@ -54,6 +62,10 @@ class BoardFinder {
   bool Find(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
             const CornerSearch& search, const LightReader& reader, const Lens& lens,
             std::vector<AnchoredBoard>& boards);
+
+  /// From now on, writes the attempt that comes farthest to `attempt`; null: no longer. For finding out why there is no
+  /// board; costs a comparison an attempt where nobody asks.
+  void Trace(TraceCandidate* attempt) { attempt_ = attempt; }
 
  private:
   /// Cells that something lies over: some lines along a side of a footprint.
@@ -108,7 +120,7 @@ class BoardFinder {
   void MarkVisible(const Lattice::Window& window, const LightReader& reader);
   /// Cells of the window that show and are not covered.
   int ShowingBesides(const Placement& placement) const;
-  bool ShowsEnough(const Placement& placement) const;
+  bool ShowsEnough(const Placement& placement);
   bool JudgeBorder(Placement& placement, AnchoredBoard* board);
   /// The same without the cells that something may lie over.
   bool JudgeCovered(Placement& placement);
@@ -119,6 +131,14 @@ class BoardFinder {
   bool Build(const Placement& placement, const LightReader& reader, const Lens& lens, AnchoredBoard& board);
   /// A board to be filled, with the memory of an earlier one.
   AnchoredBoard TakeSpare();
+  /// Notes, where somebody asks, what an attempt fails by: `measured` instead of `required`. False.
+  bool Refuse(const Placement& placement, Refusal why, double measured, double required) {
+    if (attempt_) NoteAttempt(placement, why, measured, required);
+    return false;
+  }
+  void NoteAttempt(const Placement& placement, Refusal why, double measured, double required);
+  std::array<Eigen::Vector2f, 4> OutlineOf(const Place& place, int x, int y) const;
+  void TraceCells(const Placement& placement, TraceCandidate& attempt) const;
 
   std::vector<BorderPattern> patterns_;
   int most_corners_ = 0;  ///< along a side of the largest pattern
@@ -144,6 +164,7 @@ class BoardFinder {
   /// Cells of the lattice, sampled when they are asked for.
   Lattice::Window cell_window_;
   std::vector<CellSample> cells_;
+  TraceCandidate* attempt_ = nullptr;
 };
 
 }  // namespace chequer

@@ -24,7 +24,9 @@ inline constexpr int kRingMargin = 3;
 /// contrast. One ring of 12 pixels at radius 3.2 serves cells from 4 to 60 px on sharp images; blurred ones are sharp
 /// on a smaller plane. The test is that of ChESS (Bennett and Lasenby, 2014) on that ring: sums of opposite pixels that
 /// differ from those a quarter turn on, less the differences of opposite pixels, less the difference of the ring's mean
-/// and the centre.
+/// and the centre. Corners of sharp cells of 4 px and up answer with 0.3 of their contrast and more (0.18 tilted by 60
+/// degrees), edges and outer T-corners of a board with less than 0.04; cells of which the shorter side is below 3.5 px
+/// answer with nothing to rely on. 0.2 ns a pixel.
 class PeakScan {
  public:
   /// @param threshold least response of a peak.

@@ -195,7 +195,8 @@ void Scan(const ImageView& image, Pyramid& pyramid) {
 
 }  // namespace
 
-int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& corners) {
+int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& corners,
+                std::vector<Eigen::Vector2f>* refused_px) {
   corners.clear();
   Scan(image, pyramid);
   int looked_at = 0;
@@ -215,7 +216,10 @@ int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& c
       const Eigen::Vector2f at = pyramid.ToImage({static_cast<float>(peak.x), static_cast<float>(peak.y)}, level);
       if (level > 0 && occupancy.Near(at, 2 * scale)) continue;
       std::optional<Corner> corner = Saddle(plane, ring, peak);
-      if (!corner) continue;
+      if (!corner) {
+        if (refused_px) refused_px->push_back(at);
+        continue;
+      }
       corner->position = pyramid.ToImage(corner->position, level);
       corner->scale = scale;
       corners.push_back(*corner);

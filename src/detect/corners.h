@@ -42,6 +42,11 @@ inline constexpr int kMaxPeaks = 60000;
 
 /// Fills the pyramid, then finds the corners of the image at all its levels, each at the finest level that shows it.
 /// Replaces the contents of `corners`. Returns the number of peaks that were looked at.
-int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& corners);
+/// Corners of cells from 4 px, sharp, to cells behind 6 px of blur are found, to 0.3 px (RMS) of the level's pixel;
+/// none twice within 2 px of its level. 2.6 ms with 8,000 corners (textured ground), 0.5 ms where there is nothing;
+/// bounded by kMaxPeaks.
+/// @param refused_px if given, gets the peaks that are no corners, in the image.
+int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& corners,
+                std::vector<Eigen::Vector2f>* refused_px = nullptr);
 
 }  // namespace chequer

@@ -15,6 +15,7 @@
 #include "detect/identify.h"
 #include "detect/light.h"
 #include "detect/plane_pose.h"
+#include "detect/tracer.h"
 
 namespace chequer {
 namespace {
@@ -71,7 +72,8 @@ struct Detector::Impl {
     for (int worker = 0; worker < crew.workers(); ++worker) workers.emplace_back(options);
   }
 
-  void Detect(const ImageView& image, std::vector<MarkerPose>& markers);
+  void Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace);
+  void FindBoards(const LightReader& reader, const Lens& lens, Tracer& tracer);
   void FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const;
   void Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity, const Lens& lens,
                 MarkerPose& marker) const;
@@ -89,8 +91,8 @@ struct Detector::Impl {
     NoiseModel noise;
     MarkerPose marker;
   };
-  Outcome Measure(const LightReader& reader, const Lens& lens, const AnchoredBoard& board, const NoiseModel* noise,
-                  Worker& worker) const;
+  Outcome Measure(const LightReader& reader, const Lens& lens, std::size_t index, const NoiseModel* noise,
+                  Worker& worker, Tracer& tracer) const;
 
   DetectorOptions options;
   DetectStats stats;
@@ -165,24 +167,7 @@ void Detector::Impl::Describe(const FittedBoard& fitted, const AnchoredBoard& bo
   marker.center_px = lens.ToImage(fitted.geometry.ToPlane({0, 0}));
 }
 
-void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& markers) {
-  markers.clear();
-  stats = DetectStats{};
-  if (image.width() < 16 || image.height() < 16) return;
-  if (!(image.tone_curve() == table_curve)) {
-    table_curve = image.tone_curve();
-    table = table_curve.LinearTable();
-  }
-  LightReader reader(image, table);
-  const bool calibrated =
-      options.camera && options.camera->width == image.width() && options.camera->height == image.height();
-  const Lens lens = calibrated ? Lens(*options.camera) : Lens();
-
-  stats.corner_candidates = FindCorners(image, pyramid, corners);
-  linker.Link(pyramid.base, corners, grids);
-  stats.corners = static_cast<int>(corners.size());
-  stats.grids = static_cast<int>(grids.grids.size());
-
+void Detector::Impl::FindBoards(const LightReader& reader, const Lens& lens, Tracer& tracer) {
   finder.Start(corners.size(), boards);
   // The largest first: what is left over of them makes no boards of its own.
   std::sort(grids.grids.begin(), grids.grids.end(), [](const Grid& a, const Grid& b) { return a.count > b.count; });
@@ -200,39 +185,73 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   for (std::size_t i = 0; i < grids.grids.size(); ++i) {
     ask_for_grid(i + 1);
     const Grid& grid = grids.grids[i];
-    if (!finder.Find(grid, grids.Of(grid), corners, linker.search(), reader, lens, boards)) ++stats.refused_border;
+    finder.Trace(tracer.StartGrid());
+    const bool found = finder.Find(grid, grids.Of(grid), corners, linker.search(), reader, lens, boards);
+    stats.refused_border += !found;
+    tracer.EndGrid(grids.Of(grid), found);
   }
   stats.boards = static_cast<int>(boards.size());
+  tracer.Anchored(boards, lens, options.color_space);
+}
+
+void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace) {
+  Tracer tracer(trace);
+  markers.clear();
+  stats = DetectStats{};
+  if (image.width() < 16 || image.height() < 16) return;
+  if (!(image.tone_curve() == table_curve)) {
+    table_curve = image.tone_curve();
+    table = table_curve.LinearTable();
+  }
+  LightReader reader(image, table);
+  const bool calibrated =
+      options.camera && options.camera->width == image.width() && options.camera->height == image.height();
+  const Lens lens = calibrated ? Lens(*options.camera) : Lens();
+
+  stats.corner_candidates = FindCorners(image, pyramid, corners, tracer.refused_peaks());
+  linker.Link(pyramid.base, corners, grids);
+  stats.corners = static_cast<int>(corners.size());
+  stats.grids = static_cast<int>(grids.grids.size());
+  tracer.Linked(corners, linker, grids);
+
+  FindBoards(reader, lens, tracer);
   FindMosaic(image, lens, reader);
 
   // The noise is the camera's: the first board that is one tells it for all.
   outcomes.resize(boards.size());
   std::size_t first = 0;
   for (bool known = false; first < boards.size() && !known; ++first) {
-    outcomes[first] = Measure(reader, lens, boards[first], nullptr, workers[0]);
+    outcomes[first] = Measure(reader, lens, first, nullptr, workers[0], tracer);
     known = outcomes[first].accepted;
   }
   const NoiseModel* noise = first > 0 ? &outcomes[first - 1].noise : nullptr;
   const auto measure = [&](int item, int worker) {
     const std::size_t i = first + static_cast<std::size_t>(item), later = i + workers.size();
     if (later < boards.size()) reader.Prefetch(boards[later].box);
-    outcomes[i] = Measure(reader, lens, boards[i], noise, workers[static_cast<std::size_t>(worker)]);
+    outcomes[i] = Measure(reader, lens, i, noise, workers[static_cast<std::size_t>(worker)], tracer);
   };
   // By reference: a copy would be allocated.
   crew.Run(static_cast<int>(boards.size() - first), std::ref(measure));
-  for (const Outcome& outcome : outcomes) {
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
+    const Outcome& outcome = outcomes[i];
     if (!outcome.accepted) {
       ++stats.refused_fit;
       continue;
     }
     stats.undecided += !outcome.marker.id;
+    tracer.Accept(i, static_cast<int>(markers.size()));
     markers.push_back(outcome.marker);
   }
 }
 
-Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const Lens& lens, const AnchoredBoard& board,
-                                                const NoiseModel* noise, Worker& worker) const {
+Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const Lens& lens, std::size_t index,
+                                                const NoiseModel* noise, Worker& worker, Tracer& tracer) const {
+  const AnchoredBoard& board = boards[index];
   Outcome outcome;
+  const auto refuse = [&](Refusal why, double measured = 0, double required = 0) {
+    tracer.Refuse(index, why, measured, required);
+    return outcome;
+  };
   const FittedBoard* fitted = worker.fit.Fit(reader, lens,
                                              {.size = board.size,
                                               .geometry = BoardGeometry(board.plane_from_board),
@@ -241,16 +260,19 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
                                               .saturated = board.saturated,
                                               .covered = board.covered,
                                               .noise = noise});
-  if (!fitted || fitted->signal_to_noise < kLeastSignal || fitted->reprojection_rms_px > kMostDeviationPx)
-    return outcome;
+  if (!fitted) return refuse(Refusal::kNoFit);
+  if (fitted->signal_to_noise < kLeastSignal) return refuse(Refusal::kNoise, fitted->signal_to_noise, kLeastSignal);
+  if (fitted->reprojection_rms_px > kMostDeviationPx)
+    return refuse(Refusal::kCornersOff, fitted->reprojection_rms_px, kMostDeviationPx);
   const Identity identity = worker.identifier.Identify(*fitted, board.size, reader, lens);
-  if (!identity.plausible) return outcome;
+  tracer.Read(index, *fitted, identity, worker.identifier, lens);
+  if (!identity.plausible) return refuse(Refusal::kCellsHidden);
   std::optional<std::array<PlanePose, 2>> poses;
   const double side_m = options.families[static_cast<std::size_t>(identity.family)].side_m;
   const double cell_m = side_m / std::max(board.size.rows, board.size.cols);
   if (lens.calibrated()) {
     poses = PlanePoses({fitted->geometry, fitted->information}, cell_m, lens.focal());
-    if (!poses) return outcome;
+    if (!poses) return refuse(Refusal::kNoPose);
   }
   outcome.accepted = true;
   outcome.noise = fitted->noise;
@@ -271,11 +293,13 @@ Detector& Detector::operator=(Detector&&) noexcept = default;
 
 std::vector<MarkerPose> Detector::Detect(const ImageView& image) {
   std::vector<MarkerPose> markers;
-  impl_->Detect(image, markers);
+  impl_->Detect(image, markers, nullptr);
   return markers;
 }
 
-void Detector::Detect(const ImageView& image, std::vector<MarkerPose>& markers) { impl_->Detect(image, markers); }
+void Detector::Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace) {
+  impl_->Detect(image, markers, trace);
+}
 
 const DetectStats& Detector::stats() const { return impl_->stats; }
 const DetectorOptions& Detector::options() const { return impl_->options; }

@@ -35,6 +35,11 @@ struct FittedBoard {
 /// Fits geometry, cell levels (free for every cell and channel), blur and noise of one board to its pixels, by
 /// Gauss-Newton on the model of photometric_kernel.h (detection.md 3.4 gives the derivation; Krüger and Yang have the
 /// corner-wise model). Keeps its memory.
+/// Gives up where a corner moves by more than 3 px in a step; a result's last step moved no corner by more than 0.05
+/// px, so that what is left is of second order, or was the eighth. The pose that it leads to is near the Cramér–Rao
+/// bound, 0.0025 px for the centre of a board of 8 px cells: side_by_side prints how near, case by case. What no model
+/// of a plane knows (bent paper, what is left of the lens) widens the information instead. 50 µs a board of 7.8 px
+/// cells, growing with its pixels.
 class PhotometricFit {
  public:
   struct Start {

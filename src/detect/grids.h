@@ -40,19 +40,25 @@ class GridLinker {
  public:
   /// The fewest corners of a grid that is kept: fewer do not determine a homography with something to spare.
   static constexpr int kFewest = 6;
-  /// Sorts `corners`, then fills `out`. `plane` (with its offset to the
-  /// image) tells whether the edge between two corners is there.
+  /// Sorts `corners`, then fills `out`. Guarantees that every link runs along an edge that the image shows, of opposite
+  /// kinds at its ends, is mutual, no longer than CornerSearch::kLongest, and a side of a closed square; that the steps
+  /// of a grid change by less than 20 % + 1 px from one to the next. It may join boards printed edge to edge, and lose
+  /// single corners: the next stage knows. 0.3 µs a corner, linear in them: 2.2 ms for 8,000. `plane` (with its offset
+  /// to the image) tells whether the edge between two corners is there.
   void Link(const DetectionPlane& plane, std::vector<Corner>& corners, Grids& out);
   /// Of the corners as last linked.
   const CornerSearch& search() const { return search_; }
 
- private:
+  /// What leaves a corner.
   struct Links {
     std::array<int, 4> corner{-1, -1, -1, -1};  ///< at the end of each ray
     std::array<int, 4> ray{};                   ///< of that corner, that leads back
     std::uint8_t squares = 0;                   ///< bit k: the link of ray k is a side of a closed square
   };
+  /// By corner, as last linked; for traces.
+  std::span<const Links> links() const { return links_; }
 
+ private:
   void KeepMutual();
   void KeepEdges(const DetectionPlane& plane, const std::vector<Corner>& corners);
   void KeepSquares(const std::vector<Corner>& corners);

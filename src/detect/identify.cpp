@@ -190,14 +190,34 @@ void Identifier::Decode(MarkerSize size, Identity& identity) {
     if (!(family.code.size() == size)) continue;
     if (identity.family < 0) identity.family = static_cast<int>(f);
     const auto soft = family.code.DecodeSoft(log_likelihood_, rosters_[f] ? &*rosters_[f] : nullptr);
-    if (!soft || soft->best.bits_corrected > family.code.guaranteed_radius() || soft->margin <= best_margin) continue;
+    if (!soft) continue;
+    if (soft->best.bits_corrected > family.code.guaranteed_radius()) {
+      identity.cells_off = soft->best.bits_corrected;
+      identity.cells_corrected = family.code.guaranteed_radius();
+      continue;
+    }
+    if (soft->margin <= best_margin) continue;
     best_margin = soft->margin;
     identity.family = static_cast<int>(f);
     identity.decoded = soft->best;
   }
   const bool warned = identity.luminance_overlap > options_.max_luminance_overlap ||
                       identity.saturation_overlap > options_.max_saturation_overlap;
-  identity.id_decided = best_margin >= (warned ? kLeastMarginWarned : kLeastMargin);
+  identity.margin = best_margin;
+  identity.least_margin = warned ? kLeastMarginWarned : kLeastMargin;
+  identity.id_decided = best_margin >= identity.least_margin;
+}
+
+Identifier::Reading Identifier::ReadingOf(MarkerSize size, Cell cell) const {
+  const std::size_t i = static_cast<std::size_t>(cell.row * size.cols + cell.col);
+  const Class& c = classes_[IsDark(cell.row, cell.col)];
+  Reading reading;
+  reading.colour = colours_[i];
+  reading.hidden = hidden_[i] != 0;
+  if (c.usable) reading.saturated = colours_[i].saturation > (c.plain + c.inked) / 2;
+  if (!IsBorder(size, cell.row, cell.col))
+    reading.log_likelihood = log_likelihood_[static_cast<std::size_t>((cell.row - 1) * (size.cols - 2) + cell.col - 1)];
+  return reading;
 }
 
 void Identifier::MeasureOverlaps(MarkerSize size, Identity& identity) const {
@@ -231,6 +251,7 @@ Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const L
     identity.luminance_overlap = identity.saturation_overlap = 0.5;
     return identity;
   }
+  identity.saturation_told = true;
   MeasureOverlaps(size, identity);
   Decode(size, identity);
   return identity;

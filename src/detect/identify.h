@@ -17,6 +17,11 @@ struct Identity {
   int family = -1;  ///< index of the family whose code was read; of the first one of that size where none was
   std::optional<Decoded> decoded;
   bool id_decided = false;
+  bool saturation_told = false;  ///< the border's inks stand apart, so that the kernel was read
+  double margin = -1;            ///< log-likelihood ratio of the best word over the second best; −1: no word is near
+  double least_margin = 0;       ///< that decides
+  int cells_off = 0;             ///< of the word nearest to the kernel where none is near enough, …
+  int cells_corrected = 0;       ///< … and how many the code corrects
   double luminance_overlap = 0;
   double saturation_overlap = 0;
   int cells_hidden = 0;
@@ -24,12 +29,26 @@ struct Identity {
 };
 
 /// Reads the identity of boards. Keeps its memory.
+/// An id is given only where its likelihood is e⁶ times that of the next one (e⁹ where light or white balance are
+/// warned of) and its word within the code's guaranteed radius: below one wrong id in 400 boards at the very limit,
+/// none seen in the tests' frames. Cells that do not stand out from their neighbours say nothing either way. 2.3 µs a 6
+/// × 6 board, half of it the decoder.
 class Identifier {
  public:
   explicit Identifier(const DetectorOptions& options);
 
   /// @param board a fit of a board of that size, its axes turned as the border says.
   Identity Identify(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
+
+  /// How a cell of the last board was read.
+  struct Reading {
+    CellColour colour;
+    bool hidden = true;
+    std::optional<bool> saturated;  ///< nothing where the inks of its class cannot be told
+    float log_likelihood = 0;       ///< of kernel cells
+  };
+  /// For traces. @pre the last Identity::saturation_told.
+  Reading ReadingOf(MarkerSize size, Cell cell) const;
 
  private:
   void ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);

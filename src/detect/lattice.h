@@ -27,7 +27,9 @@ class Lattice {
     int x = 0, y = 0, cols = 0, rows = 0;
   };
 
-  /// False for a wall of tiles, too large for a board. @param most corners of the largest board along a side.
+  /// Its corners lie within a quarter of a cell, at least 1 px, of one homography, at least three of four of any window
+  /// that Fit() takes. False for a wall of tiles, too large for a board. @param most corners of the
+  /// largest board along a side.
   /// @param claimed corners of boards that were found before, which belong to no other.
   bool Read(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
             const CornerSearch& search, std::span<const std::uint8_t> claimed, int width, int height, int most);

@@ -1,0 +1,78 @@
+#include <cstdio>
+
+#include "chequer/detect_trace.h"
+
+namespace chequer {
+namespace {
+
+constexpr std::array<std::string_view, kRefusals> kNames{
+    "none",          "few_linked", "not_one_lattice", "few_corners",  "no_yellow", "cells_do_not_show",
+    "border_unseen", "inks_alike", "border_differs",  "rivalled",     "goes_on",   "not_plane",
+    "no_fit",        "noise",      "corners_off",     "cells_hidden", "no_pose",   "no_border_inks",
+    "no_word",       "two_words"};
+
+/// A sentence with up to two figures in it.
+std::string Fill(const char* sentence, double measured, double required) {
+  std::array<char, 320> text{};
+  // The sentences are the literals below; each takes the two figures in this order.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+  std::snprintf(text.data(), text.size(), sentence, measured, required);
+#pragma GCC diagnostic pop
+  return text.data();
+}
+
+const char* SentenceOf(Refusal refusal) {
+  switch (refusal) {
+    case Refusal::kNone: return "read";
+    case Refusal::kFewLinked:
+      return "only %.0f corners hang together in squares, %.0f are needed: cells too small, blurred or covered?";
+    case Refusal::kNotOneLattice:
+      return "the group is larger than any board, or its corners belong to a board that was found";
+    case Refusal::kFewCorners:
+      return "at most %.0f corners lie where a board of a size that is sought would have them, %.0f are needed";
+    case Refusal::kNoYellow:
+      return "no border: the cells that should be yellow return as much blue as the white ones, at every place and "
+             "turn";
+    case Refusal::kCellsDoNotShow:
+      return "only %.0f cells are lighter or darker than their neighbours, as they should be; %.1f are needed";
+    case Refusal::kBorderUnseen:
+      return "too little of the border can be judged: %.0f cells of one kind where %.0f are needed";
+    case Refusal::kInksAlike:
+      return "the border's saturated and unsaturated cells are alike: %.1f standard errors apart, %.1f are needed "
+             "(white balance, colour of the light, faded inks?)";
+    case Refusal::kBorderDiffers:
+      return "%.0f border cells are as a marker's, %.1f are needed: another size or no marker";
+    case Refusal::kRivalled: return "another place or turn explains the border nearly as well";
+    case Refusal::kGoesOn: return "the pattern goes on beyond the border: a chessboard, tiles";
+    case Refusal::kNotPlane: return "its corners do not lie on one plane";
+    case Refusal::kNoFit:
+      return "the model of cells, edges and blur finds no place in the pixels (less than 6 corners that it explains, "
+             "or "
+             "it moved away by more than 3 px)";
+    case Refusal::kNoise: return "the cells' contrast is %.1f times what the model leaves unexplained, %.1f is needed";
+    case Refusal::kCornersOff:
+      return "the corners lie %.2f px (RMS) off a plane, at most %.2f: bent paper, motion, or no marker";
+    case Refusal::kCellsHidden: return "more than half of the cells do not stand out as they should";
+    case Refusal::kNoPose: return "no pose explains it with this lens: is the calibration this camera's?";
+    case Refusal::kNoBorderInks:
+      return "found, but without an id: white or the inks of the border cannot be told (colour of the light, hidden?)";
+    case Refusal::kNoWord:
+      return "found, but without an id: %.0f cells differ from the nearest word of the code, it corrects %.0f "
+             "(another variant?)";
+    case Refusal::kTwoWords:
+      return "found, but without an id: the best id's log-likelihood leads the next by %.1f, %.1f is needed (hidden or "
+             "pale cells?)";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string_view RefusalName(Refusal refusal) { return kNames[static_cast<std::size_t>(refusal)]; }
+
+std::string Explain(const TraceCandidate& candidate) {
+  return Fill(SentenceOf(candidate.refusal), candidate.measured, candidate.required);
+}
+
+}  // namespace chequer

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "chequer/detect_trace.h"
+#include "detect/anchor.h"
+#include "detect/fit.h"
+#include "detect/grids.h"
+#include "detect/identify.h"
+
+namespace chequer {
+
+/// Writes down what the stages saw; does nothing, at the cost of a comparison, where nobody asked. The detector's
+/// threads may trace different boards at once.
+class Tracer {
+ public:
+  /// @param trace may be null.
+  explicit Tracer(DetectTrace* trace);
+  explicit operator bool() const { return trace_ != nullptr; }
+
+  /// Where the corner stage puts the peaks that it refuses; null if nobody asked.
+  std::vector<Eigen::Vector2f>* refused_peaks() { return trace_ ? &trace_->refused_peaks_px : nullptr; }
+  /// Corners, links, and the groups that are too small to be grids.
+  void Linked(const std::vector<Corner>& corners, const GridLinker& linker, const Grids& grids);
+  /// Where the search for boards in the next grid puts the attempt that comes farthest; null if nobody asked.
+  TraceCandidate* StartGrid();
+  /// The search has ended. Grids with boards are told by their boards.
+  void EndGrid(std::span<const LatticeCorner> members, bool found);
+  /// All boards are anchored.
+  void Anchored(std::span<const AnchoredBoard> boards, const Lens& lens, ColorSpace space);
+
+  /// A board is refused.
+  void Refuse(std::size_t board, Refusal why, double measured = 0, double required = 0);
+  /// A board has been read: replaces its cells.
+  void Read(std::size_t board, const FittedBoard& fitted, const Identity& identity, const Identifier& identifier,
+            const Lens& lens);
+  void Accept(std::size_t board, int marker);
+
+ private:
+  DetectTrace* trace_;
+  TraceCandidate attempt_;
+  std::vector<TraceCandidate> groups_;  ///< that are no boards
+};
+
+}  // namespace chequer

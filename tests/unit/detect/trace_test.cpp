@@ -1,0 +1,239 @@
+// What the stages write down, and by what constructed frames are refused.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "chequer/detect_trace.h"
+#include "chequer/detector.h"
+#include "support/scenes.h"
+
+namespace chequer {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Traced {
+  std::vector<MarkerPose> markers;
+  DetectTrace trace;
+};
+
+Traced Look(const test::KnownFrame& frame, const MarkerCode& sought) {
+  DetectorOptions options;
+  options.families = {MarkerFamily{sought, 0.12, {}}};
+  options.camera = frame.options.camera;
+  Traced traced;
+  Detector(options).Detect(frame.Draw().view(), traced.markers, &traced.trace);
+  return traced;
+}
+
+MarkerCode Secded() { return MarkerCode({6, 6}, Variant::kSecded); }
+test::KnownFrame Frame(double cell_px = 14) { return test::OneMarker(Secded(), 1234, cell_px, 3); }
+
+/// The candidate nearest to the frame's marker.
+const TraceCandidate& TheMarker(const Traced& traced, const test::KnownFrame& frame) {
+  const Eigen::Vector2d center = CenterPx(frame.scene.markers[0], frame.options.camera);
+  return *std::min_element(traced.trace.candidates.begin(), traced.trace.candidates.end(),
+                           [&](const TraceCandidate& a, const TraceCandidate& b) {
+                             return (a.center_px - center).norm() < (b.center_px - center).norm();
+                           });
+}
+
+TEST(Trace, EveryStageLeavesIts) {
+  const test::KnownFrame frame = Frame();
+  const Traced traced = Look(frame, Secded());
+  ASSERT_EQ(traced.markers.size(), 1u);
+  const std::vector<Eigen::Vector2d> truth = test::InnerCorners(frame.scene.markers[0], frame.options.camera);
+  std::vector<int> found;
+  for (const Eigen::Vector2d& corner : truth)
+    for (std::size_t i = 0; i < traced.trace.corners.size(); ++i)
+      if ((traced.trace.corners[i].position_px.cast<double>() - corner).norm() < 1)
+        found.push_back(static_cast<int>(i));
+  EXPECT_EQ(found.size(), 25u);
+  const auto on_board = [&](int i) { return std::find(found.begin(), found.end(), i) != found.end(); };
+  const auto sides = std::count_if(traced.trace.links.begin(), traced.trace.links.end(), [&](const auto& link) {
+    return link.in_square && on_board(link.from) && on_board(link.to);
+  });
+  EXPECT_EQ(sides, 40) << "5 rows and 5 columns of 4 links";
+
+  const TraceCandidate& candidate = TheMarker(traced, frame);
+  EXPECT_EQ(candidate.refusal, Refusal::kNone);
+  EXPECT_EQ(candidate.marker, 0);
+  ASSERT_EQ(candidate.cells.size(), 36u);
+  const std::vector<std::uint8_t> saturation = CellSaturation({6, 6}, Secded().Encode(1234));
+  for (std::size_t i = 0; i < 36; ++i) {
+    const TraceCell& cell = candidate.cells[i];
+    EXPECT_TRUE(cell.seen) << i;
+    ASSERT_TRUE(cell.saturated.has_value()) << i;
+    EXPECT_EQ(*cell.saturated, saturation[i] != 0) << i;
+    EXPECT_EQ(cell.expected.has_value(), IsBorder({6, 6}, cell.at.row, cell.at.col)) << i;
+    if (!cell.expected) EXPECT_EQ(cell.log_likelihood > 0, *cell.saturated) << i;
+    const Eigen::Vector2d middle =
+        (cell.outline_px[0] + cell.outline_px[1] + cell.outline_px[2] + cell.outline_px[3]).cast<double>() / 4;
+    EXPECT_LT((middle - cell.center_px).norm(), 0.3) << i;
+  }
+  // Where the truth has them: between the inner corners.
+  EXPECT_LT((candidate.cells[7].center_px - (truth[0] + truth[1] + truth[5] + truth[6]) / 4).norm(), 0.3);
+}
+
+TEST(Stages, CornersLieToThePixelsThatTheHeadersSay) {
+  double square = 0;
+  int count = 0;
+  for (const double cell_px : {4.5, 6.0, 9.0, 14.0, 25.0})
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      const test::KnownFrame frame = test::OneMarker(Secded(), 100 * seed, cell_px, seed);
+      const Traced traced = Look(frame, Secded());
+      ASSERT_EQ(traced.markers.size(), 1u) << frame.name << " at " << cell_px << " px";
+      for (const Eigen::Vector2d& truth : test::InnerCorners(frame.scene.markers[0], frame.options.camera)) {
+        double nearest = 1e9;
+        for (const auto& corner : traced.trace.corners)
+          nearest = std::min(nearest, (corner.position_px.cast<double>() - truth).norm());
+        if (nearest > 1.5) continue;
+        square += nearest * nearest;
+        ++count;
+      }
+    }
+  EXPECT_GT(count, 0.95 * 20 * 25) << "nearly all are found";
+  EXPECT_LT(std::sqrt(square / count), 0.3 * std::numbers::sqrt2) << "0.3 px along each axis";
+}
+
+TEST(Trace, ChangesNothing) {
+  const test::KnownFrame frame = Frame(8);
+  DetectorOptions options;
+  options.families[0].side_m = 0.12;
+  options.camera = frame.options.camera;
+  Detector detector(options);
+  const Image image = frame.Draw();
+  DetectTrace trace;
+  std::vector<MarkerPose> traced, plain, again;
+  detector.Detect(image.view(), plain);
+  detector.Detect(image.view(), traced, &trace);
+  detector.Detect(image.view(), again);
+  ASSERT_EQ(plain.size(), 1u);
+  for (const auto& other : {traced, again}) {
+    ASSERT_EQ(other.size(), 1u);
+    EXPECT_EQ(other[0].id, plain[0].id);
+    EXPECT_EQ(other[0].camera_from_marker.translation, plain[0].camera_from_marker.translation);
+  }
+}
+
+TEST(Trace, ForgetsTheImageBefore) {
+  DetectTrace trace;
+  std::vector<MarkerPose> markers;
+  Detector detector{DetectorOptions{}};
+  detector.Detect(Frame().Draw().view(), markers, &trace);
+  EXPECT_FALSE(trace.corners.empty());
+  detector.Detect(Image(PixelFormat::kBgr8, 64, 64).view(), markers, &trace);
+  EXPECT_TRUE(trace.corners.empty());
+  EXPECT_TRUE(trace.candidates.empty());
+  // Too small to look at.
+  detector.Detect(Frame().Draw().view(), markers, &trace);
+  detector.Detect(Image(PixelFormat::kBgr8, 8, 8).view(), markers, &trace);
+  EXPECT_TRUE(trace.candidates.empty());
+}
+
+TEST(Trace, PeaksThatAreNoCornersAreTold) {
+  test::KnownFrame frame = Frame();
+  frame.scene.background = {.kind = BackgroundKind::kText, .seed = 4};
+  EXPECT_FALSE(Look(frame, Secded()).trace.refused_peaks_px.empty());
+}
+
+TEST(Refusal, OfTooFewCornersInAGroup) {
+  test::KnownFrame frame = Frame();
+  // Three cells by three are left: four corners.
+  frame.scene.markers[0].occluders = {{.from = {0.49, -0.2}, .to = {1.2, 1.2}},
+                                      {.from = {-0.2, 0.49}, .to = {1.2, 1.2}}};
+  const Traced traced = Look(frame, Secded());
+  EXPECT_TRUE(traced.markers.empty());
+  ASSERT_FALSE(traced.trace.candidates.empty());
+  const TraceCandidate& candidate = TheMarker(traced, frame);
+  EXPECT_EQ(candidate.refusal, Refusal::kFewLinked) << Explain(candidate);
+  EXPECT_EQ(candidate.measured, 4);
+  EXPECT_EQ(candidate.required, 6);
+  EXPECT_THAT(Explain(candidate), HasSubstr("only 4 corners"));
+}
+
+TEST(Refusal, OfASizeThatIsNotSought) {
+  const test::KnownFrame frame = Frame();
+  const TraceCandidate candidate = TheMarker(Look(frame, MarkerCode({10, 10}, Variant::kSecded)), frame);
+  EXPECT_EQ(candidate.refusal, Refusal::kFewCorners) << Explain(candidate);
+  EXPECT_EQ(candidate.measured, 25);
+  EXPECT_EQ(candidate.corners.size(), 25u);
+}
+
+TEST(Refusal, OfPrintsInBlackAndWhite) {
+  test::KnownFrame frame = Frame();
+  InkSet& inks = frame.scene.markers[0].inks;
+  inks.blue = inks.black;
+  inks.yellow = inks.white;
+  const TraceCandidate candidate = TheMarker(Look(frame, Secded()), frame);
+  EXPECT_EQ(candidate.refusal, Refusal::kNoYellow) << Explain(candidate);
+  EXPECT_EQ(candidate.cells.size(), 36u) << "what was sampled is told all the same";
+}
+
+TEST(Refusal, OfMirrorImages) {
+  test::KnownFrame frame = Frame();
+  frame.scene.markers[0].mirrored = true;
+  const Traced traced = Look(frame, Secded());
+  EXPECT_TRUE(traced.markers.empty());
+  const TraceCandidate& candidate = TheMarker(traced, frame);
+  EXPECT_GE(candidate.refusal, Refusal::kNoYellow) << Explain(candidate);
+  EXPECT_LE(candidate.refusal, Refusal::kBorderDiffers) << Explain(candidate);
+}
+
+TEST(Refusal, OfKernelsThatAreNoWord) {
+  const MarkerCode code({6, 6}, Variant::kUnconstrained);
+  // 0x1234 is four cells or more from every word of Reed and Muller's code.
+  const test::KnownFrame frame = test::OneMarker(code, 0x1234, 14, 3);
+  const Traced traced = Look(frame, MarkerCode({6, 6}, Variant::kReedMuller));
+  ASSERT_EQ(traced.markers.size(), 1u) << "the board is certain";
+  const TraceCandidate& candidate = TheMarker(traced, frame);
+  EXPECT_EQ(candidate.refusal, Refusal::kNoWord) << Explain(candidate);
+  EXPECT_EQ(candidate.marker, 0);
+  EXPECT_EQ(candidate.required, 3);
+  EXPECT_GT(candidate.measured, 3);
+}
+
+TEST(Refusal, OfIdsThatHiddenCellsLeaveOpen) {
+  const MarkerCode code({6, 6}, Variant::kUnconstrained);
+  test::KnownFrame frame = test::OneMarker(code, 0x1234, 14, 3);
+  // Of the second row and the border above it nothing is seen.
+  frame.scene.markers[0].occluders = {{.from = {-0.1, -0.1}, .to = {1.1, 0.32}}};
+  const Traced traced = Look(frame, code);
+  ASSERT_EQ(traced.markers.size(), 1u);
+  EXPECT_FALSE(traced.markers[0].id.has_value());
+  const TraceCandidate& candidate = TheMarker(traced, frame);
+  EXPECT_EQ(candidate.refusal, Refusal::kTwoWords) << Explain(candidate);
+  EXPECT_LT(candidate.measured, candidate.required);
+  EXPECT_FALSE(candidate.cells[8].seen);
+}
+
+TEST(Refusal, OfChessboardsThatGoOn) {
+  test::KnownFrame frame = Frame();
+  frame.scene.markers.clear();
+  frame.scene.background = {.kind = BackgroundKind::kChess, .seed = 7};
+  const Traced traced = Look(frame, Secded());
+  EXPECT_TRUE(traced.markers.empty());
+  ASSERT_FALSE(traced.trace.candidates.empty());
+  for (const TraceCandidate& candidate : traced.trace.candidates) EXPECT_NE(candidate.refusal, Refusal::kNone);
+}
+
+TEST(Refusal, HasANameAndASentenceOfItsOwn) {
+  std::set<std::string> names, sentences;
+  for (int i = 0; i < kRefusals; ++i) {
+    TraceCandidate candidate;
+    candidate.refusal = static_cast<Refusal>(i);
+    EXPECT_FALSE(RefusalName(candidate.refusal).empty());
+    EXPECT_FALSE(Explain(candidate).empty());
+    names.emplace(RefusalName(candidate.refusal));
+    sentences.insert(Explain(candidate));
+  }
+  EXPECT_EQ(names.size(), static_cast<std::size_t>(kRefusals));
+  EXPECT_EQ(sentences.size(), static_cast<std::size_t>(kRefusals));
+}
+
+}  // namespace
+}  // namespace chequer
