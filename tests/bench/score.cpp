@@ -1,16 +1,12 @@
 #include "bench/score.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace chequer::bench {
 namespace {
 
 constexpr double kMillimetres = 1e3;
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kMinMatchRadiusPx = 3;
 
 double RootMeanSquare(std::span<const double> values) {
@@ -19,57 +15,13 @@ double RootMeanSquare(std::span<const double> values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-double Mean(std::span<const double> values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
-/// Distances of points from the straight line that fits them best.
-std::vector<double> DistancesFromLine(std::span<const RigidTransform> poses) {
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  for (const RigidTransform& pose : poses) center += pose.translation / static_cast<double>(poses.size());
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const RigidTransform& pose : poses) {
-    scatter += (pose.translation - center) * (pose.translation - center).transpose();
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
-  const Eigen::Vector3d direction = solver.eigenvectors().col(2);  // eigenvalues ascend
-  std::vector<double> distances;
-  for (const RigidTransform& pose : poses) distances.push_back((pose.translation - center).cross(direction).norm());
-  return distances;
-}
-
-/// Angles to the rotation nearest to the sum of all, degrees.
-std::vector<double> AnglesFromMean(std::span<const RigidTransform> poses) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (const RigidTransform& pose : poses) sum += pose.rotation.toRotationMatrix();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
-  const Eigen::Matrix3d mean = svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-  std::vector<double> angles;
-  for (const RigidTransform& pose : poses) angles.push_back(AngleBetweenDeg(Eigen::Quaterniond(mean), pose.rotation));
-  return angles;
-}
-
 }  // namespace
-
-double AngleBetweenDeg(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
-  return a.angularDistance(b) * kDegrees;
-}
 
 double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return (*middle + *std::max_element(values.begin(), middle)) / 2;
-}
-
-TrackErrors MeasureTrack(std::span<const RigidTransform> poses) {
-  const std::vector<double> distances = DistancesFromLine(poses);
-  const std::vector<double> angles = AnglesFromMean(poses);
-  return {kMillimetres * RootMeanSquare(distances), kMillimetres * Mean(distances), RootMeanSquare(angles),
-          Mean(angles)};
 }
 
 void ScoreKeeper::AddFrame(std::span<const TrueMarker> truth, std::span<const Detection> detections) {

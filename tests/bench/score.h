@@ -8,6 +8,7 @@
 
 #include "chequer/camera_model.h"
 #include "chequer/geometry.h"
+#include "evaluate/track.h"
 
 namespace chequer::bench {
 
@@ -23,15 +24,6 @@ struct TrueMarker {
 struct Detection {
   std::optional<std::uint64_t> id;  ///< empty: a board whose identity was left undecided
   RigidTransform camera_from_marker;
-};
-
-/// How straight a track is and how constant its orientation: the publication's accuracy measures, equations 5 to 9.
-/// The line is the best one through the positions, the orientation the mean of the orientations.
-struct TrackErrors {
-  double linear_rms_mm = 0;  ///< of the distances from the line
-  double linear_mean_mm = 0;
-  double angular_rms_deg = 0;  ///< of the angles to the mean orientation
-  double angular_mean_deg = 0;
 };
 
 /// Of the markers that were found with their right id, against the truth; camera frame.
@@ -50,16 +42,10 @@ struct Score {
   int wrong = 0;                     ///< detections with an id that are none of these
   int undecided = 0;                 ///< detections without an id
   std::optional<PoseErrors> pose;    ///< where there are hits
-  std::optional<TrackErrors> track;  ///< where there are at least three hits
+  std::optional<TrackErrors> track;  ///< where there are at least three hits; see evaluate/track.h
 
   double Recall() const { return markers == 0 ? 1.0 : static_cast<double>(hits) / markers; }
 };
-
-/// The angle between two orientations, degrees, 0..180.
-double AngleBetweenDeg(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b);
-
-/// @pre at least three poses.
-TrackErrors MeasureTrack(std::span<const RigidTransform> poses);
 
 /// Holds detections against the truth, frame by frame.
 class ScoreKeeper {

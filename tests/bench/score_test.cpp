@@ -81,32 +81,6 @@ TEST(Score, WithoutMarkersNothingIsMissed) {
   EXPECT_EQ(ScoreOf({}, {{7, PoseAt({0, 0, 1})}}).wrong, 1);
 }
 
-TEST(Track, DistancesAreFromTheBestLine) {
-  // Four corners of a long rectangle: the line runs along its middle.
-  const std::vector<RigidTransform> poses{PoseAt({0, 0.002, 1}), PoseAt({0, -0.002, 1}), PoseAt({1, 0.002, 1}),
-                                          PoseAt({1, -0.002, 1})};
-  const TrackErrors errors = MeasureTrack(poses);
-  EXPECT_NEAR(errors.linear_rms_mm, 2, 1e-9);
-  EXPECT_NEAR(errors.linear_mean_mm, 2, 1e-9);
-  EXPECT_NEAR(errors.angular_rms_deg, 0, 1e-6);
-}
-
-TEST(Track, AnglesAreFromTheMeanOrientation) {
-  const std::vector<RigidTransform> poses{PoseAt({0, 0, 1}, {0, 0, 3}), PoseAt({1, 0, 1}, {0, 0, -3}),
-                                          PoseAt({2, 0, 1}, {0, 0, 0})};
-  const TrackErrors errors = MeasureTrack(poses);
-  EXPECT_NEAR(errors.angular_rms_deg, std::sqrt(6.0), 1e-6);
-  EXPECT_NEAR(errors.angular_mean_deg, 2, 1e-6);
-  EXPECT_NEAR(errors.linear_rms_mm, 0, 1e-9);
-}
-
-TEST(AngleBetween, IgnoresTheSignOfQuaternions) {
-  const Eigen::Quaterniond a = RotationFromVector({0, 0, 30 * kDegree});
-  const Eigen::Quaterniond minus_a(-a.w(), -a.x(), -a.y(), -a.z());
-  EXPECT_NEAR(AngleBetweenDeg(a, minus_a), 0, 1e-6);
-  EXPECT_NEAR(AngleBetweenDeg(a, Eigen::Quaterniond::Identity()), 30, 1e-9);
-}
-
 TEST(Median, IsTheMiddleOrTheMeanOfTheMiddleTwo) {
   EXPECT_EQ(Median({3}), 3);
   EXPECT_EQ(Median({5, 1, 3}), 3);

@@ -1,0 +1,81 @@
+#include "evaluate/track.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "chequer/check.h"
+
+namespace chequer {
+namespace {
+
+constexpr double kMillimetres = 1e3;
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+void FitLine(std::span<const RigidTransform> poses, TrackFit& fit) {
+  for (const RigidTransform& pose : poses) fit.center += pose.translation / static_cast<double>(poses.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const RigidTransform& pose : poses) {
+    const Eigen::Vector3d off = pose.translation - fit.center;
+    scatter += off * off.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
+  fit.direction = solver.eigenvectors().col(2);  // eigenvalues ascend
+  if (fit.direction.dot(poses.back().translation - poses.front().translation) < 0) fit.direction = -fit.direction;
+  for (const RigidTransform& pose : poses) {
+    const Eigen::Vector3d off = pose.translation - fit.center;
+    fit.along_m.push_back(off.dot(fit.direction));
+    fit.distance_m.push_back(off.cross(fit.direction).norm());
+  }
+}
+
+void FitOrientation(std::span<const RigidTransform> poses, TrackFit& fit) {
+  // The rotation nearest to the sum of all.
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const RigidTransform& pose : poses) sum += pose.rotation.toRotationMatrix();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+  const Eigen::Matrix3d mean = svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+  fit.orientation = Canonical(Eigen::Quaterniond(mean));
+  for (const RigidTransform& pose : poses) fit.angle_deg.push_back(AngleBetweenDeg(fit.orientation, pose.rotation));
+}
+
+}  // namespace
+
+ErrorMeasures MeasureErrors(std::span<const double> errors) {
+  ErrorMeasures measures;
+  if (errors.empty()) return measures;
+  double sum = 0, square = 0;
+  for (const double error : errors) {
+    sum += error;
+    square += error * error;
+    measures.largest = std::max(measures.largest, error);
+  }
+  const auto n = static_cast<double>(errors.size());
+  measures.rmse = std::sqrt(square / n);
+  measures.mae = measures.printed_mae = sum / n;
+  measures.printed_rmse = std::sqrt(square) / n;
+  return measures;
+}
+
+TrackFit FitTrack(std::span<const RigidTransform> poses) {
+  CHEQUER_CHECK(poses.size() >= 3, "a line through fewer than three positions has no errors");
+  TrackFit fit;
+  FitLine(poses, fit);
+  FitOrientation(poses, fit);
+  return fit;
+}
+
+TrackErrors MeasureTrack(std::span<const RigidTransform> poses) {
+  const TrackFit fit = FitTrack(poses);
+  const ErrorMeasures linear = MeasureErrors(fit.distance_m), angular = MeasureErrors(fit.angle_deg);
+  return {kMillimetres * linear.rmse, kMillimetres * linear.mae, angular.rmse, angular.mae};
+}
+
+double AngleBetweenDeg(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
+  return a.angularDistance(b) * kDegrees;
+}
+
+}  // namespace chequer
