@@ -24,6 +24,10 @@ void AddCamerasCommand(CLI::App& app);
 void AddConvertCommand(CLI::App& app);
 /// `chequer detect`: the markers in images.
 void AddDetectCommand(CLI::App& app);
+/// `chequer evaluate`: how exact a run along a straight track is.
+void AddEvaluateCommand(CLI::App& app);
+/// `chequer explain`: a picture of what the detector saw in an image.
+void AddExplainCommand(CLI::App& app);
 /// `chequer listen`: what arrives over LCM.
 void AddListenCommand(CLI::App& app);
 /// `chequer print`: sheets of markers to print.

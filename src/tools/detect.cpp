@@ -14,11 +14,10 @@
 
 #include "capture/image_file.h"
 #include "capture/recording.h"
-#include "chequer/camera_file.h"
 #include "chequer/detector.h"
 #include "tools/commands.h"
+#include "tools/detect_options.h"
 #include "tools/detection_report.h"
-#include "tools/marker_options.h"
 
 namespace chequer {
 namespace {
@@ -26,68 +25,19 @@ namespace {
 /// The options as typed.
 struct DetectRequest {
   std::vector<std::string> files;
-  MarkerOptions markers;
-  std::string calibration;
-  std::string pixel_format = "Mono8";
-  std::optional<double> gamma;
-  std::string color_space = "lab";
-  int threads = 1;
+  DetectOptions options;
   int repeat = 1;
   bool json = false;
 };
-
-PixelFormat ParseOneChannel(const std::string& name) {
-  const auto format = ParsePixelFormat(name);
-  if (!format || (*format != PixelFormat::kMono8 && !IsBayer(*format)))
-    throw CLI::ValidationError("--pixel-format", "'" + name +
-                                                     "' is not what a one-channel file can hold; known are Mono8, "
-                                                     "BayerRG8, BayerGB8, BayerGR8, BayerBG8");
-  return *format;
-}
-
-std::optional<ToneCurve> ParseGamma(std::optional<double> gamma) {
-  if (!gamma) return std::nullopt;
-  if (!(*gamma >= 0.2 && *gamma <= 5))
-    throw CLI::ValidationError("--gamma", fmt::format("{} is outside 0.2 to 5; 1 is linear", *gamma));
-  return ToneCurve::Gamma(*gamma);
-}
-
-ColorSpace ParseColorSpace(const std::string& name) {
-  if (name == "lab") return ColorSpace::kLab;
-  if (name == "hsv") return ColorSpace::kHsv;
-  throw CLI::ValidationError("--color-space", "'" + name + "' is not known; it must be lab or hsv");
-}
-
-void CheckRange(const char* option, int value, int least, int most) {
-  if (value < least || value > most)
-    throw CLI::ValidationError(option, fmt::format("{} is outside {} to {}", value, least, most));
-}
-
-DetectorOptions MakeDetectorOptions(const DetectRequest& request) {
-  CheckRange("--threads", request.threads, 1, 64);
-  DetectorOptions options;
-  options.families = ParseMarkerFamilies(request.markers, !request.calibration.empty());
-  options.color_space = ParseColorSpace(request.color_space);
-  options.threads = request.threads;
-  if (!request.calibration.empty()) options.camera = LoadCamera(request.calibration);
-  return options;
-}
-
-/// The same pixels with another curve, where one was stated.
-ImageView WithToneCurve(const ImageView& image, const std::optional<ToneCurve>& curve) {
-  if (!curve) return image;
-  const Plane planes[] = {image.plane(0), image.plane(1), image.plane(2)};
-  return ImageView(image.format(), image.width(), image.height(), planes, *curve, image.yuv_range());
-}
 
 /// Goes through files and recordings and prints what the detector finds.
 class DetectRun {
  public:
   explicit DetectRun(const DetectRequest& request)
       : request_(request),
-        one_channel_(ParseOneChannel(request.pixel_format)),
-        curve_(ParseGamma(request.gamma)),
-        detector_(MakeDetectorOptions(request)) {
+        one_channel_(ParseOneChannel(request.options.pixel_format)),
+        curve_(ParseGamma(request.options.gamma)),
+        detector_(MakeDetectorOptions(request.options)) {
     CheckRange("--repeat", request.repeat, 1, std::numeric_limits<int>::max());
   }
 
@@ -125,11 +75,7 @@ class DetectRun {
   }
 
   void Take(const std::string& name, const Image& image) {
-    const auto& camera = detector_.options().camera;
-    if (camera && (camera->width != image.width() || camera->height != image.height()))
-      throw std::runtime_error(fmt::format(
-          "{}: the image is {}x{}, but the calibration {} is for {}x{}; give the one of this camera at this size", name,
-          image.width(), image.height(), request_.calibration, camera->width, camera->height));
+    CheckCalibrationFits(detector_.options(), request_.options, name, image.view());
     const double detect_ms = Detect(WithToneCurve(image.view(), curve_));
     const ImageReport report{name, image.width(), image.height(), detect_ms, markers_};
     const std::string text = request_.json ? JsonLine(report) + "\n" : Table(report);
@@ -157,23 +103,13 @@ class DetectRun {
   bool all_good_ = true;
 };
 
-void AddDetectOptions(CLI::App& command, DetectRequest& request) {
+void AddOptions(CLI::App& command, DetectRequest& request) {
   command.add_option("FILE", request.files, "Images (PNG, JPEG, BMP, PGM, PPM), recordings, folders of images")
       ->required();
-  AddMarkerOptions(command, request.markers);
-  command.add_option("--calibration", request.calibration, "Camera file; without it poses are left out")
-      ->type_name("FILE");
-  command
-      .add_option("--pixel-format", request.pixel_format,
-                  "What one-channel files hold: Mono8, BayerRG8, BayerGB8, BayerGR8, BayerBG8")
-      ->type_name("FORMAT")
+  AddDetectOptions(command, request.options);
+  command.add_option("--threads", request.options.threads, "Threads for one image")
+      ->type_name("N")
       ->capture_default_str();
-  command.add_option("--gamma", request.gamma, "Curve of the values, 1 is linear; without it sRGB, or the recording's")
-      ->type_name("G");
-  command.add_option("--color-space", request.color_space, "Where saturation is told from: lab or hsv")
-      ->type_name("SPACE")
-      ->capture_default_str();
-  command.add_option("--threads", request.threads, "Threads for one image")->type_name("N")->capture_default_str();
   command.add_option("--repeat", request.repeat, "Detect N times an image and report the fastest time")
       ->type_name("N")
       ->capture_default_str();
@@ -186,7 +122,7 @@ void AddDetectCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("detect", "Finds the markers in images");
   // Shared, as the callback outlives this function and std::function copies what it holds.
   const auto request = std::make_shared<DetectRequest>();
-  AddDetectOptions(*command, *request);
+  AddOptions(*command, *request);
   command->footer(
       "Status 1 if an image could not be used; the others are processed all the same.\n\n"
       "Markers of 12 cm, with their poses:\n"

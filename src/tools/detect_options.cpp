@@ -1,0 +1,82 @@
+#include "tools/detect_options.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "chequer/camera_file.h"
+
+namespace chequer {
+namespace {
+
+ColorSpace ParseColorSpace(const std::string& name) {
+  if (name == "lab") return ColorSpace::kLab;
+  if (name == "hsv") return ColorSpace::kHsv;
+  throw CLI::ValidationError("--color-space", "'" + name + "' is not known; it must be lab or hsv");
+}
+
+}  // namespace
+
+PixelFormat ParseOneChannel(const std::string& name) {
+  const auto format = ParsePixelFormat(name);
+  if (!format || (*format != PixelFormat::kMono8 && !IsBayer(*format)))
+    throw CLI::ValidationError("--pixel-format", "'" + name +
+                                                     "' is not what a one-channel file can hold; known are Mono8, "
+                                                     "BayerRG8, BayerGB8, BayerGR8, BayerBG8");
+  return *format;
+}
+
+std::optional<ToneCurve> ParseGamma(std::optional<double> gamma) {
+  if (!gamma) return std::nullopt;
+  if (!(*gamma >= 0.2 && *gamma <= 5))
+    throw CLI::ValidationError("--gamma", fmt::format("{} is outside 0.2 to 5; 1 is linear", *gamma));
+  return ToneCurve::Gamma(*gamma);
+}
+
+void CheckRange(const char* option, int value, int least, int most) {
+  if (value < least || value > most)
+    throw CLI::ValidationError(option, fmt::format("{} is outside {} to {}", value, least, most));
+}
+
+DetectorOptions MakeDetectorOptions(const DetectOptions& request) {
+  CheckRange("--threads", request.threads, 1, 64);
+  DetectorOptions options;
+  options.families = ParseMarkerFamilies(request.markers, !request.calibration.empty());
+  options.color_space = ParseColorSpace(request.color_space);
+  options.threads = request.threads;
+  if (!request.calibration.empty()) options.camera = LoadCamera(request.calibration);
+  return options;
+}
+
+ImageView WithToneCurve(const ImageView& image, const std::optional<ToneCurve>& curve) {
+  if (!curve) return image;
+  const Plane planes[] = {image.plane(0), image.plane(1), image.plane(2)};
+  return ImageView(image.format(), image.width(), image.height(), planes, *curve, image.yuv_range());
+}
+
+void CheckCalibrationFits(const DetectorOptions& detector, const DetectOptions& options, const std::string& name,
+                          const ImageView& image) {
+  const auto& camera = detector.camera;
+  if (camera && (camera->width != image.width() || camera->height != image.height()))
+    throw std::runtime_error(fmt::format(
+        "{}: the image is {}x{}, but the calibration {} is for {}x{}; give the one of this camera at this size", name,
+        image.width(), image.height(), options.calibration, camera->width, camera->height));
+}
+
+void AddDetectOptions(CLI::App& command, DetectOptions& request) {
+  AddMarkerOptions(command, request.markers);
+  command.add_option("--calibration", request.calibration, "Camera file; without it poses are left out")
+      ->type_name("FILE");
+  command
+      .add_option("--pixel-format", request.pixel_format,
+                  "What one-channel files hold: Mono8, BayerRG8, BayerGB8, BayerGR8, BayerBG8")
+      ->type_name("FORMAT")
+      ->capture_default_str();
+  command.add_option("--gamma", request.gamma, "Curve of the values, 1 is linear; without it sRGB, or the recording's")
+      ->type_name("G");
+  command.add_option("--color-space", request.color_space, "Where saturation is told from: lab or hsv")
+      ->type_name("SPACE")
+      ->capture_default_str();
+}
+
+}  // namespace chequer

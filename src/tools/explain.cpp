@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "capture/image_file.h"
+#include "chequer/detect_trace.h"
+#include "core/convert.h"
+#include "core/file.h"
+#include "tools/commands.h"
+#include "tools/detect_options.h"
+#include "tools/explanation.h"
+
+namespace chequer {
+namespace {
+
+/// About so wide a picture becomes without --scale.
+constexpr int kWidth = 4000;
+
+/// The options as typed.
+struct ExplainRequest {
+  std::string file;
+  std::string out;
+  DetectOptions options;
+  std::vector<int> region;
+  int scale = 0;
+  int panels = 60;
+};
+
+ImageRegion RegionOf(const std::vector<int>& typed, const ImageView& image) {
+  if (typed.empty()) return {0, 0, image.width(), image.height()};
+  const ImageRegion region{typed[0], typed[1], typed[2], typed[3]};
+  if (region.x < 0 || region.y < 0 || region.width < 1 || region.height < 1 ||
+      region.width > image.width() - region.x || region.height > image.height() - region.y)
+    throw CLI::ValidationError(
+        "--region", fmt::format("{},{},{},{} (x, y, width, height) does not lie in the image of "
+                                "{}x{}",
+                                region.x, region.y, region.width, region.height, image.width(), image.height()));
+  return region;
+}
+
+void RunExplain(const ExplainRequest& request) {
+  Detector detector(MakeDetectorOptions(request.options));
+  const PixelFormat one_channel = ParseOneChannel(request.options.pixel_format);
+  const auto curve = ParseGamma(request.options.gamma);
+  CheckRange("--panels", request.panels, 0, 10000);
+  const Image loaded = LoadImage(request.file, {one_channel, JpegColour::kYuv, ToneCurve::Srgb()});
+  const ImageView image = WithToneCurve(loaded.view(), curve);
+  CheckCalibrationFits(detector.options(), request.options, request.file, image);
+
+  Explanation explanation;
+  explanation.name = std::filesystem::path(request.file).filename().string();
+  explanation.region = RegionOf(request.region, image);
+  std::vector<MarkerPose> markers;
+  DetectTrace trace;
+  detector.Detect(image, markers, &trace);
+  const Image picture = ToBgr(image);
+  explanation.image = picture.view();
+  explanation.markers = markers;
+  explanation.trace = &trace;
+  explanation.stats = detector.stats();
+
+  if (!request.out.empty()) {
+    const int scale = request.scale > 0
+                          ? request.scale
+                          : std::clamp((kWidth + explanation.region.width / 2) / explanation.region.width, 1, 4);
+    WriteFileAtomically(request.out, DrawExplanation(explanation, scale, request.panels));
+  }
+  const std::string text = DescribeExplanation(explanation);
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  if (std::fflush(stdout) != 0) throw std::runtime_error("standard output could not be written to the end");
+}
+
+}  // namespace
+
+void AddExplainCommand(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("explain", "Shows what the detector saw in an image, and why a marker is not read");
+  // Shared, as the callback outlives this function and std::function copies what it holds.
+  const auto request = std::make_shared<ExplainRequest>();
+  command->add_option("IMAGE", request->file, "A PNG, JPEG, BMP, PGM or PPM file")->required();
+  command->add_option("--out", request->out, "The picture, a PNG; without it, only the list is printed")
+      ->type_name("FILE");
+  AddDetectOptions(*command, request->options);
+  command->add_option("--region", request->region, "Only that part of the image (the whole is searched)")
+      ->type_name("X,Y,WIDTH,HEIGHT")
+      ->delimiter(',')
+      ->expected(4);
+  command->add_option("--scale", request->scale, "Picture pixels per image pixel, 1 to 16; without it, as fits")
+      ->type_name("N")
+      ->check(CLI::Range(1, 16));
+  command->add_option("--panels", request->panels, "At most so many candidates get a panel of their own")
+      ->type_name("N")
+      ->capture_default_str();
+  command->footer(
+      "Prints what became of every group of corners, refused ones first, and draws every stage into the image: peaks,\n"
+      "corners, links, boards, and in each cell what it was taken for. Each candidate's panel has the Gaussians of "
+      "its\n"
+      "luminances and saturations: the two groups of either must stand apart.\n\n"
+      "Why is the marker at (812, 430) not read?\n"
+      "  chequer explain frame.png --marker 6x6:secded --region 750,370,130,130 --out why.png");
+  command->callback([request] { RunExplain(*request); });
+}
+
+}  // namespace chequer

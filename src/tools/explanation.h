@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "chequer/detect_trace.h"
+#include "chequer/detector.h"
+#include "chequer/image.h"
+
+namespace chequer {
+
+/// A rectangle of pixels.
+struct ImageRegion {
+  int x = 0, y = 0, width = 0, height = 0;
+
+  bool Holds(const Eigen::Vector2d& pixel) const {
+    return pixel.x() >= x - 0.5 && pixel.y() >= y - 0.5 && pixel.x() < x + width - 0.5 && pixel.y() < y + height - 0.5;
+  }
+};
+
+/// A detection with all that led to it.
+struct Explanation {
+  std::string name;  ///< of the image
+  ImageView image;   ///< BGR8
+  std::span<const MarkerPose> markers;
+  const DetectTrace* trace = nullptr;
+  DetectStats stats;
+  ImageRegion region;  ///< of the image, that is explained
+
+  const TraceCandidate& candidate(std::size_t i) const { return trace->candidates[i]; }
+};
+
+/// What is told of the candidates in the region, in the order of their numbers: first those that were refused, the
+/// farthest-come first, then those without an id, then those that were read. Of groups that came nowhere near a board
+/// only the largest are told.
+std::vector<std::size_t> ToldCandidates(const Explanation& explanation);
+
+/// What became of a candidate in a few words: "id 17", "no id", "refused: border_differs".
+std::string Verdict(const Explanation& explanation, const TraceCandidate& candidate);
+
+/// Lines for people, ending with a line's end: counts of the stages, then a line a candidate.
+std::string DescribeExplanation(const Explanation& explanation);
+
+/// The image with what every stage saw drawn in, and a panel for each candidate that has cells, as PNG.
+/// @param scale picture pixels per image pixel, 1..16. @param most_panels those with the lowest numbers.
+/// Throws std::runtime_error where the picture would be too large.
+std::vector<std::uint8_t> DrawExplanation(const Explanation& explanation, int scale, int most_panels);
+
+}  // namespace chequer

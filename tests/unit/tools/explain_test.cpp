@@ -1,0 +1,139 @@
+// `chequer explain`: what it tells and draws.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "capture/image_file.h"
+#include "capture/png.h"
+#include "core/convert.h"
+#include "core/file.h"
+#include "support/scenes.h"
+#include "support/temporary_directory.h"
+#include "tools/commands.h"
+#include "tools/explanation.h"
+#include "tools/plot.h"
+
+namespace chequer {
+namespace {
+
+using ::testing::HasSubstr;
+
+class ExplainTest : public ::testing::Test {
+ protected:
+  explicit ExplainTest(test::KnownFrame frame = test::OneMarker(MarkerCode({6, 6}, Variant::kSecded), 1234, 14, 3))
+      : image_(frame.Draw()) {
+    Detector detector{DetectorOptions{}};
+    detector.Detect(image_.view(), markers_, &trace_);
+    explanation_ = {"frame.png", image_.view(),    markers_,
+                    &trace_,     detector.stats(), {0, 0, image_.width(), image_.height()}};
+  }
+
+  /// How many pixels of a picture are of about that colour, B G R.
+  static int Count(const std::vector<std::uint8_t>& png, std::array<int, 3> colour) {
+    const Image picture = ImageFromPng(png);
+    int count = 0;
+    for (std::size_t i = 0; i + 2 < picture.bytes().size(); i += 3) {
+      bool alike = true;
+      for (std::size_t c = 0; c < 3; ++c) alike &= std::abs(picture.bytes()[i + c] - colour[c]) < 12;
+      count += alike;
+    }
+    return count;
+  }
+
+  static void Run(std::vector<std::string> arguments) {
+    CLI::App app;
+    AddExplainCommand(app);
+    arguments.insert(arguments.begin(), "explain");
+    std::reverse(arguments.begin(), arguments.end());
+    app.parse(arguments);
+  }
+
+  Image image_;
+  std::vector<MarkerPose> markers_;
+  DetectTrace trace_;
+  Explanation explanation_;
+};
+
+TEST_F(ExplainTest, TellsWhatWasRead) {
+  EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("id 1234"));
+  EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("1 boards > 1 markers"));
+}
+
+TEST_F(ExplainTest, DrawsStagesAndPanels) {
+  const auto png = DrawExplanation(explanation_, 2, 10);
+  const Image picture = ImageFromPng(png);
+  EXPECT_GE(picture.width(), 2 * 640);
+  EXPECT_GT(picture.height(), 2 * 480 + 200) << "a panel below";
+  EXPECT_GT(Count(png, {255, 217, 0}), 100) << "corners";
+  EXPECT_GT(Count(png, {77, 242, 26}), 100) << "links of squares";
+  EXPECT_GT(Count(png, {51, 158, 0}), 200) << "the outline of what was read";
+  EXPECT_EQ(ImageFromPng(DrawExplanation(explanation_, 2, 0)).height(), picture.height() - 290);
+}
+
+TEST_F(ExplainTest, RefusedOnesComeFirstAndSayWhy) {
+  TraceCandidate refused;
+  refused.refusal = Refusal::kBorderDiffers;
+  refused.measured = 12;
+  refused.required = 17;
+  refused.size = {6, 6};
+  refused.cells = trace_.candidates[0].cells;
+  refused.center_px = {50, 60};
+  trace_.candidates.push_back(refused);
+  ASSERT_EQ(ToldCandidates(explanation_), (std::vector<std::size_t>{1, 0}));
+  const std::string text = DescribeExplanation(explanation_);
+  EXPECT_THAT(text, HasSubstr("1 at (50, 60) px: refused: border_differs; 12 border cells"));
+  EXPECT_GT(Count(DrawExplanation(explanation_, 2, 10), {26, 13, 230}), 200) << "in red";
+}
+
+TEST_F(ExplainTest, OnlyTheLargestOfManyGroupsAreTold) {
+  for (int i = 0; i < 100; ++i) {
+    TraceCandidate group;
+    group.refusal = Refusal::kFewLinked;
+    group.corners.assign(static_cast<std::size_t>(4 + i % 2), 0);
+    group.center_px = {5, 5};
+    trace_.candidates.push_back(group);
+  }
+  const auto told = ToldCandidates(explanation_);
+  EXPECT_EQ(told.size(), 31u);
+  EXPECT_EQ(trace_.candidates[told[0]].corners.size(), 5u);
+  EXPECT_EQ(told.back(), 0u) << "what was read is told in any case";
+  EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("70 more groups"));
+}
+
+TEST_F(ExplainTest, ARegionLeavesOutTheRest) {
+  explanation_.region = {0, 0, 40, 30};
+  EXPECT_TRUE(ToldCandidates(explanation_).empty());
+  EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("no group of corners"));
+  EXPECT_GT(DrawExplanation(explanation_, 16, 10).size(), 100u);
+}
+
+TEST_F(ExplainTest, TooLargeAPictureIsRefused) {
+  const Image wide(PixelFormat::kBgr8, 16000, 32);
+  explanation_.image = wide.view();
+  explanation_.region = {0, 0, 16000, 32};
+  EXPECT_THROW(DrawExplanation(explanation_, 4, 10), std::runtime_error);
+}
+
+TEST_F(ExplainTest, TheCommandWritesThePicture) {
+  const test::TemporaryDirectory folder;
+  WriteFileAtomically(folder / "frame.png", PngFromImage(image_.view()));
+  const std::string in = (folder / "frame.png").string(), out = (folder / "why.png").string();
+  Run({in, "--out", out, "--scale", "1"});
+  EXPECT_EQ(LoadImage(out).width(), 1410);
+  Run({in, "--region", "300,200,40,40"});
+  EXPECT_THROW(Run({in, "--region", "600,200,80,40"}), CLI::ValidationError);
+  EXPECT_THROW(Run({in, "--region", "600,200"}), CLI::ParseError);
+  EXPECT_THROW(Run({in, "--scale", "0"}), CLI::ParseError);
+  EXPECT_THROW(Run({(folder / "missing.png").string()}), std::runtime_error);
+  EXPECT_THROW(Run({in, "--out", (folder / "no/such/why.png").string()}), std::runtime_error);
+}
+
+TEST(RoundSteps, AreRoundAndWithin) {
+  EXPECT_THAT(RoundSteps(0, 1, 5), ::testing::Pointwise(::testing::DoubleNear(1e-12), {0, 0.2, 0.4, 0.6, 0.8, 1.0}));
+  EXPECT_THAT(RoundSteps(-0.3, 0.7, 2), ::testing::Pointwise(::testing::DoubleNear(1e-12), {0, 0.5}));
+  EXPECT_TRUE(RoundSteps(1, 1, 5).empty());
+}
+
+}  // namespace
+}  // namespace chequer
