@@ -4,10 +4,13 @@ extern "C" {
 }
 
 #include <array>
+#include <cmath>
 #include <memory>
+#include <opencv2/core.hpp>
 
 #include "bench/contestants.h"
 #include "bench/grey.h"
+#include "chequer/tone_curve.h"
 
 namespace chequer::bench {
 namespace {
@@ -24,8 +27,9 @@ struct DestroyDetections {
 
 class AprilTagContestant final : public Contestant {
  public:
-  AprilTagContestant(const Suite& suite, float quad_decimate)
+  AprilTagContestant(const Suite& suite, float quad_decimate, bool linear)
       : decimate_(quad_decimate),
+        linear_(linear),
         side_m_(suite.side_m),
         camera_(suite.camera),
         family_(tag36h11_create()),
@@ -33,13 +37,18 @@ class AprilTagContestant final : public Contestant {
     apriltag_detector_add_family(detector_.get(), family_.get());
     detector_->nthreads = 1;
     detector_->quad_decimate = quad_decimate;
+    const std::array<float, 256> table = ToneCurve::Srgb().LinearTable();
+    for (std::size_t i = 0; i < table.size(); ++i) table_[i] = static_cast<std::uint8_t>(std::lround(255 * table[i]));
   }
 
-  std::string name() const override { return "AprilTag d" + std::to_string(static_cast<int>(decimate_)); }
+  std::string name() const override {
+    return "AprilTag d" + std::to_string(static_cast<int>(decimate_)) + (linear_ ? " lin" : "");
+  }
   Pattern pattern() const override { return Pattern::kAprilTag; }
 
   void Detect(const BenchFrame& frame) override {
     ConvertToGrey(frame.colour, grey_);
+    if (linear_) cv::LUT(grey_, cv::Mat(1, 256, CV_8U, table_.data()), grey_);
     image_u8_t image{grey_.cols, grey_.rows, static_cast<int>(grey_.step), grey_.data};
     found_.reset(apriltag_detector_detect(detector_.get(), &image));
   }
@@ -65,6 +74,8 @@ class AprilTagContestant final : public Contestant {
   static constexpr double kPixelCenter = 0.5;
 
   float decimate_;
+  bool linear_;
+  std::array<std::uint8_t, 256> table_{};  ///< sRGB's curve undone: light, in 8 bits
   double side_m_;
   CameraModel camera_;
   std::unique_ptr<apriltag_family_t, DestroyFamily> family_;
@@ -75,8 +86,8 @@ class AprilTagContestant final : public Contestant {
 
 }  // namespace
 
-std::unique_ptr<Contestant> MakeAprilTag(const Suite& suite, float quad_decimate) {
-  return std::make_unique<AprilTagContestant>(suite, quad_decimate);
+std::unique_ptr<Contestant> MakeAprilTag(const Suite& suite, float quad_decimate, bool linear) {
+  return std::make_unique<AprilTagContestant>(suite, quad_decimate, linear);
 }
 
 }  // namespace chequer::bench

@@ -29,8 +29,10 @@ class Contestant {
 /// This detector from colour and from raw frames; poses are part of what is timed.
 std::unique_ptr<Contestant> MakeChequer(const Suite& suite, bool bayer);
 
-/// AprilTag 3, family 36h11; the grey conversion is timed, the pose is not.
-std::unique_ptr<Contestant> MakeAprilTag(const Suite& suite, float quad_decimate);
+/// AprilTag 3, family 36h11; the grey conversion is timed, the pose is not. With `linear`, the grey image goes through
+/// a table that undoes sRGB's curve, which is timed too: coded values move the edges of its square outwards, most of
+/// its depth error on such frames.
+std::unique_ptr<Contestant> MakeAprilTag(const Suite& suite, float quad_decimate, bool linear);
 
 /// OpenCV's ArUco, DICT_4X4_1000; the grey conversion is timed, the pose is not. Without refinement it is
 /// quickest, with its sub-pixel refinement poses are better.

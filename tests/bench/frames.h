@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bench/bound.h"
 #include "bench/score.h"
 #include "chequer/camera_model.h"
 #include "chequer/image.h"
@@ -36,6 +37,8 @@ struct Suite {
   CameraModel camera;
   bool straight_tracks = false;  ///< the markers of a condition stand on a straight line, in one orientation
   std::map<Pattern, std::vector<BenchFrame>> frames;
+  /// By condition, where the noise of the frames is known: what is possible with our boards at best.
+  std::map<std::string, ErrorBound> bounds;
 
   bool HasMarkers() const;
 };

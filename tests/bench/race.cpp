@@ -71,8 +71,8 @@ std::vector<Lane> MakeLanes(const Suite& suite) {
   std::vector<Lane> lanes;
   lanes.emplace_back(MakeChequer(suite, false), suite);
   lanes.emplace_back(MakeChequer(suite, true), suite);
-  lanes.emplace_back(MakeAprilTag(suite, 1), suite);
-  lanes.emplace_back(MakeAprilTag(suite, 2), suite);
+  for (const float decimate : {1.0f, 2.0f})
+    for (const bool linear : {false, true}) lanes.emplace_back(MakeAprilTag(suite, decimate, linear), suite);
   lanes.emplace_back(MakeAruco(suite, false), suite);
   lanes.emplace_back(MakeAruco(suite, true), suite);
   std::erase_if(lanes, [](const Lane& lane) { return lane.frame_count() == 0; });

@@ -91,13 +91,18 @@ Suite RenderPaper(std::uint64_t seed) {
   for (const TrackCase track : {TrackCase::kCloseDist, TrackCase::kMedDist, TrackCase::kFarDist, TrackCase::kInc30d}) {
     for (int run = 1; run <= 2; ++run) {
       const std::string condition = std::string(TrackName(track)) + std::to_string(run);
+      std::vector<RigidTransform> truth;
+      std::vector<Matrix6d> least;
       for (const SceneMarker& marker :
            PublicationTrack(track, ChequerCode(), DeriveSeed(seed, static_cast<std::uint64_t>(run)))) {
         Scene scene;
         scene.markers = {marker};
         scene.background = {.kind = BackgroundKind::kNoise, .seed = seed};
         AddFrames(suite, condition, scene, options, seed + suite.frames[Pattern::kChequer].size());
+        truth.push_back(marker.camera_from_marker);
+        least.push_back(PoseBound(InPattern({marker}, Pattern::kChequer).front(), options));
       }
+      suite.bounds[condition] = BoundOfTrack(truth, least);
     }
   }
   return suite;

@@ -33,6 +33,27 @@ std::string FormatScore(const Score& score, bool with_track) {
   return text + "\n";
 }
 
+/// Of our own detections; the bound is that of our boards.
+bool HasBound(const Result& result) { return result.contestant.starts_with("chequer"); }
+
+/// How many times the least possible errors are.
+std::string FormatDistance(const Score& score, const ErrorBound& bound) {
+  if (!score.pose || !score.track) return "";
+  return fmt::format(" {:7.2f} {:7.2f} {:7.2f} {:7.2f}", score.pose->position_rms_mm / bound.position_rms_mm,
+                     score.pose->angle_rms_deg / bound.angle_rms_deg,
+                     score.track->linear_rms_mm / bound.track.linear_rms_mm,
+                     score.track->angular_rms_deg / bound.track.angular_rms_deg);
+}
+
+std::string FormatBounds(const Suite& suite) {
+  std::string text;
+  for (const auto& [condition, bound] : suite.bounds)
+    text +=
+        fmt::format("  {:22} {:6} {:9} {:40.4f} {:38.4f} {:8.4f} {:17.4f}\n", "bound of " + condition, "", "",
+                    bound.position_rms_mm, bound.angle_rms_deg, bound.track.linear_rms_mm, bound.track.angular_rms_deg);
+  return text;
+}
+
 json ToJson(const Score& score, bool with_track) {
   json result{
       {"markers", score.markers}, {"recall", score.Recall()}, {"wrong", score.wrong}, {"undecided", score.undecided}};
@@ -60,13 +81,21 @@ std::string FormatTable(const Suite& suite, const std::vector<Result>& results, 
                        "markers", "recall", "wrong", "undec.", "pos mm", "lat mm", "depth mm", "ang deg", "ang med");
   if (suite.straight_tracks)
     table += fmt::format(" {:>8} {:>8} {:>8} {:>8}", "line rms", "mean mm", "turn rms", "mean deg");
+  if (!suite.bounds.empty())
+    table += fmt::format(" {:>7} {:>7} {:>7} {:>7}", "pos/bnd", "ang/bnd", "lin/bnd", "trn/bnd");
   table += "\n";
+  if (by_condition) table += FormatBounds(suite);
   for (const Result& result : results) {
     table += fmt::format("{:24} {:6d} {:9.3f} ", result.contestant, result.frames, result.median_ms);
     table += FormatScore(result.total, false);
     if (!by_condition) continue;
     for (const auto& [condition, score] : result.conditions) {
-      table += fmt::format("  {:22} {:6} {:9} ", condition, "", "") + FormatScore(score, suite.straight_tracks);
+      std::string line =
+          fmt::format("  {:22} {:6} {:9} ", condition, "", "") + FormatScore(score, suite.straight_tracks);
+      const auto bound = suite.bounds.find(condition);
+      if (bound != suite.bounds.end() && HasBound(result))
+        line.insert(line.size() - 1, FormatDistance(score, bound->second));
+      table += line;
     }
   }
   return table;
@@ -87,11 +116,18 @@ json ToJson(const Suite& suite, const std::vector<Result>& results) {
     }
     detectors.push_back(std::move(detector));
   }
+  json bounds = json::object();
+  for (const auto& [condition, bound] : suite.bounds)
+    bounds[condition] = {{"position_rms_mm", bound.position_rms_mm},
+                         {"angle_rms_deg", bound.angle_rms_deg},
+                         {"linear_rms_mm", bound.track.linear_rms_mm},
+                         {"angular_rms_deg", bound.track.angular_rms_deg}};
   return {{"suite", suite.name},
           {"side_m", suite.side_m},
           {"width", suite.camera.width},
           {"height", suite.camera.height},
-          {"detectors", std::move(detectors)}};
+          {"detectors", std::move(detectors)},
+          {"bounds", std::move(bounds)}};
 }
 
 json DescribeMachine() {
