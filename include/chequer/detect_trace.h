@@ -20,6 +20,7 @@ enum class Refusal : std::uint8_t {
   kNone,
   // A group of linked corners
   kFewLinked,       ///< fewer corners hang together than determine where a board lies
+  kUneven,          ///< they hang together, but the steps between them change too much for a plane
   kNotOneLattice,   ///< larger than any board, or of corners that belong to another
   kFewCorners,      ///< no place of a board of any size sought holds enough of its corners
   kNoYellow,        ///< the light border cells that should be yellow return as much blue as the white ones

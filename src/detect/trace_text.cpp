@@ -6,10 +6,11 @@ namespace chequer {
 namespace {
 
 constexpr std::array<std::string_view, kRefusals> kNames{
-    "none",          "few_linked", "not_one_lattice", "few_corners",  "no_yellow", "cells_do_not_show",
-    "border_unseen", "inks_alike", "border_differs",  "rivalled",     "goes_on",   "not_plane",
-    "no_fit",        "noise",      "corners_off",     "cells_hidden", "no_pose",   "no_border_inks",
-    "no_word",       "two_words"};
+    "none",        "few_linked",        "uneven",        "not_one_lattice", "few_corners",
+    "no_yellow",   "cells_do_not_show", "border_unseen", "inks_alike",      "border_differs",
+    "rivalled",    "goes_on",           "not_plane",     "no_fit",          "noise",
+    "corners_off", "cells_hidden",      "no_pose",       "no_border_inks",  "no_word",
+    "two_words"};
 
 /// A sentence with up to two figures in it.
 std::string Fill(const char* sentence, double measured, double required) {
@@ -27,6 +28,8 @@ const char* SentenceOf(Refusal refusal) {
     case Refusal::kNone: return "read";
     case Refusal::kFewLinked:
       return "only %.0f corners hang together in squares, %.0f are needed: cells too small, blurred or covered?";
+    case Refusal::kUneven:
+      return "%.0f corners hang together in squares, but not evenly enough for one plane: clutter, strong blur?";
     case Refusal::kNotOneLattice:
       return "the group is larger than any board, or its corners belong to a board that was found";
     case Refusal::kFewCorners:

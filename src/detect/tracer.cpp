@@ -93,7 +93,7 @@ void Tracer::Linked(const std::vector<Corner>& corners, const GridLinker& linker
   for (std::vector<int>& few : members) {
     if (few.size() < kFewestTold) continue;
     TraceCandidate candidate;
-    candidate.refusal = Refusal::kFewLinked;
+    candidate.refusal = static_cast<int>(few.size()) < GridLinker::kFewest ? Refusal::kFewLinked : Refusal::kUneven;
     candidate.measured = static_cast<double>(few.size());
     candidate.required = GridLinker::kFewest;
     candidate.corners = std::move(few);

@@ -18,8 +18,9 @@ struct Ink {
 
 enum class Align : std::uint8_t { kLeft, kMiddle, kRight };
 
-/// A picture to draw on, in units of its pixels from its top left; white at first. Text is drawn in the drawing
-/// library's own font, so that pictures look the same on every machine, whatever fonts it has.
+/// A picture to draw on, in units of its pixels from its top left; white at first. Text in a PNG is drawn in the
+/// drawing library's own font, so that pictures look the same on every machine, whatever fonts it has; in an SVG in the
+/// machine's sans-serif, or in that own one where there is none.
 class Canvas {
  public:
   static Canvas Png(int width, int height);

@@ -12,8 +12,9 @@
 namespace chequer {
 namespace {
 
-constexpr Ink kLetters{0.1, 0.1, 0.1}, kDarkBar{0.13, 0.14, 0.16}, kPaleLetters{0.93, 0.93, 0.93};
-constexpr Ink kPeak{1, 1, 1, 0.75}, kPeakRim{0, 0, 0, 0.6}, kCorner{0, 0.85, 1}, kOpenLink{1, 0.55, 0}, kSquareLink{0.1, 0.95, 0.3};
+constexpr Ink kDarkBar{0.13, 0.14, 0.16}, kPaleLetters{0.93, 0.93, 0.93};
+constexpr Ink kPeak{1, 1, 1, 0.75}, kPeakRim{0, 0, 0, 0.6}, kCorner{0, 0.85, 1}, kOpenLink{0.95, 0.45, 1, 0.6},
+    kSquareLink{0.1, 0.95, 0.3};
 /// Groups that came nowhere near a board and are told all the same.
 constexpr std::size_t kMostGroups = 30;
 constexpr double kHead = 62;
@@ -31,7 +32,8 @@ int Rank(const TraceCandidate& candidate) {
 /// Four corners of a board's outline.
 std::array<Eigen::Vector2d, 4> OutlineOf(const TraceCandidate& candidate, const PictureScale& to) {
   const auto cell = [&](int row, int col, std::size_t corner) {
-    return to(candidate.cells[static_cast<std::size_t>(row * candidate.size.cols + col)].outline_px[corner].cast<double>());
+    return to(
+        candidate.cells[static_cast<std::size_t>(row * candidate.size.cols + col)].outline_px[corner].cast<double>());
   };
   const int bottom = candidate.size.rows - 1, right = candidate.size.cols - 1;
   return {cell(0, 0, 0), cell(0, right, 1), cell(bottom, right, 2), cell(bottom, 0, 3)};
@@ -85,7 +87,8 @@ void DrawCandidate(Canvas& canvas, const PictureScale& to, const Explanation& ex
   const std::string text = candidate.refusal == Refusal::kNone || candidate.marker >= 0
                                ? fmt::format("{}: {}", number, Verdict(explanation, candidate))
                                : fmt::format("{}: {}", number, RefusalName(candidate.refusal));
-  DrawLabel(canvas, {center.x(), below + 16}, text, 13, {std::max(ink.red, 0.35), std::max(ink.green, 0.45), std::max(ink.blue, 0.4)});
+  DrawLabel(canvas, {center.x(), below + 16}, text, 13,
+            {std::max(ink.red, 0.35), std::max(ink.green, 0.45), std::max(ink.blue, 0.4)});
 }
 
 std::string Counts(const Explanation& explanation) {
@@ -119,7 +122,9 @@ void DrawHead(Canvas& canvas, double width, const Explanation& explanation) {
   open.marker = -1;
   entry("refused", line(VerdictInk(open)));
   entry("in cells: what it was taken for; cross: does not show; red ring: border wrong; amber ring: doubtful",
-        [&](double at, double y) { canvas.Disc(at, y, 5, {1, 0.87, 0}); });
+        [&](double at, double y) {
+          canvas.Disc(at, y, 5, {1, 0.87, 0});
+        });
 }
 
 }  // namespace
@@ -131,8 +136,10 @@ std::vector<std::size_t> ToldCandidates(const Explanation& explanation) {
   std::stable_sort(told.begin(), told.end(), [&](std::size_t a, std::size_t b) {
     const TraceCandidate &first = explanation.candidate(a), &second = explanation.candidate(b);
     if (Rank(first) != Rank(second)) return Rank(first) < Rank(second);
-    if (first.refusal != second.refusal) return first.refusal > second.refusal;
-    return first.corners.size() > second.corners.size();
+    // Boards first. Of groups, the one with the most corners is the likeliest marker, whatever refused it.
+    if (first.corners.empty() != second.corners.empty()) return first.corners.empty();
+    if (first.corners.size() != second.corners.size()) return first.corners.size() > second.corners.size();
+    return first.refusal > second.refusal;
   });
   std::size_t groups = 0;
   std::erase_if(told, [&](std::size_t i) {
@@ -156,6 +163,7 @@ std::string DescribeExplanation(const Explanation& explanation) {
     const TraceCandidate& candidate = explanation.candidate(i);
     text += fmt::format("{:4} at ({:.0f}, {:.0f}) px: {}", ++number, candidate.center_px.x(), candidate.center_px.y(),
                         Verdict(explanation, candidate));
+    if (!candidate.corners.empty()) text += fmt::format(" ({} corners)", candidate.corners.size());
     text += candidate.refusal == Refusal::kNone ? "\n" : "; " + Explain(candidate) + "\n";
   }
   if (told.empty())
@@ -179,9 +187,10 @@ std::vector<std::uint8_t> DrawExplanation(const Explanation& explanation, int sc
   const double height =
       kHead + picture + 10 + kPanelHeight * static_cast<double>((panels.size() + columns - 1) / columns);
   if (width > kMostSide || height > kMostSide || width * height > kMostPixels)
-    throw std::runtime_error(fmt::format("the picture would have {:.0f} x {:.0f} pixels; use a smaller --scale, fewer "
-                                         "--panels or a --region",
-                                         width, height));
+    throw std::runtime_error(
+        fmt::format("the picture would have {:.0f} x {:.0f} pixels; use a smaller --scale, fewer "
+                    "--panels or a --region",
+                    width, height));
   Canvas canvas = Canvas::Png(static_cast<int>(width), static_cast<int>(height));
   DrawHead(canvas, width, explanation);
   canvas.Clip(0, kHead, static_cast<double>(region.width) * scale, picture);

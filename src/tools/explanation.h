@@ -32,8 +32,8 @@ struct Explanation {
   const TraceCandidate& candidate(std::size_t i) const { return trace->candidates[i]; }
 };
 
-/// What is told of the candidates in the region, in the order of their numbers: first those that were refused, the
-/// farthest-come first, then those without an id, then those that were read. Of groups that came nowhere near a board
+/// What is told of the candidates in the region, in the order of their numbers: first those that were refused, boards
+/// before groups of corners and large groups before small ones, then those without an id, then those that were read. Of groups that came nowhere near a board
 /// only the largest are told.
 std::vector<std::size_t> ToldCandidates(const Explanation& explanation);
 

@@ -11,7 +11,7 @@
 namespace chequer {
 namespace {
 
-constexpr Ink kLetters{0.1, 0.1, 0.1}, kSoft{0.4, 0.4, 0.4};
+constexpr Ink kPanelLetters{0.1, 0.1, 0.1}, kPanelSoft{0.4, 0.4, 0.4};
 constexpr Ink kGood{0.0, 0.62, 0.2}, kOpen{0.95, 0.6, 0.0}, kBad{0.9, 0.05, 0.1};
 /// Kernel cells with less log-likelihood are doubtful: one in twenty is wrong.
 constexpr float kDoubtful = 3;
@@ -43,7 +43,7 @@ void DrawGaussians(Canvas& canvas, PlotArea area, const PlotTexts& texts, const 
   area.x_least -= rim, area.x_most += rim;
   area.y_least = -0.22, area.y_most = 1.12;
   DrawAxes(canvas, area, texts);
-  canvas.Line(area.left, area.Y(0), area.left + area.width, area.Y(0), kSoft, 0.7);
+  canvas.Line(area.left, area.Y(0), area.left + area.width, area.Y(0), kPanelSoft, 0.7);
   canvas.Clip(area.left, area.top, area.width, area.height);
   for (std::size_t group = 0; group < 2; ++group) {
     const Gaussian gaussian = sums[group].Get();
@@ -69,7 +69,7 @@ void DrawGaussians(Canvas& canvas, PlotArea area, const PlotTexts& texts, const 
   canvas.Text(fmt::format("{} {:.1f} +- {:.1f}", names[1], upper.mean, upper.deviation), area.left + area.width, y,
               texts.size, inks[1], Align::kRight);
   canvas.Text(both ? fmt::format("overlap {:.2g}", Overlap(lower, upper)) : "overlap unknown", area.left,
-              y + 1.3 * texts.size, texts.size, kLetters);
+              y + 1.3 * texts.size, texts.size, kPanelLetters);
 }
 
 void DrawPlots(Canvas& canvas, double left, double top, const TraceCandidate& candidate) {
@@ -83,10 +83,14 @@ void DrawPlots(Canvas& canvas, double left, double top, const TraceCandidate& ca
   }
   constexpr double kSize = 10.5, kWidth = 205, kHeight = 130;
   DrawGaussians(canvas, {.left = left, .top = top, .width = kWidth, .height = kHeight},
-                {.title = "luminance", .x_label = "L* (HSV: V)", .y_label = "", .size = kSize, .y_steps = 0}, luminances,
-                {Ink{0.1, 0.1, 0.1}, Ink{0.45, 0.62, 0.8}}, {"dark", "light"});
+                {.title = "luminance", .x_label = "L* (HSV: V)", .y_label = "", .size = kSize, .y_steps = 0},
+                luminances, {Ink{0.1, 0.1, 0.1}, Ink{0.45, 0.62, 0.8}}, {"dark", "light"});
   DrawGaussians(canvas, {.left = left + kWidth + 22, .top = top, .width = kWidth, .height = kHeight},
-                {.title = "saturation", .x_label = "b* of light, -b* of dark cells (HSV: S)", .y_label = "", .size = kSize, .y_steps = 0},
+                {.title = "saturation",
+                 .x_label = "b* of light, -b* of dark cells (HSV: S)",
+                 .y_label = "",
+                 .size = kSize,
+                 .y_steps = 0},
                 saturations, {Ink{0.35, 0.35, 0.35}, Ink{0.85, 0.55, 0}}, {"plain", "saturated"});
 }
 
@@ -157,11 +161,11 @@ void DrawPanel(Canvas& canvas, double left, double top, const Explanation& expla
   canvas.Rectangle(left, top, 5, kPanelHeight - 10, ink);
   canvas.Text(fmt::format("{}   {}   {}   at ({:.0f}, {:.0f})", number, Verdict(explanation, candidate),
                           ToString(candidate.size), candidate.center_px.x(), candidate.center_px.y()),
-              left + 14, top + 20, 15, kLetters, Align::kLeft, true);
+              left + 14, top + 20, 15, kPanelLetters, Align::kLeft, true);
   double y = top + 38;
   if (candidate.refusal != Refusal::kNone)
     for (const std::string& line : Wrapped(canvas, Explain(candidate), 12, kPanelWidth - 40)) {
-      canvas.Text(line, left + 14, y, 12, kLetters);
+      canvas.Text(line, left + 14, y, 12, kPanelLetters);
       y += 15;
     }
   constexpr double kSide = 205;

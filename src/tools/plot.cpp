@@ -8,7 +8,7 @@
 namespace chequer {
 namespace {
 
-constexpr Ink kFrame{0.25, 0.25, 0.25}, kGrid{0.88, 0.88, 0.88}, kLetters{0.1, 0.1, 0.1};
+constexpr Ink kFrame{0.25, 0.25, 0.25}, kGrid{0.88, 0.88, 0.88}, kAxisLetters{0.1, 0.1, 0.1};
 
 }  // namespace
 
@@ -27,22 +27,22 @@ void DrawAxes(Canvas& canvas, const PlotArea& area, const PlotTexts& texts) {
   const double size = texts.size, bottom = area.top + area.height;
   for (const double x : RoundSteps(area.x_least, area.x_most, texts.x_steps)) {
     canvas.Line(area.X(x), area.top, area.X(x), bottom, kGrid);
-    canvas.Text(fmt::format("{:.4g}", x), area.X(x), bottom + 1.3 * size, size, kLetters, Align::kMiddle);
+    canvas.Text(fmt::format("{:.4g}", x), area.X(x), bottom + 1.3 * size, size, kAxisLetters, Align::kMiddle);
   }
   for (const double y : RoundSteps(area.y_least, area.y_most, texts.y_steps)) {
     canvas.Line(area.left, area.Y(y), area.left + area.width, area.Y(y), kGrid);
-    canvas.Text(fmt::format("{:.4g}", y), area.left - 0.4 * size, area.Y(y) + 0.35 * size, size, kLetters,
+    canvas.Text(fmt::format("{:.4g}", y), area.left - 0.4 * size, area.Y(y) + 0.35 * size, size, kAxisLetters,
                 Align::kRight);
   }
   const std::array<Eigen::Vector2d, 4> frame{
       Eigen::Vector2d(area.left, area.top), Eigen::Vector2d(area.left + area.width, area.top),
       Eigen::Vector2d(area.left + area.width, bottom), Eigen::Vector2d(area.left, bottom)};
   canvas.Polyline(frame, kFrame, 1, true);
-  canvas.Text(texts.title, area.left + area.width / 2, area.top - 0.6 * size, 1.1 * size, kLetters, Align::kMiddle,
+  canvas.Text(texts.title, area.left + area.width / 2, area.top - 0.6 * size, 1.1 * size, kAxisLetters, Align::kMiddle,
               true);
-  canvas.Text(texts.x_label, area.left + area.width / 2, bottom + 2.7 * size, size, kLetters, Align::kMiddle);
-  canvas.Text(texts.y_label, area.left - 4 * size, area.top + area.height / 2, size, kLetters, Align::kMiddle, false,
-              true);
+  canvas.Text(texts.x_label, area.left + area.width / 2, bottom + 2.7 * size, size, kAxisLetters, Align::kMiddle);
+  canvas.Text(texts.y_label, area.left - 4 * size, area.top + area.height / 2, size, kAxisLetters, Align::kMiddle,
+              false, true);
 }
 
 Ink SeriesInk(std::size_t i) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -30,14 +32,14 @@ std::array<double, count> Numbers(const json& marker, const char* key) {
   return numbers;
 }
 
-SeenMarker ReadMarker(const json& json) {
+SeenMarker ReadMarker(const json& found) {
   SeenMarker marker;
-  const auto& id = json.at("id");
+  const auto& id = found.at("id");
   if (!id.is_null() && !id.is_number_unsigned()) throw std::runtime_error("\"id\" must be a whole number or null");
   if (!id.is_null()) marker.id = id.get<std::uint64_t>();
-  if (!json.contains("position")) return marker;
-  const auto position = Numbers<3>(json, "position");
-  const auto q = Numbers<4>(json, "orientation");
+  if (!found.contains("position")) return marker;
+  const auto position = Numbers<3>(found, "position");
+  const auto q = Numbers<4>(found, "orientation");
   const Eigen::Quaterniond rotation(q[0], q[1], q[2], q[3]);
   if (!(std::abs(rotation.norm() - 1) < 1e-3)) throw std::runtime_error("\"orientation\" is not a unit quaternion");
   marker.camera_from_marker = RigidTransform{rotation.normalized(), {position[0], position[1], position[2]}};

@@ -10,7 +10,7 @@
 namespace chequer {
 namespace {
 
-constexpr Ink kLetters{0.1, 0.1, 0.1}, kSoft{0.45, 0.45, 0.45};
+constexpr Ink kFigureLetters{0.1, 0.1, 0.1}, kFigureSoft{0.45, 0.45, 0.45};
 constexpr double kLetterSize = 13;
 /// Room above what is highest.
 constexpr double kHeadroom = 1.12;
@@ -56,14 +56,14 @@ void DrawBars(Canvas& canvas, PlotArea area, const std::vector<Series>& runs, co
     const auto draw = [&](double left, double value, const Ink& ink) {
       canvas.Rectangle(left, area.Y(value), bar, floor - area.Y(value), ink);
       canvas.Text(fmt::format("{:.3g}", value), left + bar / 2, area.Y(value) - 4, std::min(11.0, 0.3 * bar + 3),
-                  kLetters, Align::kMiddle);
+                  kFigureLetters, Align::kMiddle);
     };
     draw(middle - bar - 1, runs[i].measures.rmse, runs[i].ink);
     draw(middle + 1, runs[i].measures.mae, Pale(runs[i].ink));
     // Long names of many runs are found in the legend, by their number.
     const bool fits = canvas.TextWidth(runs[i].name, kLetterSize) < step;
     canvas.Text(fits ? runs[i].name : fmt::format("{}", i + 1), middle, floor + 1.3 * kLetterSize, kLetterSize,
-                kLetters, Align::kMiddle);
+                kFigureLetters, Align::kMiddle);
   }
 }
 
@@ -105,7 +105,7 @@ std::vector<std::uint8_t> DrawTrackFigure(TrackFigure figure, std::span<const Ev
   const bool linear = figure == TrackFigure::kLinear;
   const std::string unit = linear ? "distance from the best line, mm" : "angle to the best orientation, degrees";
   canvas.Text(linear ? "Linear error along a straight track" : "Angular error along a straight track", kWidth / 2, 28,
-              19, kLetters, Align::kMiddle, true);
+              19, kFigureLetters, Align::kMiddle, true);
   DrawBars(canvas, {.left = 80, .top = kTop, .width = 410, .height = kPlotHeight}, series, unit);
   DrawPoints(canvas, {.left = 580, .top = kTop, .width = 490, .height = kPlotHeight}, series, unit);
   for (std::size_t i = 0; i < series.size(); ++i) {
@@ -114,7 +114,7 @@ std::vector<std::uint8_t> DrawTrackFigure(TrackFigure figure, std::span<const Ev
     const ErrorMeasures& m = series[i].measures;
     canvas.Text(fmt::format("{}  {}: {} poses, RMSE {:.4g}, MAE {:.4g}, largest {:.4g} {}", i + 1, series[i].name,
                             series[i].points.size(), m.rmse, m.mae, m.largest, linear ? "mm" : "degrees"),
-                102, y, kLetterSize, kSoft);
+                102, y, kLetterSize, kFigureSoft);
   }
   return canvas.Finish();
 }
