@@ -20,7 +20,7 @@ namespace chequer {
 namespace {
 
 /// About so wide a picture becomes without --scale.
-constexpr int kWidth = 4000;
+constexpr int kPictureWidth = 4000;
 
 /// The options as typed.
 struct ExplainRequest {
@@ -68,7 +68,7 @@ void RunExplain(const ExplainRequest& request) {
   if (!request.out.empty()) {
     const int scale = request.scale > 0
                           ? request.scale
-                          : std::clamp((kWidth + explanation.region.width / 2) / explanation.region.width, 1, 4);
+                          : std::clamp((kPictureWidth + explanation.region.width / 2) / explanation.region.width, 1, 4);
     WriteFileAtomically(request.out, DrawExplanation(explanation, scale, request.panels));
   }
   const std::string text = DescribeExplanation(explanation);

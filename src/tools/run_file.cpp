@@ -16,12 +16,10 @@
 namespace chequer {
 namespace {
 
-using nlohmann::json;
-
 /// Numbers of an array of exactly that many.
 template <std::size_t count>
-std::array<double, count> Numbers(const json& marker, const char* key) {
-  const json& values = marker.at(key);
+std::array<double, count> Numbers(const nlohmann::json& marker, const char* key) {
+  const nlohmann::json& values = marker.at(key);
   if (!values.is_array() || values.size() != count)
     throw std::runtime_error(fmt::format("\"{}\" must be {} numbers", key, count));
   std::array<double, count> numbers{};
@@ -32,7 +30,7 @@ std::array<double, count> Numbers(const json& marker, const char* key) {
   return numbers;
 }
 
-SeenMarker ReadMarker(const json& found) {
+SeenMarker ReadMarker(const nlohmann::json& found) {
   SeenMarker marker;
   const auto& id = found.at("id");
   if (!id.is_null() && !id.is_number_unsigned()) throw std::runtime_error("\"id\" must be a whole number or null");
@@ -56,14 +54,14 @@ std::vector<SeenFrame> ReadJsonLines(const std::filesystem::path& path, const st
     ++number;
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     try {
-      const json frame = json::parse(line);
+      const nlohmann::json frame = nlohmann::json::parse(line);
       if (!frame.is_object()) throw std::runtime_error("is not an object");
       if (frame.value("type", "poses") != "poses") continue;
       const std::string from = frame.value("channel", "");
       if (!channel.empty() && from != channel) continue;
       channels.insert(from);
       SeenFrame seen;
-      for (const json& marker : frame.at("markers")) seen.push_back(ReadMarker(marker));
+      for (const nlohmann::json& marker : frame.at("markers")) seen.push_back(ReadMarker(marker));
       frames.push_back(std::move(seen));
     } catch (const std::exception& error) {
       throw std::runtime_error(fmt::format("{}:{}: {}; a line must be what `chequer detect --json` prints",
