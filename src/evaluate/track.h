@@ -12,10 +12,11 @@ namespace chequer {
 /// How large errors are, in the forms the publication gives them (equations 6, 7 for positions, 8, 9 for
 /// orientations). None is negative.
 struct ErrorMeasures {
-  double rmse = 0;          ///< the usual one: √(Σ e² / n)
-  double mae = 0;           ///< the usual one: Σ e / n
-  double printed_rmse = 0;  ///< √(Σ e²) / n, the mean taken outside the root: falls with the length of a run
-  double printed_mae = 0;   ///< Σ e / n, as the usual one
+  double rmse = 0;  ///< the usual one: √(Σ e² / n)
+  double mae = 0;   ///< the usual one: Σ e / n
+  /// √(Σ e²) / n, which the printed equation is read as: the mean outside the root, so it falls with a run's length.
+  double printed_rmse = 0;
+  double printed_mae = 0;  ///< Σ e / n, as the usual one
   double largest = 0;
 };
 /// All zero for no errors. @pre none is negative.
