@@ -6,7 +6,8 @@ namespace chequer {
 
 void DescribeTool(CLI::App& app) {
   app.name("chequer");
-  app.description("Prints, finds, explains and renders colour-checkerboard markers, calibrates cameras, and listens to poses.");
+  app.description(
+      "Prints, finds, explains and renders colour-checkerboard markers, calibrates cameras, and listens to poses.");
   app.set_version_flag("--version", std::string("chequer ") + CHEQUER_VERSION);
   app.require_subcommand(1);
   app.footer("chequer COMMAND --help says more, with an example.");
