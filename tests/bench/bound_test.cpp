@@ -8,7 +8,7 @@
 namespace chequer::bench {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kRadians = std::numbers::pi / 180;
 
 /// Cells of 8 px, focal length 1000 px, 2 m away on the optical axis (beside it, errors of the depth move the centre),
 /// white noise of 0.02 of the contrast.
@@ -22,7 +22,7 @@ Known EightPixels(double tilt_deg) {
   known.marker.side_m = 0.096;
   known.marker.inks = {Eigen::Vector3f::Constant(0.3f), Eigen::Vector3f::Constant(0.8f),
                        Eigen::Vector3f::Constant(0.3f), Eigen::Vector3f::Constant(0.8f)};
-  known.marker.camera_from_marker = FacingPose({0.0004, 0.0003, 2}, 0.4, tilt_deg * kDegree, 1.0);
+  known.marker.camera_from_marker = FacingPose({0.0004, 0.0003, 2}, 0.4, tilt_deg * kRadians, 1.0);
   known.options.camera = {.width = 200, .height = 160, .fx = 1000, .fy = 1000, .cx = 99.5, .cy = 79.5};
   // A Gaussian that makes 0.8 px with the pixel's own box.
   known.options.blur_sigma_px = std::sqrt(0.64 - 1.0 / 12);
@@ -43,7 +43,7 @@ TEST(Bound, IsThatOfTheClosedForm) {
   const double px = 1000.0 / 2.0;
   EXPECT_NEAR(std::sqrt((bound(0, 0) + bound(1, 1)) / 2) * px, 0.0025, 0.0003);
   EXPECT_NEAR(std::sqrt(bound(2, 2)) / 2, 2.3e-4, 0.35e-4);
-  EXPECT_NEAR(std::sqrt(bound(5, 5)) / kDegree, 0.010, 0.002);
+  EXPECT_NEAR(std::sqrt(bound(5, 5)) / kRadians, 0.010, 0.002);
 }
 
 TEST(Bound, ScalesWithTheNoise) {
@@ -67,7 +67,7 @@ TEST(Bound, AFittedTrackTakesUpItsShareOfTheErrors) {
   std::vector<RigidTransform> truth;
   for (int i = 0; i < 10; ++i) truth.push_back({Eigen::Quaterniond::Identity(), {0.1 * i, 0, 1}});
   Matrix6d covariance = Matrix6d::Identity() * 1e-6;
-  covariance.bottomRightCorner<3, 3>() = Eigen::Matrix3d::Identity() * kDegree * kDegree;
+  covariance.bottomRightCorner<3, 3>() = Eigen::Matrix3d::Identity() * kRadians * kRadians;
   const std::vector<Matrix6d> covariances(10, covariance);
   const ErrorBound bound = BoundOfTrack(truth, covariances);
   EXPECT_NEAR(bound.position_rms_mm, std::sqrt(3.0), 1e-9);

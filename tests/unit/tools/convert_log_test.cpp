@@ -85,7 +85,7 @@ TEST_F(ConvertLogTest, SaysThatAStreamIsNotInTheLog) {
   }
 }
 
-std::string Refusal(const std::filesystem::path& log, const std::string& out) {
+std::string WhatIsWrong(const std::filesystem::path& log, const std::string& out) {
   try {
     ConvertLog(log, out);
   } catch (const std::runtime_error& error) {
@@ -96,14 +96,14 @@ std::string Refusal(const std::filesystem::path& log, const std::string& out) {
 
 TEST_F(ConvertLogTest, SaysWhatIsWrong) {
   const std::string out = (folder_ / "out.jsonl").string();
-  EXPECT_THAT(Refusal(folder_ / "missing", out), HasSubstr("missing"));
-  EXPECT_THAT(Refusal(log_, (folder_ / "none/out").string()), HasSubstr("none/out"));
-  EXPECT_THAT(Refusal(log_, "/dev/full"), HasSubstr("/dev/full cannot be written"));
+  EXPECT_THAT(WhatIsWrong(folder_ / "missing", out), HasSubstr("missing"));
+  EXPECT_THAT(WhatIsWrong(log_, (folder_ / "none/out").string()), HasSubstr("none/out"));
+  EXPECT_THAT(WhatIsWrong(log_, "/dev/full"), HasSubstr("/dev/full cannot be written"));
   std::filesystem::resize_file(log_, std::filesystem::file_size(log_) - 10);
-  EXPECT_THAT(Refusal(log_, out), HasSubstr("cut off or damaged after 1 messages"));
+  EXPECT_THAT(WhatIsWrong(log_, out), HasSubstr("cut off or damaged after 1 messages"));
   EXPECT_EQ(Lines("out.jsonl").size(), 1u);
   std::ofstream(folder_ / "empty");
-  EXPECT_THAT(Refusal(folder_ / "empty", out), HasSubstr("no messages of chequer's"));
+  EXPECT_THAT(WhatIsWrong(folder_ / "empty", out), HasSubstr("no messages of chequer's"));
 }
 
 }  // namespace
