@@ -23,8 +23,10 @@ constexpr double kLeastVisibleBesides = 0.8;
 /// Border: least cells judged, least share that matches.
 constexpr int kLeastBorder = 9;
 constexpr double kLeastMatches = 0.85;
-/// Share of the border from which on nothing of it is hidden but a cell here and there.
-constexpr double kNearlyAll = 0.85;
+/// With less of the border to be seen than that share, two lines of cells may be hidden.
+constexpr double kAllButTwoLines = 0.66;
+/// Share of a line of the lattice that holds corners if it lies inside a checkerboard for sure.
+constexpr double kLeastOfLine = 1;
 /// A side of a window goes on if at least this share of the cells beyond it are like those inside it, to so much of the
 /// contrast; with so many sides that do,
 /// the window is a part of a larger board.
@@ -337,8 +339,8 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
     }
     if (!(ShowsEnough(placement) && JudgeBorder(placement, nullptr)) && !JudgeCovered(placement)) continue;
     // The border's period is four cells: turned by half a turn and two cells off, a board with two lines hidden looks
-    // the same but for a line that is inside in truth, and the checkerboard that goes on behind it.
-    if (placement.border_seen < kNearlyAll * BorderLength(size) && SidesThatGoOn(placement, reader) > 0) {
+    // the same, but one of its sides lies inside the board in truth.
+    if (placement.border_seen < kAllButTwoLines * BorderLength(size) && HasCornersOnItsSides(window)) {
       Refuse(placement, Refusal::kGoesOn, 0, 0);
       continue;
     }
@@ -468,6 +470,18 @@ void BoardFinder::TakeBest(const LightReader& reader, const Lens& lens, std::vec
     const bool built = Build(placements_[i], reader, lens, board);
     (built ? boards : spare_).push_back(std::move(board));
   }
+}
+
+bool BoardFinder::HasCornersOnItsSides(const Lattice::Window& window) const {
+  const auto on_line = [&](int x, int y, int along_x, int along_y, int length) {
+    int count = 0;
+    for (int i = 0; i < length; ++i) count += lattice_.At(x + i * along_x, y + i * along_y) != nullptr;
+    return count >= kLeastOfLine * length;
+  };
+  return on_line(window.x, window.y - 1, 1, 0, window.cols) ||
+         on_line(window.x, window.y + window.rows, 1, 0, window.cols) ||
+         on_line(window.x - 1, window.y, 0, 1, window.rows) ||
+         on_line(window.x + window.cols, window.y, 0, 1, window.rows);
 }
 
 int BoardFinder::SidesThatGoOn(const Placement& placement, const LightReader& reader) {

@@ -124,6 +124,8 @@ class BoardFinder {
   bool JudgeBorder(Placement& placement, AnchoredBoard* board);
   /// The same without the cells that something may lie over.
   bool JudgeCovered(Placement& placement);
+  /// Whether corners lie along a side of a footprint, where a board only has the ends of its edges.
+  bool HasCornersOnItsSides(const Lattice::Window& window) const;
   /// Along how many sides of a placement the checkerboard goes on behind it, boards that were taken left aside: then it
   /// is no board of that size.
   int SidesThatGoOn(const Placement& placement, const LightReader& reader);
