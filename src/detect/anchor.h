@@ -9,6 +9,7 @@
 #include "chequer/detector.h"
 #include "chequer/marker.h"
 #include "detect/board_geometry.h"
+#include "detect/border_pattern.h"
 #include "detect/corners.h"
 #include "detect/grids.h"
 #include "detect/homography.h"
@@ -30,19 +31,6 @@ struct AnchoredBoard {
   float scale = 1;                    ///< image pixels per pixel of the coarsest level its corners came from (median)
   PixelBox box;                       ///< where it lies in the image, roughly
 };
-
-/// The border's saturation at one size, precomputed.
-struct BorderPattern {
-  explicit BorderPattern(MarkerSize marker_size);
-  MarkerSize size;
-  std::vector<Cell> cells;
-  std::vector<std::uint8_t> saturated;
-  /// The light cells and their saturation, by turn, in rows and columns of the footprint.
-  std::array<std::vector<std::pair<Cell, std::uint8_t>>, 4> light_cells;
-};
-
-/// Cell (row, col) of the board in the footprint's own rows and columns, for a board turned by quarter turns.
-Cell InFootprint(MarkerSize size, int row, int col, int turn);
 
 /// Finds the boards in grids: tries every placement and turn of every size that the light and dark cells allow and
 /// takes the one whose border shows the saturations it should, by the group means of the publication (eq. 4). Works on

@@ -1,0 +1,146 @@
+// Whether a placement's border shows the saturations it should.
+#include <algorithm>
+#include <cmath>
+
+#include "detect/anchor.h"
+#include "detect/colours.h"
+#include "detect/cover.h"
+#include "detect/median.h"
+
+namespace chequer {
+namespace {
+
+/// Border: least cells judged, least share that matches.
+constexpr int kLeastBorder = 9;
+constexpr double kLeastMatches = 0.85;
+/// How much less blue yellow cells return than white ones to be looked at: as a share of their light, and in standard
+/// deviations of the difference.
+constexpr float kLeastBlueDifference = 0.004f, kLeastBlueLead = 2;
+/// Distance between the group means over its standard error, each of light and dark cells.
+constexpr double kLeastSeparation = 4;
+
+}  // namespace
+
+/// Whether the light cells of the border that should be yellow return less blue than the others. Whatever the white
+/// is, so no colours need be computed: refuses nearly every window of a wall of tiles at once.
+bool BoardFinder::MayBeBorder(const BorderPattern& pattern, const Lattice::Window& window, int turn,
+                              const LightReader& reader) {
+  // Most windows fail by the means.
+  std::array<float, 2> n{}, sum{};  // by saturation
+  for (const auto& [cell, saturated] : pattern.light_cells[static_cast<std::size_t>(turn)]) {
+    const CellSample& sample = CellAt(window.x - 1 + cell.col, window.y - 1 + cell.row, reader);
+    n[saturated] += sample.inside ? 1.0f : 0.0f;
+    sum[saturated] += sample.blue_share;
+  }
+  if (n[0] < 2 || n[1] < 2 || sum[0] * n[1] - sum[1] * n[0] < kLeastBlueDifference * n[0] * n[1]) return false;
+  std::array<std::vector<float>, 2>& shares = blue_shares_;
+  for (std::vector<float>& group : shares) group.clear();
+  for (const auto& [cell, saturated] : pattern.light_cells[static_cast<std::size_t>(turn)]) {
+    const CellSample& sample = CellAt(window.x - 1 + cell.col, window.y - 1 + cell.row, reader);
+    if (sample.inside) shares[saturated].push_back(sample.blue_share);
+  }
+  // Medians: something may lie over a side.
+  float variance = 0;
+  std::array<float, 2> middle{};
+  for (std::size_t group = 0; group < 2; ++group) {
+    if (shares[group].size() < 2) return false;
+    middle[group] = Median(shares[group]);
+    for (float& share : shares[group]) share = std::abs(share - middle[group]);
+    const float deviation = 1.4826f * Median(shares[group]);
+    variance += deviation * deviation / static_cast<float>(shares[group].size());
+  }
+  return middle[0] - middle[1] > kLeastBlueLead * std::sqrt(variance);
+}
+
+bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
+  const BorderPattern& pattern = patterns_[static_cast<std::size_t>(placement.pattern)];
+  const MarkerSize size = pattern.size;
+  const int cols = placement.corners.cols + 1;
+  const auto index = [&](int row, int col) {
+    const Cell cell = InFootprint(size, row, col, placement.turn);
+    return static_cast<std::size_t>(cell.row * cols + cell.col);
+  };
+  const auto covered = [&](int row, int col) {
+    const Cell cell = InFootprint(size, row, col, placement.turn);
+    return placement.covered.Holds(cell.row, cell.col, placement.corners.rows + 1, cols);
+  };
+  const auto visible = [&](int row, int col) {
+    const std::size_t i = index(row, col);
+    return visible_[i] && !covered(row, col);
+  };
+  if (board) {
+    board->light.resize(static_cast<std::size_t>(size.rows * size.cols));
+    board->saturated.assign(board->light.size(), 0);
+    for (int row = 0; row < size.rows; ++row)
+      for (int col = 0; col < size.cols; ++col)
+        board->light[static_cast<std::size_t>(row * size.cols + col)] = samples_[index(row, col)].light;
+    board->covered.resize(board->light.size());
+    for (int row = 0; row < size.rows; ++row)
+      for (int col = 0; col < size.cols; ++col)
+        board->covered[static_cast<std::size_t>(row * size.cols + col)] = !visible(row, col);
+    HideBetween(size, board->covered);
+  }
+  const int seen = ShowingBesides(placement), lines = placement.covered.lines;
+  // White, by the border cells that are white if this turn is right.
+  Eigen::Vector3f white = Eigen::Vector3f::Zero();
+  int whites = 0, border_seen = 0;
+  for (std::size_t k = 0; k < pattern.cells.size(); ++k) {
+    const Cell& cell = pattern.cells[k];
+    if (!visible(cell.row, cell.col)) continue;
+    ++border_seen;
+    if (IsDark(cell.row, cell.col) || pattern.saturated[k]) continue;
+    white += samples_[index(cell.row, cell.col)].light;
+    ++whites;
+  }
+  if (whites < 2) return Refuse(placement, Refusal::kBorderUnseen, whites, 2);
+  const int least = std::min(kLeastBorder, BorderLength(size));
+  if (border_seen < least) return Refuse(placement, Refusal::kBorderUnseen, border_seen, least);
+  white /= static_cast<float>(whites);
+  if (!(white.minCoeff() > 1e-5f)) return Refuse(placement, Refusal::kBorderUnseen, 0, 2);
+
+  const auto saturation = [&](int row, int col) {
+    return ColourOf(samples_[index(row, col)].light, white, IsDark(row, col), space_).saturation;
+  };
+  // Group means of eq. 4, apart for light and dark cells, whose inks differ in strength.
+  std::array<std::array<GaussianSum, 2>, 2> groups;  // [dark][saturated]
+  values_.clear();
+  for (std::size_t k = 0; k < pattern.cells.size(); ++k) {
+    const Cell& cell = pattern.cells[k];
+    if (!visible(cell.row, cell.col)) continue;
+    const float value = saturation(cell.row, cell.col);
+    values_.emplace_back(k, value);
+    groups[IsDark(cell.row, cell.col)][pattern.saturated[k]].Add(value);
+  }
+  std::array<double, 2> threshold{};
+  for (std::size_t dark = 0; dark < 2; ++dark) {
+    const Gaussian plain = groups[dark][0].Get(), inked = groups[dark][1].Get();
+    if (plain.count < 2 || inked.count < 2)
+      return Refuse(placement, Refusal::kBorderUnseen, std::min(plain.count, inked.count), 2);
+    const double error = std::sqrt((plain.deviation * plain.deviation + 0.25) / plain.count +
+                                   (inked.deviation * inked.deviation + 0.25) / inked.count);
+    const double least_apart = (lines ? 2 : 1) * kLeastSeparation;
+    if (inked.mean - plain.mean < least_apart * error)
+      return Refuse(placement, Refusal::kInksAlike, (inked.mean - plain.mean) / error, least_apart);
+    threshold[dark] = (plain.mean + inked.mean) / 2;
+  }
+  int matches = 0;
+  for (const auto& [k, value] : values_) {
+    const Cell& cell = pattern.cells[k];
+    matches += (value > threshold[IsDark(cell.row, cell.col)]) == (pattern.saturated[k] != 0);
+  }
+  placement.border_seen = border_seen;
+  placement.border_matches = matches;
+  placement.score = 2 * matches - placement.border_seen + 0.25 * seen;
+  const double least_matches = (lines ? 1 : kLeastMatches) * placement.border_seen;
+  if (matches < least_matches) return Refuse(placement, Refusal::kBorderDiffers, matches, least_matches);
+  if (board) {
+    for (int row = 0; row < size.rows; ++row)
+      for (int col = 0; col < size.cols; ++col) {
+        const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+        board->saturated[cell] = saturation(row, col) > threshold[IsDark(row, col)];
+      }
+  }
+  return true;
+}
+
+}  // namespace chequer

@@ -1,0 +1,116 @@
+// Where the cells of a lattice lie, what light they return, and which of them show a checkerboard.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "detect/anchor.h"
+
+namespace chequer {
+namespace {
+
+/// Half the side of the square that tells a cell's light: as a share of the cell, and at most so many pixels.
+constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
+
+}  // namespace
+
+std::optional<BoardFinder::Place> BoardFinder::PlaceByHomography(int x, int y) const {
+  const auto image_at = [&](double u, double v) -> Eigen::Vector2d {
+    return (image_from_lattice_ * Eigen::Vector3d(u, v, 1)).hnormalized();
+  };
+  Place place{image_at(x + 0.5, y + 0.5), 0};
+  const Eigen::Vector2d along_x = image_at(x + 1.0, y + 0.5) - place.center,
+                        along_y = image_at(x + 0.5, y + 1.0) - place.center;
+  const double area = std::abs(along_x.x() * along_y.y() - along_x.y() * along_y.x());
+  place.side = 2 * area / std::max({along_x.norm(), along_y.norm(), 1e-9});
+  return place;
+}
+
+std::optional<BoardFinder::Place> BoardFinder::PlaceByNeighbours(int x, int y) const {
+  const std::array<const Lattice::Point*, 4> around{lattice_.At(x, y), lattice_.At(x + 1, y), lattice_.At(x + 1, y + 1),
+                                                    lattice_.At(x, y + 1)};
+  // Between opposite corners.
+  for (const std::size_t k : {0u, 1u})
+    if (around[k] && around[k + 2]) {
+      const Eigen::Vector2d diagonal = around[k + 2]->image - around[k]->image;
+      return Place{(around[k]->image + around[k + 2]->image) / 2, diagonal.norm() * std::numbers::sqrt2 / 2};
+    }
+  // Beyond an edge, which the lattice has to its left when it goes round by growing angle.
+  for (std::size_t k = 0; k < 4; ++k)
+    if (around[k] && around[(k + 1) % 4]) {
+      const Eigen::Vector2d edge = around[(k + 1) % 4]->image - around[k]->image;
+      return Place{(around[k]->image + around[(k + 1) % 4]->image) / 2 + Eigen::Vector2d(-edge.y(), edge.x()) / 2,
+                   edge.norm()};
+    }
+  return std::nullopt;
+}
+
+void BoardFinder::SampleCell(int x, int y, const LightReader& reader, CellSample& sample) const {
+  sample.sampled = true;
+  const std::optional<Place> place = shared_ ? PlaceByHomography(x, y) : PlaceByNeighbours(x, y);
+  sample.inside = place && place->center.x() >= 0 && place->center.y() >= 0 &&
+                  place->center.x() <= reader.width() - 1 && place->center.y() <= reader.height() - 1;
+  if (!sample.inside) return;
+  const float half_px = static_cast<float>(std::min(kSampledShare * place->side, kMostSampledPx));
+  sample.light =
+      reader.Rgb(static_cast<float>(place->center.x()), static_cast<float>(place->center.y()), half_px).cwiseMax(0);
+  sample.blue_share = sample.light[2] / std::max(sample.light.sum(), 1e-6f);
+}
+
+/// Neighbours leave the cells at the corners of a board out, and place others roughly.
+void BoardFinder::ResampleByHomography(const Lattice::Window& window, const LightReader& reader) {
+  if (shared_) return;
+  shared_ = true;
+  for (int y = window.y - 1; y < window.y + window.rows; ++y)
+    for (int x = window.x - 1; x < window.x + window.cols; ++x)
+      SampleCell(x, y, reader,
+                 cells_[static_cast<std::size_t>((y - cell_window_.y) * cell_window_.cols + x - cell_window_.x)]);
+  shared_ = false;
+}
+
+void BoardFinder::MarkVisible(const Lattice::Window& window, const LightReader& reader) {
+  const int cols = window.cols + 1, rows = window.rows + 1;
+  samples_.resize(static_cast<std::size_t>(cols * rows));
+  lead_.resize(samples_.size());
+  visible_.resize(samples_.size());
+  value_.resize(samples_.size());
+  for (int row = 0; row < rows; ++row)
+    for (int col = 0; col < cols; ++col) {
+      const std::size_t i = static_cast<std::size_t>(row * cols + col);
+      samples_[i] = CellAt(window.x - 1 + col, window.y - 1 + row, reader);
+      value_[i] = std::sqrt(samples_[i].light[0] + samples_[i].light[1]);
+    }
+  // How much lighter each cell is than its neighbours, in the measure that knows blue from black least. The sign is
+  // that of the cell's class where the board is in view.
+  sorted_.clear();
+  for (int row = 0; row < rows; ++row)
+    for (int col = 0; col < cols; ++col) {
+      const std::size_t i = static_cast<std::size_t>(row * cols + col);
+      float sum = 0, count = 0;
+      const auto add = [&](bool exists, std::size_t neighbour) {
+        if (!exists || !samples_[neighbour].inside) return;
+        sum += value_[neighbour];
+        count += 1;
+      };
+      add(row > 0, i - static_cast<std::size_t>(cols));
+      add(row + 1 < rows, i + static_cast<std::size_t>(cols));
+      add(col > 0, i - 1);
+      add(col + 1 < cols, i + 1);
+      lead_[i] = count > 0 ? value_[i] - sum / count : 0;
+      sorted_.push_back(std::abs(lead_[i]));
+    }
+  const auto upper = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 2 / 3);
+  std::nth_element(sorted_.begin(), upper, sorted_.end());
+  const float least = 0.3f * *upper;
+  // The lattice's cell (i, j) is light where i + j is even.
+  showing_ = 0;
+  for (int row = 0; row < rows; ++row)
+    for (int col = 0; col < cols; ++col) {
+      const std::size_t i = static_cast<std::size_t>(row * cols + col);
+      const bool dark = (window.x - 1 + col + window.y - 1 + row) % 2 != 0;
+      visible_[i] = samples_[i].inside && (dark ? -lead_[i] : lead_[i]) > least;
+      showing_ += visible_[i];
+    }
+}
+
+}  // namespace chequer
