@@ -4,20 +4,11 @@
 #include <array>
 #include <vector>
 
+#include "detect/corner.h"
 #include "detect/corner_response.h"
 #include "detect/plane.h"
 
 namespace chequer {
-
-/// A point where four cells meet.
-struct Corner {
-  Eigen::Vector2f position;  ///< image pixels
-  /// Unit directions of the four edges that leave it, by growing angle (x towards y). Past rays 0 and 2 it gets
-  /// lighter (the sector from ray 0 to ray 1 is light), past rays 1 and 3 darker.
-  std::array<Eigen::Vector2f, 4> rays;
-  float contrast = 0;  ///< grey levels between its light and dark sectors
-  float scale = 1;     ///< image pixels of one pixel of the plane it was found in
-};
 
 /// The plane of an image and its halvings, with the peaks of their corner responses. Keeps its memory.
 struct Pyramid {
@@ -26,6 +17,7 @@ struct Pyramid {
   std::array<BytePlane, kLevels - 1> halves;  ///< levels 1 and 2
   std::array<PeakScan, kLevels> scans;
   std::vector<std::uint64_t> occupied;  ///< scratch
+  std::vector<std::size_t> refused;     ///< scratch
 
   const BytePlane& level(int index) const {
     return index == 0 ? base.plane : halves[static_cast<std::size_t>(index - 1)];

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+namespace chequer {
+
+/// A point where four cells meet.
+struct Corner {
+  Eigen::Vector2f position;  ///< image pixels
+  /// Unit directions of the four edges that leave it, by growing angle (x towards y). Past rays 0 and 2 it gets
+  /// lighter (the sector from ray 0 to ray 1 is light), past rays 1 and 3 darker.
+  std::array<Eigen::Vector2f, 4> rays;
+  float contrast = 0;  ///< grey levels between its light and dark sectors
+  float scale = 1;     ///< image pixels of one pixel of the plane it was found in
+};
+
+}  // namespace chequer
