@@ -75,6 +75,45 @@ struct PlaneWalk {
   float at[2], step[2], change[2];
 };
 
+/// The next places of the lanes of a row's first pixel and second pixel, in turn.
+struct Lanes {
+  float *first, *second;
+};
+
+void Put(const PlaneWalk& walk, float light, float*& lane) {
+  lane[0] = walk.at[0];
+  lane[LaneBlock::kGroup] = walk.at[1];
+  lane[2 * LaneBlock::kGroup] = light;
+  lane += LaneBlock::kNextPixel;
+}
+
+/// Puts the next `count` pixels of a row into their lanes. @tparam kMean is what run.is_mean() says.
+template <bool kMean>
+void PutAll(const LightReader::Run& run, int count, PlaneWalk walk, Lanes lanes) {
+  const std::uint8_t *first = run.first, *second = run.second;
+  const float* const table = run.table;
+  for (; count >= 2; count -= 2, first += run.step, second += run.step) {
+    Put(walk, kMean ? run.Mean(first) : table[*first], lanes.first);
+    walk.Next();
+    Put(walk, kMean ? run.Mean(second) : table[*second], lanes.second);
+    walk.Next();
+  }
+  if (count > 0) Put(walk, kMean ? run.Mean(first) : table[*first], lanes.first);
+}
+
+/// Those of them that keeps(index in the row) tells. Returns how many.
+template <class Keeps>
+std::array<int, 2> PutSome(const LightReader::Run& run, int count, const Keeps& keeps, PlaneWalk walk, Lanes lanes) {
+  std::array<int, 2> put{};
+  for (int i = 0; i < count; ++i, walk.Next()) {
+    if (!keeps(i)) continue;
+    const std::uint8_t* at = (i % 2 ? run.second : run.first) + i / 2 * run.step;
+    Put(walk, run.is_mean() ? run.Mean(at) : run.table[*at], i % 2 ? lanes.second : lanes.first);
+    ++put[static_cast<std::size_t>(i % 2)];
+  }
+  return put;
+}
+
 /// A band of the board between two lines of constant x or y, cut along rows of pixels: offsets along the row from the
 /// corner's pixel, which move by `slope` a row.
 struct Band {
@@ -109,7 +148,7 @@ struct Thinning {
   float band_x = 0, band_y = 0;               ///< near an edge, cells
 
   bool KeepsRow(float from_y, float to_y) const {
-    return all || (near_edges == 1 && std::abs(from_y) <= band_y && std::abs(to_y) <= band_y);
+    return near_edges == 1 && std::abs(from_y) <= band_y && std::abs(to_y) <= band_y;
   }
   bool Keeps(int x, int y, float board_x, float board_y) const {
     const int tile = x / 2 + (y / 2) * 3;
@@ -118,6 +157,12 @@ struct Thinning {
     return inside == kLeastInside ? tile % kLeastInside == 0 : tile % inside == 0;
   }
 };
+
+/// @pre x ≥ 0. The library's costs a call where the processor may be of any age.
+int CeilOf(double x) {
+  const int whole = static_cast<int>(x);
+  return whole + (whole < x);
+}
 
 /// Parity of x + 2 · parity of y.
 std::size_t PhaseOf(int x, int y) { return static_cast<std::size_t>((x & 1) + 2 * (y & 1)); }
@@ -215,57 +260,44 @@ void BoardPixels::CollectCorner(const LightReader& reader, const Lens& lens, con
   const int first_row = std::max(0, static_cast<int>(std::ceil(place.pixel.y() + y_min)));
   const int last_row = std::min(reader.height() - 1, static_cast<int>(std::floor(place.pixel.y() + y_max)));
   float* const pixels = lanes_.u_data() + lanes_.Place(Lane(corner), 0);
-  constexpr std::ptrdiff_t kToV = LaneBlock::kGroup, kToLight = 2 * LaneBlock::kGroup;
-  const float* const end = pixels + lanes_.capacity() * LaneBlock::kNextPixel;
   std::array<int, 4> count{};  // by phase
   const std::array<Band, 2> bands = region.Bands();
+  const LightReader::Rows rows = reader.AllRows();
+  const double right_edge = reader.width() - 1.0;
   for (int y = first_row; y <= last_row; ++y) {
     const double dy = y - place.pixel.y();
     const double shift_x = place.pixel.x() + dy * bands[0].slope, shift_y = place.pixel.x() + dy * bands[1].slope;
     const double from = std::max(std::max(bands[0].low + shift_x, bands[1].low + shift_y), 0.0);
-    const double to = std::min(std::min(bands[0].high + shift_x, bands[1].high + shift_y), reader.width() - 1.0);
+    const double to = std::min(std::min(bands[0].high + shift_x, bands[1].high + shift_y), right_edge);
     if (!(from <= to)) continue;
-    const int first_col = static_cast<int>(std::ceil(from)), last_col = static_cast<int>(to);
-    const LightReader::Row row = reader.RowAt(y);
+    const int first_col = CeilOf(from), in_row = static_cast<int>(to) - first_col + 1;
     const double first_dx = first_col - place.pixel.x();
-    PlaneWalk walk(*local, static_cast<float>(first_dx), static_cast<float>(dy));
+    const PlaneWalk walk(*local, static_cast<float>(first_dx), static_cast<float>(dy));
     // Of the row's first and second pixel, in turn.
     int &first_taken = count[PhaseOf(first_col, y)], &second_taken = count[PhaseOf(first_col + 1, y)];
-    float *first = pixels + PhaseOf(first_col, y) + first_taken * LaneBlock::kNextPixel,
-          *second = pixels + PhaseOf(first_col + 1, y) + second_taken * LaneBlock::kNextPixel;
-    const auto put = [&](float light, float*& lane) {
-      lane[0] = walk.at[0];
-      lane[kToV] = walk.at[1];
-      lane[kToLight] = light;
-      lane += LaneBlock::kNextPixel;
-    };
-    const int in_row = last_col - first_col + 1;
-    const Eigen::Vector2f board = (region.board_by_pixel * Eigen::Vector2d(first_dx, dy)).cast<float>(),
-                          board_step = region.board_by_pixel.col(0).cast<float>();
-    if (thinning.KeepsRow(board.y(), board.y() + static_cast<float>(in_row - 1) * board_step.y())) {
-      const auto take = [&](float*& lane) {
-        return [&](float light) {
-          put(light, lane);
-          walk.Next();
+    const Lanes lanes{pixels + PhaseOf(first_col, y) + first_taken * LaneBlock::kNextPixel,
+                      pixels + PhaseOf(first_col + 1, y) + second_taken * LaneBlock::kNextPixel};
+    const LightReader::Run run = rows.From(first_col, y);
+    const int room = 2 * (lanes_.capacity() - std::max(first_taken, second_taken));
+    if (!thinning.all) {
+      const Eigen::Vector2f at = (region.board_by_pixel * Eigen::Vector2d(first_dx, dy)).cast<float>(),
+                            step = region.board_by_pixel.col(0).cast<float>();
+      if (!thinning.KeepsRow(at.y(), at.y() + static_cast<float>(in_row - 1) * step.y())) {
+        const auto keeps = [&](int i) {
+          const Eigen::Vector2f there = at + static_cast<float>(i) * step;
+          return thinning.Keeps(first_col + i, y, there.x(), there.y());
         };
-      };
-      const int room = lanes_.capacity() - std::max(first_taken, second_taken);
-      row.ForPairs(first_col, std::min(in_row, 2 * room), take(first), take(second));
-    } else {
-      int x = first_col;
-      Eigen::Vector2f at = board;
-      const auto take = [&](float*& lane) {
-        return [&](float light) {
-          if (thinning.Keeps(x, y, at.x(), at.y()) && lane < end) put(light, lane);
-          ++x;
-          at += board_step;
-          walk.Next();
-        };
-      };
-      row.ForPairs(first_col, in_row, take(first), take(second));
+        const auto [in_first, in_second] = PutSome(run, std::min(in_row, room), keeps, walk, lanes);
+        first_taken += in_first;
+        second_taken += in_second;
+        continue;
+      }
     }
-    first_taken = static_cast<int>((first - pixels) / LaneBlock::kNextPixel);
-    second_taken = static_cast<int>((second - pixels) / LaneBlock::kNextPixel);
+    const int taken = std::min(in_row, room);
+    if (taken <= 0) continue;
+    run.is_mean() ? PutAll<true>(run, taken, walk, lanes) : PutAll<false>(run, taken, walk, lanes);
+    first_taken += (taken + 1) / 2;
+    second_taken += taken / 2;
   }
   for (int phase = 0; phase < 4; ++phase) lanes_.count(Lane(corner) + phase) = count[static_cast<std::size_t>(phase)];
 }

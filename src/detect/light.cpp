@@ -71,6 +71,20 @@ LightReader::Row LightReader::RowAt(int y) const {
   return row;
 }
 
+LightReader::Rows LightReader::AllRows() const {
+  Rows rows;
+  rows.base_ = image_.row(0);
+  rows.table_ = table_.data();
+  rows.step_ = step_;
+  if (height() > 1) rows.stride_ = image_.row(1) - image_.row(0);
+  for (int y = 0; y < std::min(2, height()); ++y) {
+    const Row row = RowAt(y);
+    std::copy_n(row.offset_, 2, rows.offset_[y]);
+    if (row.second_ >= 0) rows.other_ = row.second_ - row.offset_[0];
+  }
+  return rows;
+}
+
 Eigen::Vector3f LightReader::YuvAt(int x, int y) const {
   int luma = 0, u = 0, v = 0;
   const std::uint8_t* row = image_.row(y);

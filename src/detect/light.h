@@ -64,27 +64,6 @@ class LightReader {
       return second_ < 0 ? first : 0.5f * (first + table_[p[second_]]);
     }
 
-    /// Calls first(light) and second(light) in turn for `count` pixels from x on.
-    template <class First, class Second>
-    void ForPairs(int x, int count, const First& first, const Second& second) const {
-      const std::uint8_t* p = base_ + step_ * x;
-      const auto walk = [&](const auto& light_of_first, const auto& light_of_second) {
-        for (; count >= 2; count -= 2, p += 2 * step_) {
-          first(light_of_first());
-          second(light_of_second());
-        }
-        if (count > 0) first(light_of_first());
-      };
-      const int at_first = offset_[x & 1], at_second = step_ + offset_[(x + 1) & 1];
-      if (second_ < 0) {
-        walk([&] { return table_[p[at_first]]; }, [&] { return table_[p[at_second]]; });
-      } else {
-        const int other = second_, next_other = step_ + second_;
-        walk([&] { return 0.5f * (table_[p[at_first]] + table_[p[other]]); },
-             [&] { return 0.5f * (table_[p[at_second]] + table_[p[next_other]]); });
-      }
-    }
-
    private:
     friend class LightReader;
     const std::uint8_t* base_ = nullptr;
@@ -95,6 +74,35 @@ class LightReader {
   };
   /// @pre the row lies in the image.
   Row RowAt(int y) const;
+
+  /// Neighbouring pixels of a row, from one on.
+  struct Run {
+    const std::uint8_t *first, *second;  ///< bytes of the first pixel and the next
+    std::ptrdiff_t step;                 ///< from a pixel to the next but one
+    std::ptrdiff_t other;                ///< from a byte to the one that it is averaged with; 0 if none is
+    const float* table;
+
+    bool is_mean() const { return other != 0; }
+    float Mean(const std::uint8_t* p) const { return 0.5f * (table[*p] + table[p[other]]); }
+  };
+  /// Rows of the image for those who read many: the format is asked for once.
+  class Rows {
+   public:
+    /// @pre the pixel lies in the image.
+    Run From(int x, int y) const {
+      const std::uint8_t* p = base_ + stride_ * y + step_ * x;
+      const int* offset = offset_[y & 1];
+      return {p + offset[x & 1], p + step_ + offset[(x + 1) & 1], 2 * step_, other_, table_};
+    }
+
+   private:
+    friend class LightReader;
+    const std::uint8_t* base_ = nullptr;
+    const float* table_ = nullptr;
+    std::ptrdiff_t stride_ = 0, step_ = 1, other_ = 0;
+    int offset_[2][2] = {};  ///< by parities of y and x
+  };
+  Rows AllRows() const;
 
   /// Asks the memory for the pixels of a box (of the first plane), so that its answers overlap: a board's rows lie
   /// pages apart, and a large frame in no near cache. Does nothing for wide boxes, along whose rows the processor reads
