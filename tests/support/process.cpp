@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -43,9 +44,15 @@ Process::Process(std::vector<std::string> arguments, const std::vector<std::stri
   if (pipe2(ends.data(), O_CLOEXEC) != 0) Fail("pipe2");
   pipe_ = UniqueFd(ends[0]);
   const UniqueFd write_end(ends[1]);
+  const UniqueFd nothing(open("/dev/null", O_RDONLY | O_CLOEXEC));
+  const pid_t parent = getpid();
   pid_ = fork();
   if (pid_ < 0) Fail("fork");
   if (pid_ == 0) {
+    // A test that crashes or is killed leaves nothing running.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(127);
+    dup2(nothing.get(), STDIN_FILENO);
     dup2(write_end.get(), STDOUT_FILENO);
     dup2(write_end.get(), STDERR_FILENO);
     execvpe(argv[0], argv.data(), envp.data());

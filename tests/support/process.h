@@ -11,7 +11,8 @@
 
 namespace chequer::test {
 
-/// A program that a test runs; its standard output and error come together. Killed if it still runs at the end.
+/// A program that a test runs; its standard output and error come together, its input is empty. Killed if it still runs
+/// at the end, or when the thread that started it ends.
 class Process {
  public:
   /// @param arguments the program's path first. @param environment "NAME=value", added to the test's own.

@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "support/deadline.h"
 #include "support/log_capture.h"
 #include "support/scripted_source.h"
 #include "support/stepped_clock.h"
@@ -113,7 +114,7 @@ TEST_F(CaptureLoopTest, TellsWhyItWaits) {
           options, source, [](CapturedFrame) { return true; }, report_, sequence_, activity_, clock_.clock())
           .Run(stop.get_token());
     });
-    while (report_.Get().message.empty()) std::this_thread::yield();
+    EXPECT_TRUE(test::ComesTrue([&] { return !report_.Get().message.empty(); }));
     stop.request_stop();
   }
   EXPECT_EQ(report_.Get().state, CameraState::kWaiting);

@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <latch>
 #include <semaphore>
 #include <thread>
 
+#include "support/deadline.h"
 #include "support/log_capture.h"
 #include "support/recording_publisher.h"
 #include "support/scripted_source.h"
@@ -20,10 +20,12 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
+using test::ComesTrue;
 using test::FrameNumber;
 using test::Frames;
 using test::Gives;
 using test::kEnd;
+using test::kPatience;
 using test::OpenFails;
 using test::OpenThrows;
 using test::Published;
@@ -118,10 +120,12 @@ struct Gate {
   DetectFrame Detector() {
     return [this, detect = FindSequence()](const ImageView& image, DetectedFrame& found) {
       entered.release();
-      open.acquire();
+      if (!open.try_acquire_for(kPatience)) return;
       detect(image, found);
     };
   }
+  /// Whether a worker has come to it, now or in time.
+  bool WasEntered() { return entered.try_acquire_for(kPatience); }
 };
 
 TEST_F(PipelineTest, ReplacesWaitingFramesByTheNewestAndCountsThem) {
@@ -134,7 +138,7 @@ TEST_F(PipelineTest, ReplacesWaitingFramesByTheNewestAndCountsThem) {
         : behind_(Frames(1, 6) + std::vector{kEnd}), gate_(gate), all_came_(all_came) {}
     std::string Open() override { return behind_.Open(); }
     CaptureResult Next(milliseconds timeout) override {
-      if (++calls_ == 2) gate_.entered.acquire();  // the worker has frame 1
+      EXPECT_TRUE(++calls_ != 2 || gate_.WasEntered());  // the worker has frame 1
       CaptureResult result = behind_.Next(timeout);
       if (result.status == CaptureStatus::kEnd) all_came_ = true;
       return result;
@@ -151,7 +155,7 @@ TEST_F(PipelineTest, ReplacesWaitingFramesByTheNewestAndCountsThem) {
   Pipeline pipeline(
       options_, std::make_unique<Watched>(gate, all_came), [&] { return gate.Detector(); },
       std::make_unique<RecordingPublisher>(published_), events_, clock_.clock());
-  while (!all_came) std::this_thread::yield();
+  EXPECT_TRUE(ComesTrue([&] { return all_came.load(); }));
   gate.open.release(10);
   pipeline.Join();
   EXPECT_THAT(PublishedSequences(), ElementsAre(1, 6));
@@ -179,7 +183,7 @@ TEST_F(PipelineTest, KeepsLatencyBelowTwoFramesWorkWhenFramesComeTwiceAsFast) {
     CaptureResult Next(milliseconds timeout) override {
       if (count_ % 2 == 1) {
         published_.WaitForPoses(works_done_);
-        begun_.acquire();  // the worker took the frame that waited
+        EXPECT_TRUE(begun_.try_acquire_for(kPatience));  // the worker took the frame that waited
       }
       if (count_ > 0) clock_.Advance(kWork / 2);
       if (count_ > 0 && count_ % 2 == 0) Finish();
@@ -211,7 +215,7 @@ TEST_F(PipelineTest, KeepsLatencyBelowTwoFramesWorkWhenFramesComeTwiceAsFast) {
       [&] {
         return [&](const ImageView&, DetectedFrame&) {
           begun.release();
-          done.acquire();
+          EXPECT_TRUE(done.try_acquire_for(kPatience));
         };
       },
       std::make_unique<RecordingPublisher>(published_), events_, clock_.clock());
@@ -229,7 +233,7 @@ TEST_F(PipelineTest, KnowsAWorkerThatHangsFromOneThatWaits) {
   Gate gate;
   options_.workers = 2;
   Start(Frames(1, 1), [&] { return gate.Detector(); });
-  gate.entered.acquire();
+  ASSERT_TRUE(gate.WasEntered());
   EXPECT_EQ(pipeline_->Stuck({}), "");
   clock_.Advance(seconds(6));
   EXPECT_THAT(pipeline_->Stuck({}), HasSubstr("worker"));
@@ -245,7 +249,7 @@ TEST_F(PipelineTest, KnowsACameraThreadThatHangs) {
     std::string Open() override { return {}; }
     CaptureResult Next(milliseconds) override {
       gate_.entered.release();
-      gate_.open.acquire();  // whatever the timeout
+      EXPECT_TRUE(gate_.open.try_acquire_for(kPatience));  // whatever the timeout
       return {};
     }
     void Interrupt() override { gate_.open.release(10); }
@@ -257,7 +261,7 @@ TEST_F(PipelineTest, KnowsACameraThreadThatHangs) {
   Gate gate;
   Pipeline pipeline(options_, std::make_unique<Hanging>(gate), FindSequence,
                     std::make_unique<RecordingPublisher>(published_), events_, clock_.clock());
-  gate.entered.acquire();
+  ASSERT_TRUE(gate.WasEntered());
   EXPECT_EQ(pipeline.Stuck({}), "");
   clock_.Advance(seconds(6));
   EXPECT_THAT(pipeline.Stuck({}), HasSubstr("camera's thread"));
@@ -267,14 +271,17 @@ TEST_F(PipelineTest, WaitsForACameraWithoutBeingStuck) {
   options_.capture.first_reopen = options_.capture.longest_reopen = seconds(1000);
   auto source = std::make_unique<ScriptedSource>(std::vector<Step>(3, OpenFails("not there")));
   options_.status_period = milliseconds(1);
-  std::latch waiting(1);
-  events_.ready = [&] { waiting.count_down(); };
+  std::atomic<bool> ready{false};
+  events_.ready = [&] { ready = true; };
   Pipeline pipeline(options_, std::move(source), FindSequence, std::make_unique<RecordingPublisher>(published_),
                     events_, clock_.clock());
-  clock_.Advance(seconds(1));
-  waiting.wait();
+  // The first status may come before the camera is tried.
+  ASSERT_TRUE(ComesTrue([&] {
+    clock_.Advance(milliseconds(1));
+    return ready.load();
+  }));
   clock_.Advance(seconds(1000));
-  while (!pipeline.Stuck({}).empty()) std::this_thread::yield();
+  EXPECT_TRUE(ComesTrue([&] { return pipeline.Stuck({}).empty(); }));
 }
 
 TEST_F(PipelineTest, DropsNothingWhenDrainedAndGoesOnWhereItLeftOff) {
@@ -282,8 +289,8 @@ TEST_F(PipelineTest, DropsNothingWhenDrainedAndGoesOnWhereItLeftOff) {
   options_.when_busy = WhenBusy::kWait;
   Start({FrameNumber(1), FrameNumber(2), test::WaitsForInterrupt(), FrameNumber(3), kEnd},
         [&] { return gate.Detector(); });
-  gate.entered.acquire();
-  while (LeaseCount() < 2) std::this_thread::yield();  // the second waits for the worker
+  ASSERT_TRUE(gate.WasEntered());
+  ASSERT_TRUE(ComesTrue([&] { return LeaseCount() == 2; }));  // the second waits for the worker
   pipeline_->Drain();
   gate.open.release(10);
   pipeline_->Join();
@@ -367,7 +374,7 @@ TEST_F(PipelineTest, FinishesWhatWorkersHaveBegunWhenStopped) {
   options_.workers = 2;
   Gate gate;
   Start(Frames(1, 3), [&] { return gate.Detector(); });
-  gate.entered.acquire();
+  ASSERT_TRUE(gate.WasEntered());
   pipeline_->Stop();
   gate.open.release(10);
   pipeline_->Join();
@@ -405,26 +412,27 @@ TEST_F(PipelineTest, StopsWhenDestroyed) {
 
 TEST_F(PipelineTest, TellsWhenItIsReadyAndWhenItIsOver) {
   std::atomic<int> ready{0};
-  std::latch finished(1);
+  std::binary_semaphore finished{0};
   events_.ready = [&] { ++ready; };
-  events_.finished = [&] { finished.count_down(); };
+  events_.finished = [&] { finished.release(); };
   options_.when_busy = WhenBusy::kWait;
   Start(Frames(1, 5) + std::vector{kEnd});
-  finished.wait();
+  ASSERT_TRUE(finished.try_acquire_for(kPatience));
+  pipeline_->Join();
   EXPECT_EQ(ready, 1);
   EXPECT_EQ(published_->poses().size(), 5u);
 }
 
 TEST_F(PipelineTest, IsReadyWhenThereIsACameraToWaitFor) {
-  std::latch ready(1);
-  events_.ready = [&] { ready.count_down(); };
+  std::binary_semaphore ready{0};
+  events_.ready = [&] { ready.release(); };
   options_.status_period = milliseconds(1);
   auto source = std::make_unique<ScriptedSource>(std::vector<Step>(100000, OpenFails("not there")));
   options_.capture.first_reopen = options_.capture.longest_reopen = milliseconds(1);
   // The host's clock: a status comes whenever one is due.
   Pipeline pipeline(options_, std::move(source), FindSequence, std::make_unique<RecordingPublisher>(published_),
                     events_);
-  ready.wait();
+  ASSERT_TRUE(ready.try_acquire_for(kPatience));
   EXPECT_TRUE(PublishedSequences().empty());
 }
 
@@ -440,14 +448,14 @@ TEST_F(PipelineTest, ThrowsWhatMakesASourceUseless) {
 
 TEST_F(PipelineTest, ThrowsWhatADetectorThrew) {
   options_.workers = 3;
-  std::latch finished(1);
-  events_.finished = [&] { finished.count_down(); };
+  std::binary_semaphore finished{0};
+  events_.finished = [&] { finished.release(); };
   Start(Frames(1, 100), [] {
     return [](const ImageView& image, DetectedFrame&) {
       if (test::SequenceIn(image) >= 3) throw std::logic_error("a bug");
     };
   });
-  finished.wait();
+  ASSERT_TRUE(finished.try_acquire_for(kPatience));
   EXPECT_THROW(pipeline_->Join(), std::logic_error);
   EXPECT_EQ(*leases_, 0);
 }

@@ -6,11 +6,11 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
-#include <latch>
 #include <mutex>
 #include <semaphore>
 #include <stdexcept>
 
+#include "support/deadline.h"
 #include "support/log_capture.h"
 #include "support/recording_publisher.h"
 #include "support/scripted_source.h"
@@ -193,7 +193,7 @@ TEST_F(ServiceTest, ReturnsToTheFormerConfigurationWhereTheReloadedCameraCanNeve
   Start(CameraConfig("one"));
   ASSERT_TRUE(published_->WaitForPoses(3));
   service_->Reload(CameraConfig("two"));
-  finished_.acquire();
+  ASSERT_TRUE(finished_.try_acquire_for(test::kPatience));
   EXPECT_TRUE(service_->GoesOn());
   ASSERT_TRUE(published_->WaitForPoses(6));
   EXPECT_THAT(Sequences(), ElementsAre(1, 2, 3, 4, 5, 6));
@@ -217,7 +217,7 @@ TEST_F(ServiceTest, EndsWhereAReloadedCameraHadProvedItsWorth) {
   ASSERT_TRUE(published_->WaitForPoses(2));
   service_->Settle();
   service_->Reload(CameraConfig("two"));  // wakes the script up
-  finished_.acquire();
+  ASSERT_TRUE(finished_.try_acquire_for(test::kPatience));
   EXPECT_THROW(service_->GoesOn(), std::runtime_error);
 }
 
@@ -250,7 +250,7 @@ TEST_F(ServiceTest, IsLookedAfterWhileItWaitsForACameraThatIsBeingOpened) {
   };
   parts_.make_source = [&](const CaptureOptions&) { return std::make_unique<Slow>(opening); };
   Start(CameraConfig("one"));
-  opening.acquire();
+  ASSERT_TRUE(opening.try_acquire_for(test::kPatience));
   DaemonConfig next = CameraConfig("one");
   next.workers = 2;
   service_->Reload(next);
@@ -260,7 +260,7 @@ TEST_F(ServiceTest, IsLookedAfterWhileItWaitsForACameraThatIsBeingOpened) {
 TEST_F(ServiceTest, EndsWhenTheRecordingIsOver) {
   scripts_ = {std::vector{Opens()} + Frames(1, 2) + std::vector{kEnd}};
   Start(Config(kOneWorker));
-  finished_.acquire();
+  ASSERT_TRUE(finished_.try_acquire_for(test::kPatience));
   EXPECT_FALSE(service_->GoesOn());
   EXPECT_THAT(Sequences(), ElementsAre(1, 2));
 }
@@ -268,9 +268,9 @@ TEST_F(ServiceTest, EndsWhenTheRecordingIsOver) {
 TEST_F(ServiceTest, EndsOnceThoughItIsReloadedAtTheEnd) {
   scripts_ = {std::vector{Opens()} + Frames(1, 2) + std::vector{kEnd, kEnd}};
   Start(Config(kOneWorker));
-  finished_.acquire();
+  ASSERT_TRUE(finished_.try_acquire_for(test::kPatience));
   service_->Reload(Config(kOneWorker + "[log]\nlevel = \"error\"\n"));
-  finished_.acquire();
+  ASSERT_TRUE(finished_.try_acquire_for(test::kPatience));
   EXPECT_FALSE(service_->GoesOn());
   EXPECT_THAT(Sequences(), ElementsAre(1, 2));
 }
