@@ -80,14 +80,12 @@ class Soak {
     DoFault();  // what libraries make once they have made by now
     Calm(3);
     const Holdings first = HoldingsOf(daemon_->pid());
+    Tell(first);
     while (steady_clock::now() < end) {
       DoFault();
       Calm(std::uniform_real_distribution<double>(1, 20)(random_));
       const Holdings now = HoldingsOf(daemon_->pid());
-      std::printf("%d faults, %llu frames, %llu lost between faults, %zu descriptors, %zu threads, %zu kB\n", faults_,
-                  static_cast<unsigned long long>(judge_->frames()), static_cast<unsigned long long>(lost_in_calm_),
-                  now.descriptors, now.threads, now.memory_kb);
-      std::fflush(stdout);
+      Tell(now);
       Require(now.descriptors <= first.descriptors && now.threads <= first.threads,
               "the daemon holds more than at first");
       Require(now.memory_kb < first.memory_kb + first.memory_kb / 5, "the daemon grows");
@@ -98,6 +96,13 @@ class Soak {
   }
 
  private:
+  void Tell(const Holdings& now) const {
+    std::printf("%d faults, %llu frames, %llu lost between faults, %zu descriptors, %zu threads, %zu kB\n", faults_,
+                static_cast<unsigned long long>(judge_->frames()), static_cast<unsigned long long>(lost_in_calm_),
+                now.descriptors, now.threads, now.memory_kb);
+    std::fflush(stdout);
+  }
+
   std::filesystem::path Swarm() const { return folder_.path() / "swarm"; }
 
   void StartCamera() {
@@ -116,6 +121,8 @@ class Soak {
           return condition(got);
         },
         longest);
+    // Takes what it wrote, too: in a full pipe it would wait for a reader.
+    Require(daemon_->IsRunning(), "the daemon ended: " + daemon_->output());
     Require(held, "no poses: " + daemon_->output());
     const auto& statuses = subscriber.received().statuses;
     if (calm && !statuses.empty()) lost_in_calm_ += LostByCapture(statuses.back()) - LostByCapture(statuses.front());
