@@ -6,19 +6,14 @@
 #include <stdexcept>
 
 #include "capture/aravis_formats.h"
+#include "core/number_text.h"
 
 namespace chequer {
 namespace {
 
-std::string Text(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", number);
-  return text;
-}
-
 template <typename Number>
 std::string Option(const char* key, Number value) {
-  return std::string("capture.") + key + " = " + Text(static_cast<double>(value));
+  return std::string("capture.") + key + " = " + RoundText(static_cast<double>(value));
 }
 
 const char* NameOf(AutoMode mode) {
@@ -92,7 +87,7 @@ class Setter {
   /// Says so where the camera made another value of it.
   void Compare(const std::string& place, double wanted, double got) {
     if (std::abs(got - wanted) > 0.01 * std::max(std::abs(wanted), 1e-9))
-      Remark(place, "the camera made it " + Text(got));
+      Remark(place, "the camera made it " + RoundText(got));
   }
 
   void SetFormat() {
@@ -167,7 +162,7 @@ class Setter {
   }
 
   static void CheckBounds(const std::string& place, double value, double min, double max) {
-    if (value < min || value > max) Refuse(place, "the camera allows from " + Text(min) + " to " + Text(max));
+    if (value < min || value > max) Refuse(place, "the camera allows from " + RoundText(min) + " to " + RoundText(max));
   }
 
   void SetExposure() {
@@ -265,7 +260,7 @@ class Setter {
     if (error_.is_set() || got <= 0) return;
     if (std::abs(got - options_.camera.fps) > 0.01 * options_.camera.fps)
       Remark(options_.camera.places.fps,
-             Text(options_.camera.fps) + " frames/s were asked for, the camera gives " + Text(got));
+             RoundText(options_.camera.fps) + " frames/s were asked for, the camera gives " + RoundText(got));
     set_up_.rate_hz = got;
   }
 
@@ -375,7 +370,7 @@ std::string AllowedByFeature(ArvDevice* device, const char* feature) {
   if (ARV_IS_GC_FLOAT(node) != 0) {
     double min = 0, max = 0;
     arv_device_get_float_feature_bounds(device, feature, &min, &max, error.Receive());
-    return error.is_set() ? "" : "a number from " + Text(min) + " to " + Text(max);
+    return error.is_set() ? "" : "a number from " + RoundText(min) + " to " + RoundText(max);
   }
   if (ARV_IS_GC_INTEGER(node) != 0) {
     gint64 min = 0, max = 0;

@@ -16,6 +16,7 @@
 #include "capture/aravis_session.h"
 #include "capture/aravis_settings.h"
 #include "capture/camera_trouble.h"
+#include "core/number_text.h"
 
 namespace chequer {
 namespace {
@@ -28,12 +29,6 @@ constexpr milliseconds kPtpTolerance{20};
 /// How long a camera that answers needs at most to be let go of.
 constexpr milliseconds kPatience{1000};
 constexpr int kTaiMinusUtc = 37;  // since 2017, where the kernel was not told
-
-std::string Text(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", number);
-  return text;
-}
 
 std::chrono::seconds TaiMinusUtc() {
   timex state{};
@@ -259,7 +254,7 @@ std::string AravisSource::Describe() const {
   if (!session_) return text;
   if (!device_->address.empty()) text += " at " + device_->address;
   text += ", " + std::to_string(width_) + "x" + std::to_string(height_) + " " + format_ + ", ";
-  return text + (rate_hz_ > 0 ? Text(rate_hz_) + " fps" : "when triggered");
+  return text + (rate_hz_ > 0 ? RoundText(rate_hz_, 4) + " fps" : "when triggered");
 }
 
 }  // namespace chequer

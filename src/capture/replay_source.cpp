@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/number_text.h"
+
 namespace chequer {
 namespace {
 
@@ -24,19 +26,13 @@ struct SharedPixels final : FrameLease {
 
 std::string Megabytes(std::size_t bytes) { return std::to_string((bytes >> 20) + 1) + " MB"; }
 
-std::string Text(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", number);
-  return text;
-}
-
 }  // namespace
 
 std::string ReplayOptions::Check() const {
   if (path.empty() == images.empty()) return "either a path or a list of images must be given to replay";
-  if (!(fps >= 0.001 && fps <= 10000)) return "replay fps = " + Text(fps) + ": must be from 0.001 to 10000";
+  if (!(fps >= 0.001 && fps <= 10000)) return "replay fps = " + RoundText(fps) + ": must be from 0.001 to 10000";
   if (!(plain.fps >= 0.001 && plain.fps <= 10000))
-    return "fps of images = " + Text(plain.fps) + ": must be from 0.001 to 10000";
+    return "fps of images = " + RoundText(plain.fps) + ": must be from 0.001 to 10000";
   if (plain.one_channel != PixelFormat::kMono8 && !IsBayer(plain.one_channel))
     return "one-channel images can hold Mono8 or a Bayer format, not " +
            std::string(PixelFormatName(plain.one_channel));
@@ -174,8 +170,8 @@ std::string ReplaySource::Describe() const {
   text += ", " + std::to_string(info.width) + "x" + std::to_string(info.height) + " " +
           std::string(PixelFormatName(info.pixel_format)) + ", ";
   switch (options_.pace) {
-    case ReplayPace::kRecorded: text += Text(info.fps) + " fps"; break;
-    case ReplayPace::kFixedRate: text += Text(options_.fps) + " fps"; break;
+    case ReplayPace::kRecorded: text += RoundText(info.fps) + " fps"; break;
+    case ReplayPace::kFixedRate: text += RoundText(options_.fps) + " fps"; break;
     case ReplayPace::kUnlimited: text += "as fast as it goes"; break;
   }
   if (options_.loop) text += ", in a loop";

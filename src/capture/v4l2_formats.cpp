@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <tuple>
 
+#include "core/number_text.h"
+
 namespace chequer {
 namespace {
 
@@ -46,17 +48,12 @@ int Preference(FourCc code) {
   return 2 + static_cast<int>(kKnown.end() - Find(code));
 }
 
-std::string Text(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", number);
-  return text;
-}
-
 std::string SizeText(const V4l2SizeOffer& size) {
   std::string text = std::to_string(size.min_width) + "x" + std::to_string(size.min_height);
   if (size.max_width != size.min_width || size.max_height != size.min_height)
     text += " to " + std::to_string(size.max_width) + "x" + std::to_string(size.max_height);
-  for (std::size_t i = 0; i < size.rates_hz.size(); ++i) text += (i == 0 ? " (" : ", ") + Text(size.rates_hz[i]);
+  for (std::size_t i = 0; i < size.rates_hz.size(); ++i)
+    text += (i == 0 ? " (" : ", ") + RoundText(size.rates_hz[i], 4);
   return size.rates_hz.empty() ? text : text + " fps)";
 }
 

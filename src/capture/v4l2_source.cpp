@@ -16,6 +16,7 @@
 
 #include "capture/camera_trouble.h"
 #include "capture/jpeg.h"
+#include "core/number_text.h"
 
 namespace chequer {
 namespace {
@@ -26,12 +27,6 @@ using std::chrono::milliseconds;
 /// How long a node may be forbidden: when a camera is plugged in, its node is there for a moment before udev gives it
 /// to its group.
 constexpr std::chrono::seconds kForbiddenGrace{3};
-
-std::string Text(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", number);
-  return text;
-}
 
 std::string SizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
@@ -175,8 +170,8 @@ void V4l2Source::SetRate(const V4l2Device& device) {
   }
   rate_hz_ = static_cast<double>(period.denominator) / static_cast<double>(period.numerator);
   if (std::abs(rate_hz_ - wanted) > 0.01 * wanted)
-    remarks_.push_back(options_.camera.places.fps + ": " + Text(wanted) +
-                       " frames/s were asked for, the camera gives " + Text(rate_hz_));
+    remarks_.push_back(options_.camera.places.fps + ": " + RoundText(wanted, 4) +
+                       " frames/s were asked for, the camera gives " + RoundText(rate_hz_, 4));
 }
 
 void V4l2Source::SetControls(const V4l2Device& device) {
@@ -321,7 +316,7 @@ std::string V4l2Source::Describe() const {
   if (!node_) return "camera " + (options_.camera.device.empty() ? std::string("of V4L2") : options_.camera.device);
   if (!stream_) return "camera " + node_->path + " (" + node_->name + ")";
   return "camera " + node_->path + " (" + node_->name + "), " + SizeText(layout_.width, layout_.height) + " " +
-         NameOfFourCc(layout_.code) + ", " + Text(rate_hz_) + " fps";
+         NameOfFourCc(layout_.code) + ", " + RoundText(rate_hz_, 4) + " fps";
 }
 
 }  // namespace chequer

@@ -1,8 +1,7 @@
 #include "chequer/camera_model.h"
 
-#include <cmath>
-
 #include <Eigen/LU>
+#include <cmath>
 
 namespace chequer {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cstdio>
 
 namespace chequer {
 
@@ -9,6 +10,12 @@ std::string ExactText(double number) {
   std::array<char, 32> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
   return {text.data(), end};
+}
+
+std::string RoundText(double number, int digits) {
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "%.*g", digits, number);
+  return text.data();
 }
 
 }  // namespace chequer

@@ -7,4 +7,7 @@ namespace chequer {
 /// The shortest text that reads back as the same number.
 std::string ExactText(double number);
 
+/// The number rounded to so many significant digits, for people.
+std::string RoundText(double number, int digits = 6);
+
 }  // namespace chequer

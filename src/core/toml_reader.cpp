@@ -31,12 +31,6 @@ std::string Printable(std::string text) {
   return text.substr(0, cut) + "…";
 }
 
-std::string Text(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.10g", number);
-  return text;
-}
-
 std::string Shown(const toml::node& node) {
   std::string shown;
   if (node.is_table()) return "{…}";
@@ -46,7 +40,7 @@ std::string Shown(const toml::node& node) {
     return Printable("[" + shown + "]");
   }
   if (const auto number = node.as_floating_point()) {  // toml++ gives 17 digits
-    const std::string text = Text(number->get());
+    const std::string text = RoundText(number->get(), 10);
     return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
   }
   std::ostringstream text;
@@ -54,7 +48,9 @@ std::string Shown(const toml::node& node) {
   return Printable(text.str());
 }
 
-std::string Allowed(NumberRange range) { return "from " + Text(range.min) + " to " + Text(range.max); }
+std::string Allowed(NumberRange range) {
+  return "from " + RoundText(range.min, 10) + " to " + RoundText(range.max, 10);
+}
 
 std::string Allowed(IntegerRange range) {
   if (range.max == std::numeric_limits<std::int64_t>::max()) return "at least " + std::to_string(range.min);

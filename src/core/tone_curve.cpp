@@ -29,7 +29,8 @@ double ToneCurve::FromLinear(double light) const {
 
 std::array<float, 256> ToneCurve::LinearTable() const {
   std::array<float, 256> table{};
-  for (std::size_t i = 0; i < table.size(); ++i) table[i] = static_cast<float>(ToLinear(static_cast<double>(i) / 255.0));
+  for (std::size_t i = 0; i < table.size(); ++i)
+    table[i] = static_cast<float>(ToLinear(static_cast<double>(i) / 255.0));
   return table;
 }
 

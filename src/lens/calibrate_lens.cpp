@@ -7,6 +7,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "core/median.h"
 #include "lens/bundle.h"
 #include "lens/lens_parameters.h"
 #include "lens/lens_start.h"
@@ -32,13 +33,6 @@ struct Working {
   std::vector<std::size_t> index;  ///< of each in the views that were given
   Bundle bundle;
 };
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Numbers the boards anew, the one seen in most views first: the others are placed by it.
 void RenumberBoards(std::vector<LensView>& views) {

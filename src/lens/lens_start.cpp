@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/median.h"
 #include "detect/homography.h"
 
 namespace chequer {
@@ -17,7 +18,7 @@ namespace {
 constexpr std::array kFocalLengths{0.32, 0.45, 0.65, 0.9, 1.3, 1.9, 2.8, 4.2};
 /// Views that a guess is judged by: enough to tell, few enough to be quick.
 constexpr std::size_t kTrialViews = 10;
-constexpr std::size_t kFewestPoints = 6;
+constexpr std::size_t kFewestOfView = 6;
 
 /// A point as it would be seen on the plane z = 1.
 struct NormalizedPoint {
@@ -43,7 +44,7 @@ std::optional<Eigen::Matrix3d> HomographyOf(const NormalizedView& view, const Pl
   for (const NormalizedPoint& point : view)
     if (const auto& place = places[static_cast<std::size_t>(point.board)])
       pairs.push_back({*place * point.on_board_m, point.normalized});
-  if (pairs.size() < kFewestPoints) return std::nullopt;
+  if (pairs.size() < kFewestOfView) return std::nullopt;
   return FitHomography(pairs);
 }
 
@@ -64,12 +65,6 @@ BoardPlace PlaceFromPairs(const std::vector<PointPair>& pairs) {
   place.heading_rad = std::atan2(sine, cosine);
   place.position_m = to_mean - Eigen::Rotation2Dd(place.heading_rad) * from_mean;
   return place;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Where several views put one board.
@@ -106,7 +101,7 @@ std::vector<Candidate> Candidates(const std::vector<NormalizedView>& views, cons
         pairs[static_cast<std::size_t>(point.board)].push_back(
             {point.on_board_m, (sheet_from_image * point.normalized.homogeneous()).hnormalized()});
     for (std::size_t board = 0; board < pairs.size(); ++board)
-      if (pairs[board].size() >= kFewestPoints) guesses[board].push_back(PlaceFromPairs(pairs[board]));
+      if (pairs[board].size() >= kFewestOfView) guesses[board].push_back(PlaceFromPairs(pairs[board]));
   }
   std::vector<Candidate> candidates;
   for (std::size_t board = 0; board < guesses.size(); ++board)

@@ -4,17 +4,9 @@
 #include <cmath>
 #include <string>
 
+#include "core/median.h"
+
 namespace chequer {
-namespace {
-
-/// @pre not empty.
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-}  // namespace
 
 void MarkerSurvey::Add(std::span<const MarkerPose> markers) {
   for (const MarkerPose& marker : markers) {

@@ -9,16 +9,16 @@
 namespace chequer {
 namespace {
 
-constexpr NumberRange kPlace{-1000, 1000};
+constexpr NumberRange kFloorPlace{-1000, 1000};
 /// Nearer than that, two boards would lie over each other.
 constexpr double kSamePlaceM = 0.001;
 
-Reference ReadReference(TomlTable& table) {
+Reference ReadPlacedMarker(TomlTable& table) {
   Reference reference;
   table.Require("id", reference.id, IntegerRange{0, std::numeric_limits<std::int64_t>::max()});
   table.Read("family", reference.family, IntegerRange{0, 63});
   std::vector<double> position;
-  table.Require("position", position, LengthRange{2, 3}, kPlace);
+  table.Require("position", position, LengthRange{2, 3}, kFloorPlace);
   reference.position_in_world = {position[0], position[1], position.size() == 3 ? position[2] : 0};
   table.Read("lies_flat", reference.lies_flat);
   double heading_deg = 0;
@@ -43,7 +43,7 @@ ReferenceList ReadReferences(TomlFile file) {
   TomlTable root = file.root();
   root.Read("sigma", list.sigma_m, NumberRange{1e-6, 1});
   for (TomlTable& table : root.Tables("reference", kMaxReferences)) {
-    const Reference reference = ReadReference(table);
+    const Reference reference = ReadPlacedMarker(table);
     CheckAgainst(list.references, reference, table);
     list.references.push_back(reference);
   }

@@ -17,25 +17,20 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::Process;
+using test::RunResult;
+using test::RunToEnd;
 using test::TemporaryDirectory;
 using ::testing::HasSubstr;
 
 const fs::path kData = fs::path(CHEQUER_TEST_DATA) / "data";
 
-struct Result {
-  int status = -1;
-  std::string output;
-};
-
-Result Calibrate(std::vector<std::string> arguments) {
+RunResult Calibrate(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {CHEQUER, "calibrate"});
-  Process process(std::move(arguments));
-  const int status = process.Wait(std::chrono::seconds(60)).value_or(-1);
-  return {status, process.output()};
+  return RunToEnd(std::move(arguments));
 }
 
 void ExpectFails(const std::vector<std::string>& arguments, int status, const char* what) {
-  const Result result = Calibrate(arguments);
+  const RunResult result = Calibrate(arguments);
   EXPECT_EQ(result.status, status) << result.output;
   EXPECT_THAT(result.output, HasSubstr(what));
 }
@@ -43,7 +38,7 @@ void ExpectFails(const std::vector<std::string>& arguments, int status, const ch
 TEST(CalibrateLensCommand, TakesPhotographsOfAChessboard) {
   const TemporaryDirectory directory;
   const fs::path out = directory.path() / "camera.toml";
-  const Result result =
+  const RunResult result =
       Calibrate({"lens", "--chessboard", "9x6", "--square", "25mm", (kData / "chessboard").string(), "--out", out});
   ASSERT_EQ(result.status, 0) << result.output;
   EXPECT_THAT(result.output, HasSubstr("coverage"));
@@ -62,8 +57,8 @@ TEST(CalibrateLensCommand, TakesTheCameraOfAConfigurationAndEndsWithIt) {
   const fs::path config = directory.path() / "chequerd.toml", out = directory.path() / "camera.toml";
   std::ofstream(config) << "[camera]\nname = \"any\"\n[capture]\npath = \"" << (kData / "chessboard").string()
                         << "\"\npace = \"unlimited\"\n";
-  const Result result = Calibrate({"lens", "--chessboard", "9x6", "--config", config, "--seconds", "50", "--out", out,
-                                   "--picture", directory.path() / "picture.png"});
+  const RunResult result = Calibrate({"lens", "--chessboard", "9x6", "--config", config, "--seconds", "50", "--out",
+                                      out, "--picture", directory.path() / "picture.png"});
   ASSERT_EQ(result.status, 0) << result.output;
   EXPECT_TRUE(fs::exists(out));
   EXPECT_TRUE(fs::exists(directory.path() / "picture.png"));

@@ -31,16 +31,16 @@ using ::testing::IsSupersetOf;
 const fs::path kDemo = fs::path(CHEQUER_TEST_DATA) / "data/demo_swarm";
 const fs::path kScenes = fs::path(CHEQUER_TEST_DATA) / "golden/scenes";
 
-struct Result {
+struct Detection {
   std::optional<int> status;
   std::string output;  ///< standard output and error together
   std::vector<json> images;
 };
 
-Result Detect(std::vector<std::string> arguments) {
+Detection Detect(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {CHEQUER, "detect"});
   test::Process process(arguments);
-  Result result;
+  Detection result;
   result.status = process.Wait(std::chrono::seconds(60));
   result.output = process.output();
   std::istringstream lines(result.output);
@@ -58,8 +58,8 @@ void CopyCut(const fs::path& from, const fs::path& to, double part) {
 }
 
 TEST(Detect, FindsTheMarkersWithTheirPosesWithinOnePercent) {
-  const Result result = Detect({"--calibration", Frame("camera.toml"), "--marker", "6x6", "--variant", "secded",
-                                "--side", "0.12", "--json", "--repeat", "2", "--threads", "2", Frame("000000.jpg")});
+  const Detection result = Detect({"--calibration", Frame("camera.toml"), "--marker", "6x6", "--variant", "secded",
+                                   "--side", "0.12", "--json", "--repeat", "2", "--threads", "2", Frame("000000.jpg")});
   ASSERT_EQ(result.status, 0) << result.output;
   ASSERT_EQ(result.images.size(), 1u);
   EXPECT_EQ(result.images[0]["file"], Frame("000000.jpg"));
@@ -82,7 +82,7 @@ TEST(Detect, FindsTheMarkersWithTheirPosesWithinOnePercent) {
 }
 
 TEST(Detect, LeavesPosesOutWithoutCalibration) {
-  const Result result = Detect({"--json", Frame("000000.jpg")});
+  const Detection result = Detect({"--json", Frame("000000.jpg")});
   ASSERT_EQ(result.status, 0) << result.output;
   ASSERT_EQ(result.images[0]["markers"].size(), 8u);
   for (const json& marker : result.images[0]["markers"]) EXPECT_FALSE(marker.contains("position"));
@@ -90,7 +90,7 @@ TEST(Detect, LeavesPosesOutWithoutCalibration) {
 
 TEST(Detect, SeeksSeveralKindsInARawFrame) {
   const fs::path scene = kScenes / "families";
-  const Result result =
+  const Detection result =
       Detect({"--json", "--calibration", (scene / "camera.toml").string(), "--pixel-format", "BayerRG8", "--marker",
               "8x8:golay:0.12", "--marker", "6x7:secded:0.12", (scene / "0.png").string(), (scene / "0.png").string()});
   ASSERT_EQ(result.status, 0) << result.output;
@@ -103,20 +103,20 @@ TEST(Detect, SeeksSeveralKindsInARawFrame) {
 
 TEST(Detect, ReadsKernelsOfATable) {
   const fs::path scene = kScenes / "own_table";
-  const Result result = Detect({"--json", "--pixel-format", "BayerRG8", "--marker", "4x6", "--variant", "table",
-                                "--table", (scene / "table.txt").string(), (scene / "0.png").string()});
+  const Detection result = Detect({"--json", "--pixel-format", "BayerRG8", "--marker", "4x6", "--variant", "table",
+                                   "--table", (scene / "table.txt").string(), (scene / "0.png").string()});
   ASSERT_EQ(result.status, 0) << result.output;
   EXPECT_EQ(result.images[0]["markers"].size(), 6u);
 }
 
 TEST(Detect, PrintsATableForPeople) {
-  const Result result = Detect({Frame("000000.jpg")});
+  const Detection result = Detect({Frame("000000.jpg")});
   EXPECT_EQ(result.status, 0);
   EXPECT_THAT(result.output, AllOf(HasSubstr("000000.jpg: 640x480, 8 markers"), HasSubstr("25/25")));
 }
 
 TEST(Detect, TakesARecordingFrameByFrame) {
-  const Result result = Detect({"--json", kDemo.string()});
+  const Detection result = Detect({"--json", kDemo.string()});
   EXPECT_EQ(result.status, 0);
   ASSERT_EQ(result.images.size(), 60u);
   EXPECT_EQ(result.images[7]["file"], Frame("000007.jpg"));
@@ -127,8 +127,8 @@ TEST(DetectOnBadInput, NamesEachBadImageAndProcessesTheOthers) {
   CopyCut(kDemo / "000000.jpg", folder / "cut.jpg", 0.6);
   CopyCut(kScenes / "families/0.png", folder / "cut.png", 0.6);
   std::ofstream(folder / "text.png") << "this is no image";
-  const Result result = Detect({"--json", (folder / "missing.png").string(), (folder / "cut.jpg").string(),
-                                (folder / "cut.png").string(), (folder / "text.png").string(), Frame("000001.jpg")});
+  const Detection result = Detect({"--json", (folder / "missing.png").string(), (folder / "cut.jpg").string(),
+                                   (folder / "cut.png").string(), (folder / "text.png").string(), Frame("000001.jpg")});
   EXPECT_EQ(result.status, 1);
   for (const char* name : {"missing.png", "cut.jpg", "cut.png", "text.png"})
     EXPECT_THAT(result.output, HasSubstr("chequer detect: " + (folder / name).string() + ": "));
@@ -138,8 +138,8 @@ TEST(DetectOnBadInput, NamesEachBadImageAndProcessesTheOthers) {
 
 TEST(DetectOnBadInput, NamesBothSizesWhereTheCalibrationIsOfAnother) {
   const fs::path scene = kScenes / "families";
-  const Result result = Detect({"--json", "--calibration", Frame("camera.toml"), "--side", "0.12",
-                                (scene / "0.png").string(), Frame("000000.jpg")});
+  const Detection result = Detect({"--json", "--calibration", Frame("camera.toml"), "--side", "0.12",
+                                   (scene / "0.png").string(), Frame("000000.jpg")});
   EXPECT_EQ(result.status, 1);
   EXPECT_THAT(result.output, AllOf(HasSubstr((scene / "0.png").string() + ": the image is "),
                                    HasSubstr("camera.toml is for 640x480")));
@@ -151,7 +151,7 @@ TEST(DetectOnBadInput, NamesAMissingFrameOfARecording) {
   const fs::path recording = folder / "recording";
   fs::copy(kDemo, recording);
   fs::remove(recording / "000004.jpg");
-  const Result result = Detect({"--json", recording.string()});
+  const Detection result = Detect({"--json", recording.string()});
   EXPECT_EQ(result.status, 1);
   EXPECT_THAT(result.output, HasSubstr((recording / "000004.jpg").string()));
   EXPECT_EQ(result.images.size(), 59u);
@@ -160,7 +160,7 @@ TEST(DetectOnBadInput, NamesAMissingFrameOfARecording) {
 TEST(DetectOnBadInput, NamesABrokenCameraFile) {
   const TemporaryDirectory folder;
   std::ofstream(folder / "camera.toml") << "[camera]\nwidth = 640\nheight = \"many\"\n";
-  const Result result =
+  const Detection result =
       Detect({"--calibration", (folder / "camera.toml").string(), "--side", "0.1", Frame("000000.jpg")});
   EXPECT_EQ(result.status, 1);
   EXPECT_THAT(result.output, AllOf(HasSubstr("camera.toml"), HasSubstr("height")));
@@ -179,7 +179,7 @@ class DetectOnBadUse : public ::testing::TestWithParam<BadUse> {};
 TEST_P(DetectOnBadUse, SaysWhatIsWrongAndWhatWouldBeRight) {
   std::vector<std::string> arguments = GetParam().arguments;
   arguments.push_back(Frame("000000.jpg"));
-  const Result result = Detect(arguments);
+  const Detection result = Detect(arguments);
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.output, HasSubstr("chequer detect: "));
   for (const std::string& words : GetParam().said) EXPECT_THAT(result.output, HasSubstr(words));

@@ -17,24 +17,14 @@
 namespace chequer {
 namespace {
 
-using test::Process;
+using test::RunResult;
+using test::RunToEnd;
 using test::TemporaryDirectory;
 using ::testing::HasSubstr;
 
-struct Result {
-  int status = -1;
-  std::string output;
-};
-
-Result Run(std::vector<std::string> arguments) {
-  Process process(std::move(arguments));
-  const int status = process.Wait(std::chrono::seconds(60)).value_or(-1);
-  return {status, process.output()};
-}
-
-Result Print(std::vector<std::string> arguments) {
+RunResult Print(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {CHEQUER, "print"});
-  return Run(std::move(arguments));
+  return RunToEnd(std::move(arguments));
 }
 
 /// All markers that are read in images, whichever.
@@ -42,7 +32,7 @@ std::vector<nlohmann::json> Detect(const std::vector<std::string>& images, const
                                    const std::string& variant) {
   std::vector<std::string> arguments{CHEQUER, "detect", "--marker", marker, "--variant", variant, "--json"};
   arguments.insert(arguments.end(), images.begin(), images.end());
-  const Result result = Run(arguments);
+  const RunResult result = RunToEnd(arguments);
   EXPECT_EQ(result.status, 0) << result.output;
   std::vector<nlohmann::json> markers;
   std::istringstream lines(result.output);
@@ -56,7 +46,7 @@ std::vector<nlohmann::json> Detect(const std::vector<std::string>& images, const
 /// The pages of a PDF as images, in order.
 std::vector<std::string> Pages(const std::filesystem::path& pdf) {
   const std::string stem = (pdf.parent_path() / pdf.stem()).string();
-  const Result result = Run({"pdftoppm", "-r", "150", pdf.string(), stem + "_page"});
+  const RunResult result = RunToEnd({"pdftoppm", "-r", "150", pdf.string(), stem + "_page"});
   EXPECT_EQ(result.status, 0) << result.output;
   std::vector<std::string> pages;
   for (const auto& entry : std::filesystem::directory_iterator(pdf.parent_path()))
@@ -95,7 +85,7 @@ std::multiset<std::uint64_t> Range(std::uint64_t first, std::uint64_t last) {
 TEST(PrintCommand, PdfComesBackWithEveryIdAndSide) {
   const TemporaryDirectory directory;
   const std::filesystem::path pdf = directory.path() / "sheet.pdf";
-  const Result printed =
+  const RunResult printed =
       Print({"--variant", "secded", "--marker", "6x6", "--ids", "0-49", "--side", "60mm", "--out", pdf.string()});
   ASSERT_EQ(printed.status, 0) << printed.output;
   EXPECT_THAT(printed.output, HasSubstr("50 markers of 60 mm on 9 pages"));
@@ -153,7 +143,7 @@ TEST(PrintCommand, WarnsWhereACameraWouldMissTheMarkers) {
     arguments.insert(arguments.end(), {"--distance", distance});
     return Print(arguments);
   };
-  const Result far = at("3m"), near = at("2m");
+  const RunResult far = at("3m"), near = at("2m");
   EXPECT_EQ(far.status, 0);
   EXPECT_THAT(far.output, HasSubstr("warning: cells are 3.33 px wide at 3 m"));
   EXPECT_THAT(far.output, HasSubstr("72 mm would do, or at most 2.50 m"));
@@ -164,7 +154,7 @@ TEST(PrintCommand, SaysWhatIsWrong) {
   const TemporaryDirectory directory;
   const std::string out = (directory.path() / "sheet.pdf").string();
   const auto expect = [&](std::vector<std::string> arguments, int status, const char* what) {
-    const Result result = Print(arguments);
+    const RunResult result = Print(arguments);
     EXPECT_EQ(result.status, status) << result.output;
     EXPECT_THAT(result.output, HasSubstr(what));
   };

@@ -1,7 +1,5 @@
 // From frames alone to poses in the room: a lens, the world and the robots of a simulated room (support/room.h), by the
 // commands a user would give.
-#include "integration/room_fixture.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,6 +16,7 @@
 #include <vector>
 
 #include "chequer/camera_file.h"
+#include "integration/room_fixture.h"
 #include "simulate/truth.h"
 #include "world/drift_monitor.h"
 #include "world/world_file.h"

@@ -260,9 +260,9 @@ TEST(Status, TellsHowServicesFareByItsExitStatusToo) {
   Process well({CHEQUER, "status", "test", "--seconds", "20"});
   EXPECT_EQ(well.Wait(), 0) << well.output();
   EXPECT_THAT(well.output(), AllOf(HasSubstr("running"), HasSubstr("8.0")));
-  Process json({CHEQUER, "status", "test", "--json", "--seconds", "20"});
-  EXPECT_EQ(json.Wait(), 0);
-  EXPECT_THAT(json.output(), HasSubstr("\"warning_poor_illumination\":"));
+  Process as_json({CHEQUER, "status", "test", "--json", "--seconds", "20"});
+  EXPECT_EQ(as_json.Wait(), 0);
+  EXPECT_THAT(as_json.output(), HasSubstr("\"warning_poor_illumination\":"));
   Process other({CHEQUER, "status", "north", "--seconds", "1.2"});
   EXPECT_EQ(other.Wait(), 4);
   EXPECT_THAT(other.output(), HasSubstr("no camera named north"));

@@ -107,4 +107,10 @@ std::optional<int> Process::Wait(milliseconds timeout) {
   return status_;
 }
 
+RunResult RunToEnd(std::vector<std::string> arguments) {
+  Process process(std::move(arguments));
+  const int status = process.Wait(std::chrono::minutes(1)).value_or(-1);
+  return {status, process.output()};
+}
+
 }  // namespace chequer::test

@@ -44,4 +44,13 @@ class Process {
   std::optional<int> status_;
 };
 
+/// What a program that has ended leaves.
+struct RunResult {
+  int status = -1;  ///< its exit status, or 128 + the signal that ended it; -1 if it did not end in time
+  std::string output;
+};
+
+/// Runs a program to its end, a minute at most.
+RunResult RunToEnd(std::vector<std::string> arguments);
+
 }  // namespace chequer::test

@@ -33,7 +33,7 @@ std::string With(const std::string& line, const std::string& replacement) {
   return text.replace(start, text.find('\n', start) - start, replacement);
 }
 
-std::string ErrorOf(const std::string& text) {
+std::string ErrorOfCamera(const std::string& text) {
   try {
     ParseCamera(text, "cam.toml");
   } catch (const std::runtime_error& error) {
@@ -68,22 +68,23 @@ TEST(CameraFile, ReadsFisheyeAndPinhole) {
 }
 
 TEST(CameraFile, RefusesWhatNoCameraCanHave) {
-  EXPECT_EQ(ErrorOf(With("fx", "fx = -1")), "cam.toml:4: camera.fx = -1: must be from 0.1 to 1000000");
-  EXPECT_EQ(ErrorOf(With("width", "width = 0")), "cam.toml:2: camera.width = 0: must be from 1 to 16384");
-  EXPECT_THAT(ErrorOf(With("height", "height = 480.5")),
+  EXPECT_EQ(ErrorOfCamera(With("fx", "fx = -1")), "cam.toml:4: camera.fx = -1: must be from 0.1 to 1000000");
+  EXPECT_EQ(ErrorOfCamera(With("width", "width = 0")), "cam.toml:2: camera.width = 0: must be from 1 to 16384");
+  EXPECT_THAT(ErrorOfCamera(With("height", "height = 480.5")),
               HasSubstr("cam.toml:3: camera.height = 480.5: must be a whole"));
-  EXPECT_THAT(ErrorOf(With("cx", "cx = nan")), HasSubstr("cam.toml:6: camera.cx = nan: must be from"));
-  EXPECT_THAT(ErrorOf(With("cy", "cy = inf")), HasSubstr("cam.toml:7: camera.cy = inf: must be from"));
-  EXPECT_EQ(ErrorOf(With("model", "model = \"zoom\"")),
+  EXPECT_THAT(ErrorOfCamera(With("cx", "cx = nan")), HasSubstr("cam.toml:6: camera.cx = nan: must be from"));
+  EXPECT_THAT(ErrorOfCamera(With("cy", "cy = inf")), HasSubstr("cam.toml:7: camera.cy = inf: must be from"));
+  EXPECT_EQ(ErrorOfCamera(With("model", "model = \"zoom\"")),
             "cam.toml:8: camera.model = 'zoom': must be \"brown_conrady\", \"fisheye\" or \"pinhole\"");
-  EXPECT_THAT(ErrorOf(With("distortion", "distortion = [1, 2, 3]")), HasSubstr("the 5 values k1 k2 p1 p2 k3"));
-  EXPECT_THAT(ErrorOf(With("distortion", "distortion = [1, 2, nan, 0]")), HasSubstr("value 3 (nan) must be from"));
-  EXPECT_THAT(ErrorOf(With("model", "model = \"fisheye\"")), HasSubstr("the 4 values k1 k2 k3 k4"));
-  EXPECT_THAT(ErrorOf(With("model", "model = \"pinhole\"")), HasSubstr("must be left out or 0"));
-  EXPECT_THAT(ErrorOf(With("distortion", "")), HasSubstr("camera.distortion: is missing"));
-  EXPECT_THAT(ErrorOf(With("fx", "")), HasSubstr("cam.toml:1: camera.fx: is missing"));
-  EXPECT_THAT(ErrorOf(""), HasSubstr("cam.toml: camera.width: is missing"));
-  EXPECT_THAT(ErrorOf(std::string(kGood) + "focal = 3\n"), HasSubstr("cam.toml:10: camera.focal: unknown key"));
+  EXPECT_THAT(ErrorOfCamera(With("distortion", "distortion = [1, 2, 3]")), HasSubstr("the 5 values k1 k2 p1 p2 k3"));
+  EXPECT_THAT(ErrorOfCamera(With("distortion", "distortion = [1, 2, nan, 0]")),
+              HasSubstr("value 3 (nan) must be from"));
+  EXPECT_THAT(ErrorOfCamera(With("model", "model = \"fisheye\"")), HasSubstr("the 4 values k1 k2 k3 k4"));
+  EXPECT_THAT(ErrorOfCamera(With("model", "model = \"pinhole\"")), HasSubstr("must be left out or 0"));
+  EXPECT_THAT(ErrorOfCamera(With("distortion", "")), HasSubstr("camera.distortion: is missing"));
+  EXPECT_THAT(ErrorOfCamera(With("fx", "")), HasSubstr("cam.toml:1: camera.fx: is missing"));
+  EXPECT_THAT(ErrorOfCamera(""), HasSubstr("cam.toml: camera.width: is missing"));
+  EXPECT_THAT(ErrorOfCamera(std::string(kGood) + "focal = 3\n"), HasSubstr("cam.toml:10: camera.focal: unknown key"));
 }
 
 TEST(CameraFile, WhatIsWrittenReadsBackExactly) {
@@ -136,13 +137,13 @@ TEST(CameraFile, SaysHowTheCalibrationCameAbout) {
 }
 
 TEST(CameraFile, ChecksWhatIsSaidOfTheCalibration) {
-  EXPECT_THAT(ErrorOf(std::string(kGood) + "uncertainty = [1, 2]\n"),
+  EXPECT_THAT(ErrorOfCamera(std::string(kGood) + "uncertainty = [1, 2]\n"),
               ::testing::AllOf(HasSubstr("cam.toml:10"), HasSubstr("camera.uncertainty"), HasSubstr("9 values")));
-  EXPECT_THAT(ErrorOf(std::string(kGood) + "rms = -1\n"), HasSubstr("camera.rms = -1"));
-  EXPECT_THAT(ErrorOf(std::string(kGood) + "views = 0\n"), HasSubstr("camera.views = 0"));
-  EXPECT_THAT(ErrorOf(std::string(kGood) + "date = 2024\n"), HasSubstr("camera.date"));
-  EXPECT_THAT(ErrorOf(std::string(kGood) + "date = 'a \"date\"'\n"), HasSubstr("must be a date"));
-  EXPECT_EQ(ErrorOf(std::string(kGood) + "date = \"yesterday\"\nrms = 0.1\n"), "no error");
+  EXPECT_THAT(ErrorOfCamera(std::string(kGood) + "rms = -1\n"), HasSubstr("camera.rms = -1"));
+  EXPECT_THAT(ErrorOfCamera(std::string(kGood) + "views = 0\n"), HasSubstr("camera.views = 0"));
+  EXPECT_THAT(ErrorOfCamera(std::string(kGood) + "date = 2024\n"), HasSubstr("camera.date"));
+  EXPECT_THAT(ErrorOfCamera(std::string(kGood) + "date = 'a \"date\"'\n"), HasSubstr("must be a date"));
+  EXPECT_EQ(ErrorOfCamera(std::string(kGood) + "date = \"yesterday\"\nrms = 0.1\n"), "no error");
 }
 
 }  // namespace

@@ -4,25 +4,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
-#include <stdexcept>
-
 #include "core/unique_fd.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 
 namespace chequer {
 namespace {
 
+using test::ErrorOf;
 using ::testing::HasSubstr;
-
-std::string ErrorOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 TEST(File, WhatIsWrittenIsRead) {
   const test::TemporaryDirectory folder;

@@ -16,7 +16,7 @@ using ::testing::Eq;
 using ::testing::HasSubstr;
 
 /// What reading a text throws.
-std::string ErrorOf(
+std::string ErrorOfText(
     const std::string& text, const std::function<void(TomlTable)>& read = [](TomlTable) {}) {
   try {
     TomlFile file = TomlFile::Parse(text, "swarm.toml");
@@ -96,11 +96,11 @@ TEST(TomlReader, AMissingKeyLeavesTheDefault) {
 }
 
 TEST(TomlReader, NamesFileLineKeyValueAndRange) {
-  EXPECT_EQ(ErrorOf("\n[capture]\nfps = -3",
-                    [](TomlTable root) {
-                      double fps = 0;
-                      root.Table("capture").Read("fps", fps, NumberRange{0.1, 1000});
-                    }),
+  EXPECT_EQ(ErrorOfText("\n[capture]\nfps = -3",
+                        [](TomlTable root) {
+                          double fps = 0;
+                          root.Table("capture").Read("fps", fps, NumberRange{0.1, 1000});
+                        }),
             "swarm.toml:3: capture.fps = -3: must be from 0.1 to 1000");
 }
 
@@ -113,7 +113,7 @@ struct BadValue {
 class TomlReaderRefuses : public ::testing::TestWithParam<BadValue> {};
 
 TEST_P(TomlReaderRefuses, WhatDoesNotFit) {
-  EXPECT_THAT(ErrorOf(std::string("k = ") + GetParam().value, GetParam().read), HasSubstr(GetParam().expected));
+  EXPECT_THAT(ErrorOfText(std::string("k = ") + GetParam().value, GetParam().read), HasSubstr(GetParam().expected));
 }
 
 void ReadBool(TomlTable t) {
@@ -174,9 +174,9 @@ TEST(TomlReader, RefusesTheFirstKeyNobodyAskedFor) {
     capture.Read("fps", fps, NumberRange{0, 100});
     capture.Read("threads", threads, IntegerRange{0, 100});
   };
-  EXPECT_EQ(ErrorOf("[capture]\nfps = 1\nfsp = 2\n[other]\n", read),
+  EXPECT_EQ(ErrorOfText("[capture]\nfps = 1\nfsp = 2\n[other]\n", read),
             "swarm.toml:3: capture.fsp: unknown key; known here: fps, threads");
-  EXPECT_EQ(ErrorOf("[capture]\nfps = 1\n[other]\nx = 1\n", read),
+  EXPECT_EQ(ErrorOfText("[capture]\nfps = 1\n[other]\nx = 1\n", read),
             "swarm.toml:3: other: unknown key; known here: capture");
 }
 
@@ -184,33 +184,33 @@ TEST(TomlReader, RefusesUnknownKeysInEachTableOfAList) {
   const auto read = [](TomlTable root) {
     for (TomlTable out : root.Tables("out", 9)) ReadNumber(out);
   };
-  EXPECT_EQ(ErrorOf("[[out]]\nk = 1\n[[out]]\nq = 1", read), "swarm.toml:4: out[1].q: unknown key; known here: k");
+  EXPECT_EQ(ErrorOfText("[[out]]\nk = 1\n[[out]]\nq = 1", read), "swarm.toml:4: out[1].q: unknown key; known here: k");
 }
 
 TEST(TomlReader, RequiredKeysMustBeThere) {
-  EXPECT_EQ(ErrorOf("\n[a]\n",
-                    [](TomlTable root) {
-                      int x = 0;
-                      root.Table("a").Require("x", x, IntegerRange{0, 1});
-                    }),
+  EXPECT_EQ(ErrorOfText("\n[a]\n",
+                        [](TomlTable root) {
+                          int x = 0;
+                          root.Table("a").Require("x", x, IntegerRange{0, 1});
+                        }),
             "swarm.toml:2: a.x: is missing and has no default");
 }
 
 TEST(TomlReader, NamesTheLineOfASyntaxError) {
-  EXPECT_THAT(ErrorOf("a = 1\nb = = 2"), HasSubstr("swarm.toml:2: not valid TOML: "));
-  EXPECT_THAT(ErrorOf("a = 1\na = 2"), HasSubstr("swarm.toml:2: not valid TOML: "));
-  EXPECT_THAT(ErrorOf("a = \"\xff\""), Eq("swarm.toml:1: the text is not UTF-8"));
+  EXPECT_THAT(ErrorOfText("a = 1\nb = = 2"), HasSubstr("swarm.toml:2: not valid TOML: "));
+  EXPECT_THAT(ErrorOfText("a = 1\na = 2"), HasSubstr("swarm.toml:2: not valid TOML: "));
+  EXPECT_THAT(ErrorOfText("a = \"\xff\""), Eq("swarm.toml:1: the text is not UTF-8"));
 }
 
 TEST(TomlReader, SurvivesHostileText) {
-  EXPECT_THAT(ErrorOf(std::string(kMaxTomlBytes + 1, ' ')), HasSubstr("swarm.toml: longer than the 1048576 bytes"));
-  EXPECT_THAT(ErrorOf("a = " + std::string(100000, '[')), HasSubstr("swarm.toml:1: not valid TOML: "));
+  EXPECT_THAT(ErrorOfText(std::string(kMaxTomlBytes + 1, ' ')), HasSubstr("swarm.toml: longer than the 1048576 bytes"));
+  EXPECT_THAT(ErrorOfText("a = " + std::string(100000, '[')), HasSubstr("swarm.toml:1: not valid TOML: "));
   std::string deep = "\na";
   for (int i = 0; i < 300000; ++i) deep += ".a";
-  EXPECT_EQ(ErrorOf(deep + " = 1"), "swarm.toml:2: a key must have at most 8 parts");
+  EXPECT_EQ(ErrorOfText(deep + " = 1"), "swarm.toml:2: a key must have at most 8 parts");
   deep.front() = '[';
-  EXPECT_EQ(ErrorOf(deep + "]"), "swarm.toml:1: a key must have at most 8 parts");
-  const std::string long_text = ErrorOf("k = '" + std::string(5000, 'x') + "'", ReadText);
+  EXPECT_EQ(ErrorOfText(deep + "]"), "swarm.toml:1: a key must have at most 8 parts");
+  const std::string long_text = ErrorOfText("k = '" + std::string(5000, 'x') + "'", ReadText);
   EXPECT_LT(long_text.size(), 200u);
 }
 
@@ -241,7 +241,7 @@ TEST(PrepareToml, EscapesOtherScriptsInDoubleQuotes) {
   EXPECT_EQ(WrongLine("a = 'ö'"), 1);
   EXPECT_EQ(WrongLine("a = 1\nGröße = 2"), 2);
   EXPECT_EQ(WrongLine("a = 1 \xef\xbb\xbd"), 1);
-  EXPECT_EQ(ErrorOf("Größe = 2"), "swarm.toml:1: characters beyond ASCII must stand in double quotes or comments");
+  EXPECT_EQ(ErrorOfText("Größe = 2"), "swarm.toml:1: characters beyond ASCII must stand in double quotes or comments");
 }
 
 TEST(PrepareToml, RefusesWhatIsNotUtf8) {
@@ -254,7 +254,7 @@ TEST(PrepareToml, RefusesThreeQuotes) {
   EXPECT_EQ(WrongLine("a = ''\nb = \"\"\"x\"\"\""), 2);
   EXPECT_EQ(WrongLine("b = '''x'''"), 1);
   EXPECT_EQ(WrongLine("b = ['', \"\"] # '''"), 0);
-  EXPECT_EQ(ErrorOf("b = '''x'''"), "swarm.toml:1: texts in three quotes are not read here: use one");
+  EXPECT_EQ(ErrorOfText("b = '''x'''"), "swarm.toml:1: texts in three quotes are not read here: use one");
 }
 
 }  // namespace

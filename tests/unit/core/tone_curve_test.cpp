@@ -24,7 +24,8 @@ TEST(ToneCurve, LightOutsideIsCutOff) {
 
 TEST(ToneCurve, TableHoldsEveryValue) {
   const auto table = ToneCurve::Gamma(2.2).LinearTable();
-  for (int i = 0; i < 256; ++i) EXPECT_FLOAT_EQ(table[static_cast<std::size_t>(i)], static_cast<float>(ToneCurve::Gamma(2.2).ToLinear(i / 255.0)));
+  for (int i = 0; i < 256; ++i)
+    EXPECT_FLOAT_EQ(table[static_cast<std::size_t>(i)], static_cast<float>(ToneCurve::Gamma(2.2).ToLinear(i / 255.0)));
 }
 
 }  // namespace

@@ -114,7 +114,7 @@ TEST(SequenceCounter, LeavesAGapForAnUnusableFrameWhereTheCameraCountsAnew) {
   EXPECT_EQ(counted.lost, 0u);
 }
 
-MonotonicTime At(int ms) { return MonotonicTime(milliseconds(ms)); }
+MonotonicTime AtMs(int ms) { return MonotonicTime(milliseconds(ms)); }
 
 const NamedCount& Named(const std::vector<NamedCount>& counts, const std::string& name) {
   return *std::find_if(counts.begin(), counts.end(), [&](const NamedCount& count) { return count.name == name; });
@@ -126,11 +126,11 @@ const StageLatency& Stage(const StatusMessage& status, const std::string& name) 
 }
 
 TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
-  Statistics statistics({"1.0", "cam", 1, 2}, At(0));
+  Statistics statistics({"1.0", "cam", 1, 2}, AtMs(0));
   CaptureReport capture;
   capture.captured = 4;
   for (const std::size_t markers : {3u, 5u, 4u}) statistics.Published({}, std::vector<MarkerPose>(markers), {});
-  StatusMessage status = statistics.Finish(capture, 0, 1, At(2000));
+  StatusMessage status = statistics.Finish(capture, 0, 1, AtMs(2000));
   EXPECT_EQ(status.version, "1.0");
   EXPECT_EQ(status.camera, "cam");
   EXPECT_EQ(status.workers, 2);
@@ -144,7 +144,7 @@ TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
 
   capture.captured = 5;
   statistics.Published({}, std::vector<MarkerPose>(9), {});
-  status = statistics.Finish(capture, 0, 0, At(3000));
+  status = statistics.Finish(capture, 0, 0, AtMs(3000));
   EXPECT_EQ(status.uptime, seconds(3));
   EXPECT_EQ(status.window, seconds(1));
   EXPECT_DOUBLE_EQ(status.capture_rate_hz, 1.0);
@@ -153,19 +153,19 @@ TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
 }
 
 TEST(Statistics, TellsOfAWindowWithoutFrames) {
-  Statistics statistics({}, At(0));
+  Statistics statistics({}, AtMs(0));
   statistics.Published({}, std::vector<MarkerPose>(3), {});
-  statistics.Finish({}, 0, 0, At(1000));
-  const StatusMessage status = statistics.Finish({}, 0, 0, At(2000));
+  statistics.Finish({}, 0, 0, AtMs(1000));
+  const StatusMessage status = statistics.Finish({}, 0, 0, AtMs(2000));
   EXPECT_EQ(status.publish_rate_hz, 0);
   EXPECT_EQ(status.markers_max, 0);
   EXPECT_EQ(Stage(status, "total").frames, 0u);
 }
 
 TEST(Statistics, MeasuresEachStage) {
-  Statistics statistics({}, At(0));
-  statistics.Published({At(0), At(1), At(6), At(8), At(9)}, {}, {});
-  const StatusMessage status = statistics.Finish({}, 0, 0, At(1000));
+  Statistics statistics({}, AtMs(0));
+  statistics.Published({AtMs(0), AtMs(1), AtMs(6), AtMs(8), AtMs(9)}, {}, {});
+  const StatusMessage status = statistics.Finish({}, 0, 0, AtMs(1000));
   EXPECT_EQ(Stage(status, "queue").worst, milliseconds(1));
   EXPECT_EQ(Stage(status, "detect").worst, milliseconds(5));
   EXPECT_EQ(Stage(status, "order").worst, milliseconds(2));
@@ -175,44 +175,44 @@ TEST(Statistics, MeasuresEachStage) {
 }
 
 TEST(Statistics, AddsUpDropsByReason) {
-  Statistics statistics({}, At(0));
+  Statistics statistics({}, AtMs(0));
   CaptureReport capture;
   capture.lost_before = 1;
   capture.corrupt = 2;
   capture.wrong_size = 4;
   capture.stopped = 8;
-  const StatusMessage status = statistics.Finish(capture, 16, 0, At(1000));
+  const StatusMessage status = statistics.Finish(capture, 16, 0, AtMs(1000));
   EXPECT_EQ(status.frames_dropped, 31u);
   EXPECT_EQ(Named(status.drops, "corrupt").count, 2u);
   EXPECT_EQ(Named(status.drops, "superseded").count, 16u);
 }
 
 TEST(Statistics, AddsUpWhatTheDetectorSaw) {
-  Statistics statistics({}, At(0));
+  Statistics statistics({}, AtMs(0));
   DetectStats stats;
   stats.boards = 3;
   stats.refused_fit = 1;
   statistics.Published({}, std::vector<MarkerPose>(2), stats);
   statistics.Published({}, std::vector<MarkerPose>(2), stats);
-  StatusMessage status = statistics.Finish({}, 0, 0, At(1000));
+  StatusMessage status = statistics.Finish({}, 0, 0, AtMs(1000));
   EXPECT_EQ(Named(status.detections, "boards").count, 6u);
   EXPECT_EQ(Named(status.detections, "refused_fit").count, 2u);
-  status = statistics.Finish({}, 0, 0, At(2000));
+  status = statistics.Finish({}, 0, 0, AtMs(2000));
   EXPECT_EQ(Named(status.detections, "boards").count, 0u);
 }
 
 TEST(Statistics, CountsMarkersByTheirWarnings) {
-  Statistics statistics({}, At(0));
+  Statistics statistics({}, AtMs(0));
   std::vector<MarkerPose> markers(3);
   markers[0].warnings =
       static_cast<std::uint32_t>(Warning::kPoorIllumination) | static_cast<std::uint32_t>(Warning::kAmbiguous);
   markers[2].warnings = static_cast<std::uint32_t>(Warning::kAmbiguous);
   statistics.Published({}, markers, {});
-  StatusMessage status = statistics.Finish({}, 0, 0, At(1000));
+  StatusMessage status = statistics.Finish({}, 0, 0, AtMs(1000));
   EXPECT_EQ(Named(status.detections, "warning_poor_illumination").count, 1u);
   EXPECT_EQ(Named(status.detections, "warning_ambiguous_pose").count, 2u);
   EXPECT_EQ(Named(status.detections, "warning_id_undecided").count, 0u);
-  status = statistics.Finish({}, 0, 0, At(2000));
+  status = statistics.Finish({}, 0, 0, AtMs(2000));
   EXPECT_EQ(Named(status.detections, "warning_ambiguous_pose").count, 0u);
 }
 

@@ -15,50 +15,50 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-MonotonicTime At(double s) { return MonotonicTime(milliseconds(static_cast<int>(s * 1000))); }
+MonotonicTime AtSecond(double s) { return MonotonicTime(milliseconds(static_cast<int>(s * 1000))); }
 
 const ProgressLimits kLimits{.work = seconds(5), .opening = seconds(120)};
 
 TEST(Progress, HasNothingToSayOfPartsThatWait) {
   const Progress progress(3);
-  EXPECT_THAT(progress.Stuck(At(1e6), kLimits), IsEmpty());
+  EXPECT_THAT(progress.Stuck(AtSecond(1e6), kLimits), IsEmpty());
 }
 
 TEST(Progress, NamesTheWorkerThatHangs) {
   Progress progress(3);
-  progress.worker(1).Begin(At(10));
-  EXPECT_THAT(progress.Stuck(At(15), kLimits), IsEmpty());
-  EXPECT_THAT(progress.Stuck(At(17), kLimits), AllOf(HasSubstr("worker 1"), HasSubstr("7.0 s")));
+  progress.worker(1).Begin(AtSecond(10));
+  EXPECT_THAT(progress.Stuck(AtSecond(15), kLimits), IsEmpty());
+  EXPECT_THAT(progress.Stuck(AtSecond(17), kLimits), AllOf(HasSubstr("worker 1"), HasSubstr("7.0 s")));
   progress.worker(1).End();
-  EXPECT_THAT(progress.Stuck(At(17), kLimits), IsEmpty());
+  EXPECT_THAT(progress.Stuck(AtSecond(17), kLimits), IsEmpty());
 }
 
 TEST(Progress, NamesTheCauseRatherThanWhatFollowsFromIt) {
   Progress progress(2);
-  progress.frames.BeginUnlessBegun(At(0));
-  EXPECT_THAT(progress.Stuck(At(6), kLimits), HasSubstr("none has been published"));
-  progress.publishing.Begin(At(0));
-  EXPECT_THAT(progress.Stuck(At(6), kLimits), HasSubstr("publishing one message"));
-  progress.capture.capturing.Begin(At(0));
-  EXPECT_THAT(progress.Stuck(At(6), kLimits), HasSubstr("camera's thread"));
-  progress.worker(0).Begin(At(0));
-  EXPECT_THAT(progress.Stuck(At(6), kLimits), HasSubstr("worker 0"));
+  progress.frames.BeginUnlessBegun(AtSecond(0));
+  EXPECT_THAT(progress.Stuck(AtSecond(6), kLimits), HasSubstr("none has been published"));
+  progress.publishing.Begin(AtSecond(0));
+  EXPECT_THAT(progress.Stuck(AtSecond(6), kLimits), HasSubstr("publishing one message"));
+  progress.capture.capturing.Begin(AtSecond(0));
+  EXPECT_THAT(progress.Stuck(AtSecond(6), kLimits), HasSubstr("camera's thread"));
+  progress.worker(0).Begin(AtSecond(0));
+  EXPECT_THAT(progress.Stuck(AtSecond(6), kLimits), HasSubstr("worker 0"));
 }
 
 TEST(Progress, LeavesACameraMoreTimeToOpen) {
   Progress progress(1);
-  progress.capture.opening.Begin(At(0));
-  EXPECT_THAT(progress.Stuck(At(100), kLimits), IsEmpty());
-  EXPECT_THAT(progress.Stuck(At(121), kLimits), HasSubstr("opening the camera"));
+  progress.capture.opening.Begin(AtSecond(0));
+  EXPECT_THAT(progress.Stuck(AtSecond(100), kLimits), IsEmpty());
+  EXPECT_THAT(progress.Stuck(AtSecond(121), kLimits), HasSubstr("opening the camera"));
 }
 
 TEST(Progress, CountsFromTheFirstFrameThatWasNotPublished) {
   Progress progress(1);
-  for (int s = 0; s < 6; ++s) progress.frames.BeginUnlessBegun(At(s));
-  EXPECT_EQ(progress.frames.Lasting(At(6)), seconds(6));
+  for (int s = 0; s < 6; ++s) progress.frames.BeginUnlessBegun(AtSecond(s));
+  EXPECT_EQ(progress.frames.Lasting(AtSecond(6)), seconds(6));
   progress.frames.End();
-  progress.frames.BeginUnlessBegun(At(7));
-  EXPECT_EQ(progress.frames.Lasting(At(8)), seconds(1));
+  progress.frames.BeginUnlessBegun(AtSecond(7));
+  EXPECT_EQ(progress.frames.Lasting(AtSecond(8)), seconds(1));
 }
 
 TEST(Vigil, FeedsWhileThereIsProgressAndSaysOnceWhatHangs) {

@@ -12,36 +12,36 @@ namespace {
 
 using std::chrono::seconds;
 
-UtcTime At(int s) { return UtcTime(seconds(1'700'000'000 + s)); }
+UtcTime UtcAt(int s) { return UtcTime(seconds(1'700'000'000 + s)); }
 
 TEST(RestartBackOff, DoublesUpToAMinute) {
   const test::TemporaryDirectory folder;
   int now = 0;
   for (const int expected : {0, 1, 2, 4, 8, 16, 32, 60, 60, 60}) {
-    EXPECT_EQ(DelayBeforeStart(folder.path(), At(now)), seconds(expected));
+    EXPECT_EQ(DelayBeforeStart(folder.path(), UtcAt(now)), seconds(expected));
     now += expected + 3;
   }
 }
 
 TEST(RestartBackOff, ForgetsAfterALongRun) {
   const test::TemporaryDirectory folder;
-  DelayBeforeStart(folder.path(), At(0));
-  EXPECT_EQ(DelayBeforeStart(folder.path(), At(10)), seconds(1));
-  EXPECT_EQ(DelayBeforeStart(folder.path(), At(1000)), seconds(0));
-  EXPECT_EQ(DelayBeforeStart(folder.path(), At(1001)), seconds(1));
+  DelayBeforeStart(folder.path(), UtcAt(0));
+  EXPECT_EQ(DelayBeforeStart(folder.path(), UtcAt(10)), seconds(1));
+  EXPECT_EQ(DelayBeforeStart(folder.path(), UtcAt(1000)), seconds(0));
+  EXPECT_EQ(DelayBeforeStart(folder.path(), UtcAt(1001)), seconds(1));
 }
 
 TEST(RestartBackOff, BeginsAnewWhereTheFileIsNotItsOwnOrTheClockWentBack) {
   const test::TemporaryDirectory folder;
   for (const std::string text : {"", "rubbish", "-5 1700000000", "99999999999999999999 1", "3", "3 1800000000"}) {
     std::ofstream(folder / "starts", std::ios::trunc) << text;
-    EXPECT_EQ(DelayBeforeStart(folder.path(), At(0)), seconds(0)) << text;
+    EXPECT_EQ(DelayBeforeStart(folder.path(), UtcAt(0)), seconds(0)) << text;
   }
 }
 
 TEST(RestartBackOff, DoesNotKeepTheDaemonFromStartingWithoutAFolder) {
-  EXPECT_EQ(DelayBeforeStart("/nowhere/at/all", At(0)), seconds(0));
-  EXPECT_EQ(DelayBeforeStart("/nowhere/at/all", At(1)), seconds(0));
+  EXPECT_EQ(DelayBeforeStart("/nowhere/at/all", UtcAt(0)), seconds(0));
+  EXPECT_EQ(DelayBeforeStart("/nowhere/at/all", UtcAt(1)), seconds(0));
 }
 
 }  // namespace

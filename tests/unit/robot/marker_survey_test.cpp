@@ -14,7 +14,7 @@ using test::Detect;
 using test::OnFloor;
 using test::WorldFromCamera;
 
-constexpr double kHeight = 0.137;
+constexpr double kSurveyHeight = 0.137;
 
 MarkerPose At(std::uint64_t id, double x, double height, std::mt19937_64* random = nullptr) {
   return Detect(id, WorldFromCamera().Inverse() * OnFloor(x, 0.1, 0.4, height), random);
@@ -23,11 +23,11 @@ MarkerPose At(std::uint64_t id, double x, double height, std::mt19937_64* random
 TEST(MarkerSurvey, MeasuresHeightsWhileRobotsDrive) {
   std::mt19937_64 random = test::SeededGenerator();
   MarkerSurvey survey(WorldFromCamera());
-  for (int i = 0; i < 60; ++i) survey.Add(std::vector{At(3, -0.5 + 0.01 * i, kHeight, &random), At(9, 0.4, 0.05)});
+  for (int i = 0; i < 60; ++i) survey.Add(std::vector{At(3, -0.5 + 0.01 * i, kSurveyHeight, &random), At(9, 0.4, 0.05)});
   const auto heights = survey.Heights();
   ASSERT_EQ(heights.size(), 2u);
   const MarkerHeight& height = heights.at({0, 3});
-  EXPECT_NEAR(height.height_m, kHeight, 1e-3);
+  EXPECT_NEAR(height.height_m, kSurveyHeight, 1e-3);
   EXPECT_GT(height.spread_m, 0);
   EXPECT_EQ(height.frames, 60);
   EXPECT_LT(height.tilt_rad, 0.02);
@@ -36,15 +36,15 @@ TEST(MarkerSurvey, MeasuresHeightsWhileRobotsDrive) {
 
 TEST(MarkerSurvey, SomeBadPosesDoNotMatter) {
   MarkerSurvey survey(WorldFromCamera());
-  for (int i = 0; i < 9; ++i) survey.Add(std::vector{At(3, 0.1, i % 3 == 0 ? 0.9 : kHeight)});
-  MarkerPose undecided = At(4, 0, kHeight);
+  for (int i = 0; i < 9; ++i) survey.Add(std::vector{At(3, 0.1, i % 3 == 0 ? 0.9 : kSurveyHeight)});
+  MarkerPose undecided = At(4, 0, kSurveyHeight);
   undecided.id.reset();
-  MarkerPose without_pose = At(5, 0, kHeight);
+  MarkerPose without_pose = At(5, 0, kSurveyHeight);
   without_pose.has_pose = false;
   survey.Add(std::vector{undecided, without_pose});
   const auto heights = survey.Heights();
   ASSERT_EQ(heights.size(), 1u);
-  EXPECT_NEAR(heights.at({0, 3}).height_m, kHeight, 1e-5);
+  EXPECT_NEAR(heights.at({0, 3}).height_m, kSurveyHeight, 1e-5);
 }
 
 TEST(RosterOf, HasARobotForEachMarker) {

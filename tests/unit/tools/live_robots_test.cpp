@@ -3,23 +3,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "unit/publish/messages.h"
+#include "unit/tools/table_text.h"
 
 namespace chequer {
 namespace {
 
 using std::chrono::milliseconds;
+using test::At;
+using test::Lines;
 using test::SampleRobots;
 using test::SampleTracks;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-MonotonicTime At(int ms) { return MonotonicTime(milliseconds(ms)); }
-
-int Lines(const std::string& text) { return static_cast<int>(std::count(text.begin(), text.end(), '\n')); }
 
 TEST(LiveRobots, IsEmptyWhereNothingCame) {
   LiveRobots table;

@@ -3,24 +3,22 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <sstream>
 
 #include "unit/publish/messages.h"
+#include "unit/tools/table_text.h"
 
 namespace chequer {
 namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
+using test::At;
+using test::Lines;
 using test::SamplePoses;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-MonotonicTime At(int ms) { return MonotonicTime(milliseconds(ms)); }
-
-int Lines(const std::string& text) { return static_cast<int>(std::count(text.begin(), text.end(), '\n')); }
 
 TEST(LiveTable, ShowsPlaceRateAndAge) {
   LiveTable table;
