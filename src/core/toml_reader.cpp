@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "core/file.h"
+#include "core/number_text.h"
 #include "core/toml_text.h"
 
 namespace chequer {
