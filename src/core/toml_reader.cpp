@@ -49,6 +49,22 @@ std::string Shown(const toml::node& node) {
   return Printable(text.str());
 }
 
+/// Not by the library's own formatter of arrays, which of 3.3 computes how wide negative numbers are by what the
+/// language leaves undefined.
+void Print(std::ostream& out, const toml::node& node) {
+  if (const toml::array* array = node.as_array()) {
+    out << '[';
+    for (const toml::node& element : *array) Print(out << ' ', element);
+    out << " ]";
+  } else if (const toml::table* table = node.as_table()) {
+    out << '{';
+    for (const auto& [key, value] : *table) Print(out << ' ' << key.str() << " = ", value);
+    out << " }";
+  } else {
+    node.visit([&](const auto& value) { out << value; });
+  }
+}
+
 std::string Allowed(NumberRange range) {
   return "from " + RoundText(range.min, 10) + " to " + RoundText(range.max, 10);
 }
@@ -163,7 +179,7 @@ std::map<std::string, std::string> TomlTable::Texts() const {
   if (node_->table == nullptr) return texts;
   for (const auto& [key, value] : *node_->table) {
     std::ostringstream text;
-    value.visit([&](const auto& of_any_type) { text << of_any_type; });
+    Print(text, value);
     texts.emplace(key.str(), text.str());
   }
   return texts;
