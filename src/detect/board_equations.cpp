@@ -16,11 +16,16 @@ namespace chequer {
 struct BoardSystem {
   /// Eight parameters of the geometry, the blur, the residual.
   static constexpr int kColumns = 10;
+  /// Floats of a cell's right-hand sides: whole vectors, whatever their length.
+  static constexpr int kRightRow = 48;
 
   int cells = 0, band = 0;
-  double* matrix = nullptr;  ///< [cell][band + 1][4]
-  double* right = nullptr;   ///< [cell][kColumns][4]
-  double phase_weight[4] = {};
+  /// Floats of a column of the matrix: entries up to the band, then zeros, which vectors run into.
+  int matrix_row = 0;
+  // Both at whole vectors in memory.
+  float* matrix = nullptr;  ///< [cell][entry from the diagonal down][4], rows of matrix_row
+  float* right = nullptr;   ///< [cell][column][4], rows of kRightRow
+  float phase_weight[4] = {};
   double normal[kColumns][kColumns] = {};  ///< upper triangle
 };
 
@@ -48,6 +53,15 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using D4 = hn::CappedTag<double, 4>;
+/// Of one phase each, and of as many groups of four phases as vectors hold.
+using DPhases = hn::CappedTag<float, 4>;
+using DGroups = hn::CappedTag<float, 16>;
+constexpr int kGroupLanes = static_cast<int>(hn::MaxLanes(DGroups()));
+
+/// The values of the four phases for lanes at → … of an array of such groups.
+HWY_INLINE hn::Vec<DGroups> Repeat(DGroups d, const float* phases, int at) {
+  return kGroupLanes < 4 ? hn::LoadU(d, phases + at % 4) : hn::LoadDup128(d, phases);
+}
 
 /// Adds what a corner says of geometry and blur alone.
 void AddShape(const CornerTerms& corner, BoardSystem& system) {
@@ -94,34 +108,40 @@ HWY_INLINE void MergePhases(const CornerTerms& corner, int sum, const PhaseShare
 
 /// Adds a corner's levels.
 void AddLevels(const CornerTerms& corner, const PhaseShares& shares, BoardSystem& system) {
-  constexpr int kParameters = BoardSystem::kColumns - 2;
-  const D4 d;
-  const hn::Rebind<float, D4> df;
+  constexpr int kParameters = BoardSystem::kColumns - 2, kBlurAt = 4 * kParameters, kResidualAt = kBlurAt + 4;
+  const DPhases d;
+  const DGroups groups;
   const int step = static_cast<int>(hn::Lanes(d));
-  float merged[4][kLaneColumns][4];
+  HWY_ALIGN float merged[4][kLaneColumns][4];
   for (int a = 0; a < 4; ++a) {
     for (int b = 0; b < kLevel00; ++b) MergePhases(corner, ProductSum(kLevel00 + a, b), shares, merged[a][b]);
     for (int b = kLevel00 + a; b < kLaneColumns; ++b)
       MergePhases(corner, ProductSum(kLevel00 + a, b), shares, merged[a][b]);
   }
-  for (int part = 0; part < 4; part += step)
-    for (int a = 0; a < 4; ++a) {
-      const auto product = [&](int b) HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(df, merged[a][b] + part)); };
-      const int cell = corner.cell_of[a];
-      for (int b = a; b < 4; ++b) {
-        double* to = system.matrix + (cell * (system.band + 1) + corner.cell_of[b] - cell) * 4 + part;
-        hn::StoreU(hn::Add(hn::LoadU(d, to), product(kLevel00 + b)), d, to);
-      }
-      const auto shift_x = product(kShiftX), shift_y = product(kShiftY);
-      double* HWY_RESTRICT to = system.right + cell * BoardSystem::kColumns * 4 + part;
-      for (int column = 0; column < kParameters; ++column, to += 4)
-        hn::StoreU(hn::MulAdd(shift_x, hn::Set(d, corner.by_x[column]),
-                              hn::MulAdd(shift_y, hn::Set(d, corner.by_y[column]), hn::LoadU(d, to))),
-                   d, to);
-      hn::StoreU(hn::Add(hn::LoadU(d, to), product(kBlur)), d, to);
-      to += 4;
-      hn::StoreU(hn::Add(hn::LoadU(d, to), product(kResidual)), d, to);
+  HWY_ALIGN float by_x[4 * kParameters], by_y[4 * kParameters];
+  for (int column = 0; column < kParameters; ++column)
+    for (int part = 0; part < 4; part += step) {
+      hn::StoreU(hn::Set(d, static_cast<float>(corner.by_x[column])), d, by_x + 4 * column + part);
+      hn::StoreU(hn::Set(d, static_cast<float>(corner.by_y[column])), d, by_y + 4 * column + part);
     }
+  const auto add = [&](const float* values, float* to) HWY_ATTR {
+    for (int part = 0; part < 4; part += step)
+      hn::StoreU(hn::Add(hn::LoadU(d, to + part), hn::LoadU(d, values + part)), d, to + part);
+  };
+  for (int a = 0; a < 4; ++a) {
+    const int cell = corner.cell_of[a];
+    for (int b = a; b < 4; ++b)
+      add(merged[a][kLevel00 + b], system.matrix + cell * system.matrix_row + 4 * (corner.cell_of[b] - cell));
+    float* HWY_RESTRICT to = system.right + cell * BoardSystem::kRightRow;
+    for (int at = 0; at < 4 * kParameters; at += kGroupLanes) {
+      const auto along_x =
+          hn::MulAdd(Repeat(groups, merged[a][kShiftX], at), hn::LoadU(groups, by_x + at), hn::LoadU(groups, to + at));
+      hn::StoreU(hn::MulAdd(Repeat(groups, merged[a][kShiftY], at), hn::LoadU(groups, by_y + at), along_x), groups,
+                 to + at);
+    }
+    add(merged[a][kBlur], to + kBlurAt);
+    add(merged[a][kResidual], to + kResidualAt);
+  }
 }
 
 void AddCorner(const CornerTerms& corner, const PhaseShares& shares, BoardSystem& system) {
@@ -131,81 +151,85 @@ void AddCorner(const CornerTerms& corner, const PhaseShares& shares, BoardSystem
 
 /// matrix becomes its Cholesky factor L with the inverses of the diagonal in the diagonal's place, right becomes
 /// L⁻¹ right.
-void Factor(double least, BoardSystem& system) {
-  const D4 d;
-  const int step = static_cast<int>(hn::Lanes(d));
-  using V = hn::Vec<D4>;
-  constexpr int kColumns = BoardSystem::kColumns;
-  const int band = system.band, stride = 4 * (band + 1);
-  for (int part = 0; part < 4; part += step)
-    for (int j = 0; j < system.cells; ++j) {
-      double* HWY_RESTRICT column = system.matrix + j * stride + part;
-      const int above = j < band ? j : band, below = system.cells - 1 - j < band ? system.cells - 1 - j : band;
-      // What the columns before leave of this one.
-      for (int i = 1; i <= above; ++i) {
-        const double* HWY_RESTRICT before = system.matrix + (j - i) * stride + i * 4 + part;
-        const V factor = hn::LoadU(d, before);
-        for (int e = 0; e <= band - i && e <= below; ++e)
-          hn::StoreU(hn::NegMulAdd(factor, hn::LoadU(d, before + 4 * e), hn::LoadU(d, column + 4 * e)), d,
-                     column + 4 * e);
-      }
-      const V floor = hn::Set(d, least);
-      const V inverse = hn::Div(hn::Set(d, 1.0), hn::Sqrt(hn::Max(hn::Add(hn::LoadU(d, column), floor), floor)));
-      hn::StoreU(inverse, d, column);
-      for (int e = 1; e <= below; ++e) hn::StoreU(hn::Mul(hn::LoadU(d, column + 4 * e), inverse), d, column + 4 * e);
-      double* HWY_RESTRICT right = system.right + j * kColumns * 4 + part;
-      V sum[static_cast<std::size_t>(kColumns)];
-      for (int c = 0; c < kColumns; ++c) sum[c] = hn::LoadU(d, right + 4 * c);
-      for (int i = 1; i <= above; ++i) {
-        const V factor = hn::LoadU(d, system.matrix + (j - i) * stride + i * 4 + part);
-        const double* HWY_RESTRICT before = right - i * kColumns * 4;
-        for (int c = 0; c < kColumns; ++c) sum[c] = hn::NegMulAdd(factor, hn::LoadU(d, before + 4 * c), sum[c]);
-      }
-      for (int c = 0; c < kColumns; ++c) hn::StoreU(hn::Mul(sum[c], inverse), d, right + 4 * c);
+void Factor(float least, BoardSystem& system) {
+  const DPhases d;
+  const DGroups groups;
+  const int step = static_cast<int>(hn::Lanes(d)), band = system.band;
+  const int column_floats = (4 * (band + 1) + kGroupLanes - 1) / kGroupLanes * kGroupLanes;
+  for (int j = 0; j < system.cells; ++j) {
+    float* HWY_RESTRICT column = system.matrix + j * system.matrix_row;
+    float* HWY_RESTRICT right = system.right + j * BoardSystem::kRightRow;
+    const int above = j < band ? j : band;
+    // What the columns before leave of this one. Below the matrix and its band stand zeros.
+    for (int at = 0; at < column_floats; at += kGroupLanes) {
+      auto sum = hn::LoadU(groups, column + at);
+      const float* before = column - system.matrix_row + 4;
+      for (int i = 1; i <= above; ++i, before += 4 - system.matrix_row)
+        sum = hn::NegMulAdd(Repeat(groups, before, at), hn::LoadU(groups, before + at), sum);
+      hn::StoreU(sum, groups, column + at);
     }
-}
-
-/// normal −= Σ over cells and channels of the half-solved right-hand sides' products.
-void Eliminate(BoardSystem& system) {
-  const D4 d;
-  const int step = static_cast<int>(hn::Lanes(d));
-  using V = hn::Vec<D4>;
-  constexpr int kColumns = BoardSystem::kColumns;
-  for (int part = 0; part < 4; part += step) {
-    const V weight = hn::LoadU(d, system.phase_weight + part);
-    for (int a = 0; a < kColumns; ++a) {
-      V sum[static_cast<std::size_t>(kColumns)];
-      for (int b = a; b < kColumns; ++b) sum[b] = hn::Zero(d);
-      const double* HWY_RESTRICT right = system.right + part;
-      for (int cell = 0; cell < system.cells; ++cell, right += kColumns * 4) {
-        const V factor = hn::LoadU(d, right + 4 * a);
-        for (int b = a; b < kColumns; ++b) sum[b] = hn::MulAdd(factor, hn::LoadU(d, right + 4 * b), sum[b]);
-      }
-      for (int b = a; b < kColumns; ++b) system.normal[a][b] -= hn::GetLane(hn::SumOfLanes(d, hn::Mul(sum[b], weight)));
+    HWY_ALIGN float inverse[4];
+    for (int part = 0; part < 4; part += step) {
+      const auto floor = hn::Set(d, least);
+      const auto pivot = hn::Max(hn::Add(hn::LoadU(d, column + part), floor), floor);
+      hn::StoreU(hn::Div(hn::Set(d, 1.0f), hn::Sqrt(pivot)), d, inverse + part);
+    }
+    for (int at = 0; at < column_floats; at += kGroupLanes)
+      hn::StoreU(hn::Mul(hn::LoadU(groups, column + at), Repeat(groups, inverse, at)), groups, column + at);
+    for (int part = 0; part < 4; ++part) column[part] = inverse[part];
+    for (int at = 0; at < BoardSystem::kRightRow; at += kGroupLanes) {
+      auto sum = hn::LoadU(groups, right + at);
+      const float *factor = column - system.matrix_row + 4, *before = right - BoardSystem::kRightRow;
+      for (int i = 1; i <= above; ++i, factor += 4 - system.matrix_row, before -= BoardSystem::kRightRow)
+        sum = hn::NegMulAdd(Repeat(groups, factor, at), hn::LoadU(groups, before + at), sum);
+      hn::StoreU(hn::Mul(sum, Repeat(groups, inverse, at)), groups, right + at);
     }
   }
 }
 
-void Solve(double least, BoardSystem& system) {
+/// normal −= Σ over cells and channels of the half-solved right-hand sides' products.
+void Eliminate(BoardSystem& system) {
+  const DGroups d;
+  using V = hn::Vec<DGroups>;
+  constexpr int kColumns = BoardSystem::kColumns, kVectors = BoardSystem::kRightRow / kGroupLanes;
+  for (int a = 0; a < kColumns; ++a) {
+    // Those that hold column a and what follows.
+    const int first = 4 * a / kGroupLanes;
+    V sum[static_cast<std::size_t>(kVectors)];
+    for (int k = 0; k < kVectors; ++k) sum[k] = hn::Zero(d);
+    const float* HWY_RESTRICT right = system.right;
+    for (int cell = 0; cell < system.cells; ++cell, right += BoardSystem::kRightRow)
+      for (int k = first; k < kVectors; ++k)
+        sum[k] = hn::MulAdd(Repeat(d, right + 4 * a, k * kGroupLanes), hn::LoadU(d, right + k * kGroupLanes), sum[k]);
+    HWY_ALIGN float products[BoardSystem::kRightRow];
+    for (int k = first; k < kVectors; ++k)
+      hn::StoreU(hn::Mul(sum[k], Repeat(d, system.phase_weight, k * kGroupLanes)), d, products + k * kGroupLanes);
+    for (int b = a; b < kColumns; ++b) {
+      const float* p = products + 4 * b;
+      system.normal[a][b] -= static_cast<double>((p[0] + p[1]) + (p[2] + p[3]));
+    }
+  }
+}
+
+void Solve(float least, BoardSystem& system) {
   Factor(least, system);
   Eliminate(system);
 }
 
 /// The levels' moves, into the first right-hand side: L⁻ᵀ (last column − the others times the step).
-void SolveBack(const double* unknowns, BoardSystem& system) {
-  const D4 d;
+void SolveBack(const float* unknowns, BoardSystem& system) {
+  const DPhases d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   constexpr int kColumns = BoardSystem::kColumns;
-  const int band = system.band;
   for (int part = 0; part < 4; part += lanes)
     for (int j = system.cells - 1; j >= 0; --j) {
-      double* right = system.right + j * kColumns * 4 + part;
+      float* right = system.right + j * BoardSystem::kRightRow + part;
       auto sum = hn::LoadU(d, right + 4 * (kColumns - 1));
       for (int c = 0; c < kColumns - 1; ++c)
         sum = hn::NegMulAdd(hn::LoadU(d, right + 4 * c), hn::Set(d, unknowns[c]), sum);
-      const double* column = system.matrix + j * 4 * (band + 1) + part;
-      for (int e = 1; e <= band && j + e < system.cells; ++e)
-        sum = hn::NegMulAdd(hn::LoadU(d, column + 4 * e), hn::LoadU(d, right + e * kColumns * 4), sum);
+      const float* column = system.matrix + j * system.matrix_row + part;
+      for (int e = 1; e <= system.band && j + e < system.cells; ++e)
+        sum = hn::NegMulAdd(hn::LoadU(d, column + 4 * e), hn::LoadU(d, right + e * BoardSystem::kRightRow), sum);
       hn::StoreU(hn::Mul(sum, hn::LoadU(d, column)), d, right);
     }
 }
@@ -217,7 +241,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 
 #include <algorithm>
-#include <cstring>
+#include <memory>
 
 #include "detect/board_equations.h"
 
@@ -232,12 +256,12 @@ HWY_EXPORT(SolveBack);
 
 /// Added to the diagonal of the levels, whose entries count pixels over their variance: cells that nothing has seen
 /// stay where they are.
-constexpr double kLeastInformation = 1e-3;
+constexpr float kLeastInformation = 1e-3f;
 
 /// Each phase's own channel of a mosaic, or one for all.
-PhaseShares SharesOf(int red_phase, double* phase_weight) {
+PhaseShares SharesOf(int red_phase, float* phase_weight) {
   PhaseShares shares{{1, 1, 1, 1}, 1};
-  std::fill_n(phase_weight, 4, 0.0);
+  std::fill_n(phase_weight, 4, 0.0f);
   if (red_phase < 0) {
     phase_weight[0] = 1;
     return shares;
@@ -251,20 +275,36 @@ PhaseShares SharesOf(int red_phase, double* phase_weight) {
 
 }  // namespace
 
-void BoardEquations::Assemble(const Input& input) {
-  const BoardPixels& pixels = *input.pixels;
-  const MarkerSize size = pixels.size();
+void BoardEquations::Prepare(MarkerSize size) {
   cells_ = size.rows * size.cols;
   band_ = size.cols + 1;
-  matrix_.resize(static_cast<std::size_t>(cells_ * (band_ + 1) * 4));
-  right_.resize(static_cast<std::size_t>(cells_ * BoardSystem::kColumns * 4));
-  std::memset(matrix_.data(), 0, matrix_.size() * sizeof(double));
-  std::memset(right_.data(), 0, right_.size() * sizeof(double));
+  // A vector's floats at most run over the entries of the band, from any of them on.
+  constexpr int kVector = 16;
+  matrix_row_ = (8 * (band_ + 1) + kVector + kVector - 1) / kVector * kVector;
+  const std::size_t matrix = static_cast<std::size_t>(cells_ * matrix_row_),
+                    right = static_cast<std::size_t>(cells_ * BoardSystem::kRightRow);
+  floats_.assign(matrix + right + kVector, 0.0f);
+  void* start = floats_.data();
+  std::size_t room = floats_.size() * sizeof(float);
+  matrix_ = static_cast<float*>(std::align(kVector * sizeof(float), (matrix + right) * sizeof(float), start, room));
+  right_ = matrix_ + matrix;
+}
+
+BoardSystem BoardEquations::System() const {
   BoardSystem system;
   system.cells = cells_;
   system.band = band_;
-  system.matrix = matrix_.data();
-  system.right = right_.data();
+  system.matrix_row = matrix_row_;
+  system.matrix = matrix_;
+  system.right = right_;
+  return system;
+}
+
+void BoardEquations::Assemble(const Input& input) {
+  const BoardPixels& pixels = *input.pixels;
+  const MarkerSize size = pixels.size();
+  Prepare(size);
+  BoardSystem system = System();
   const PhaseShares shares = SharesOf(input.red_phase, system.phase_weight);
   const LaneBlock& lanes = pixels.lanes();
   for (int corner = 0; corner < pixels.corners(); ++corner) {
@@ -288,16 +328,13 @@ void BoardEquations::Assemble(const Input& input) {
 }
 
 void BoardEquations::MoveLevels(const Vector& step, std::span<PhaseValues> levels) {
-  BoardSystem system;
-  system.cells = cells_;
-  system.band = band_;
-  system.matrix = matrix_.data();
-  system.right = right_.data();
-  HWY_DYNAMIC_DISPATCH(SolveBack)(step.data(), system);
+  BoardSystem system = System();
+  std::array<float, kUnknowns> unknowns;
+  for (int i = 0; i < kUnknowns; ++i) unknowns[static_cast<std::size_t>(i)] = static_cast<float>(step[i]);
+  HWY_DYNAMIC_DISPATCH(SolveBack)(unknowns.data(), system);
   for (int cell = 0; cell < cells_; ++cell)
     for (std::size_t phase = 0; phase < 4; ++phase)
-      levels[static_cast<std::size_t>(cell)][phase] +=
-          static_cast<float>(right_[static_cast<std::size_t>(cell * BoardSystem::kColumns * 4) + phase]);
+      levels[static_cast<std::size_t>(cell)][phase] += right_[cell * BoardSystem::kRightRow + static_cast<int>(phase)];
 }
 
 }  // namespace chequer

@@ -10,6 +10,8 @@
 
 namespace chequer {
 
+struct BoardSystem;
+
 /// How much the board coordinates at a corner move by each parameter of the geometry, for a fixed pixel.
 struct CornerDerivative {
   std::array<double, BoardGeometry::kParameters> x, y;
@@ -19,7 +21,8 @@ struct CornerDerivative {
 using PhaseValues = std::array<float, 4>;
 
 /// Gauss-Newton's normal equations of one board, with the cells' levels, of which there are many but each touches only
-/// its neighbours, eliminated (Schur complement over a banded Cholesky factor). The four phases of the pixels are
+/// its neighbours, eliminated (Schur complement over a banded Cholesky factor, which keeps six digits of what the
+/// geometry's columns have: they should not be nearly alike). The four phases of the pixels are
 /// solved side by side in vectors; those that share a channel hold the same sums and count once. Keeps its memory.
 class BoardEquations {
  public:
@@ -49,9 +52,14 @@ class BoardEquations {
   void MoveLevels(const Vector& step, std::span<PhaseValues> levels);
 
  private:
-  int cells_ = 0, band_ = 0;
-  /// By cell: entries of the matrix's column, from the diagonal down, then of the right-hand sides; four phases each.
-  std::vector<double> matrix_, right_;
+  void Prepare(MarkerSize size);
+  BoardSystem System() const;
+
+  int cells_ = 0, band_ = 0, matrix_row_ = 0;
+  std::vector<float> floats_;
+  /// Within floats_, by cell: entries of the matrix's column, from the diagonal down, and of the right-hand sides; four
+  /// phases each. Single precision, as the sums that they are made of.
+  float *matrix_ = nullptr, *right_ = nullptr;
   Matrix normal_;
   Vector gradient_;
   double chi_square_ = 0;

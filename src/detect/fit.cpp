@@ -69,16 +69,16 @@ void PhotometricFit::StartLevels(const LightReader& reader, const Start& start) 
   noise_ = start.noise ? *start.noise : UnknownNoise(lightest);
 }
 
-void PhotometricFit::FollowGeometry(const Lens& lens) {
+void PhotometricFit::FollowGeometry() {
   const BoardGeometry& geometry = result_.geometry;
-  pixels_.PlaceCorners(lens, geometry);
   // Moves of a board coordinate at a fixed pixel: −(d plane/d board)⁻¹ d plane/d parameters. Each coordinate's where
   // the middle of the corner's pixels lies along its edge.
   const auto moves = [&](const Eigen::Vector2d& board, int axis, std::array<double, 8>& out) {
     const BoardGeometry::Local local = geometry.At(board);
     const Eigen::RowVector2d by_plane = local.BoardByPlane(axis) / local.depth;
     const double along_u = by_plane[0], along_v = by_plane[1];
-    const double along_depth = -(along_u * local.plane.x() + along_v * local.plane.y());
+    const Eigen::Vector2d from_origin = local.plane - pixels_.origin();
+    const double along_depth = -(along_u * from_origin.x() + along_v * from_origin.y());
     const double x = board.x(), y = board.y();
     out = {-along_u * x, -along_u * y, -along_u,         -along_v * x,
            -along_v * y, -along_v,     -along_depth * x, -along_depth * y};
@@ -89,6 +89,26 @@ void PhotometricFit::FollowGeometry(const Lens& lens) {
     moves(place.board + Eigen::Vector2d(0, place.middle.y()), 0, derivative.x);
     moves(place.board + Eigen::Vector2d(place.middle.x(), 0), 1, derivative.y);
   }
+}
+
+// The unknowns are the homography to plane coordinates from pixels_.origin(): far from the plane's own origin, moves of
+// its last row would look like moves of the others to three digits. The homography to the plane is that one moved back:
+// its first two rows have the origin's coordinates times the last one in them.
+
+BoardGeometry::Parameters PhotometricFit::FromOrigin(BoardGeometry::Parameters step) const {
+  const Eigen::Vector2d& origin = pixels_.origin();
+  for (int row = 0; row < 2; ++row)
+    for (int col = 0; col < 2; ++col) step[3 * row + col] += origin[row] * step[6 + col];
+  return step;
+}
+
+BoardGeometry::Information PhotometricFit::InPlane(BoardGeometry::Information information) const {
+  const Eigen::Vector2d& origin = pixels_.origin();
+  for (int row = 0; row < 2; ++row)
+    for (int col = 0; col < 2; ++col) information.col(6 + col) -= origin[row] * information.col(3 * row + col);
+  for (int row = 0; row < 2; ++row)
+    for (int col = 0; col < 2; ++col) information.row(6 + col) -= origin[row] * information.row(3 * row + col);
+  return information;
 }
 
 void PhotometricFit::SetLanes() {
@@ -137,7 +157,7 @@ bool PhotometricFit::Step() {
   gain_ = step_.dot(equations_.gradient());
   equations_.MoveLevels(step_, levels_);
   constexpr int kBlurUnknown = BoardGeometry::kParameters;
-  result_.geometry.Add(step_.head<BoardGeometry::kParameters>());
+  result_.geometry.Add(FromOrigin(step_.head<BoardGeometry::kParameters>()));
   const double blur = std::clamp(blur_px_ + step_[kBlurUnknown], std::max(kLeastBlur, 0.6 * blur_px_),
                                  std::min(kMostBlur, 1.6 * blur_px_));
   blur_change_ = std::abs(blur / blur_px_ - 1);
@@ -258,9 +278,9 @@ void PhotometricFit::Finish() {
   constexpr int kBlurUnknown = BoardGeometry::kParameters;
   const BoardEquations::Matrix& normal = equations_.normal();
   const BoardGeometry::Parameters by_blur = normal.col(kBlurUnknown).head<BoardGeometry::kParameters>();
-  result_.information = (normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
-                         by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
-                        std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
+  result_.information = InPlane((normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
+                                 by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
+                                std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9}));
   result_.blur_px = blur_px_;
   result_.noise = noise_;
   result_.reprojection_rms_px = std::sqrt(shift_square / n);
@@ -275,7 +295,7 @@ void PhotometricFit::Finish() {
 
 const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& lens, const Start& start) {
   if (!Prepare(reader, lens, start)) return nullptr;
-  FollowGeometry(lens);
+  FollowGeometry();
   // The first step only has to come near: half the pixels do, whatever their noise.
   input_.stride = 2;
   input_.robust_limit = 1e9f;
@@ -284,7 +304,10 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   input_.stride = 1;
   bool noise_known = start.noise != nullptr;
   for (int pass = 1; pass < kMaxPasses; ++pass) {
-    if (pass == 1 || corner_move_px_ > kFollowPx) FollowGeometry(lens);
+    if (corner_move_px_ > kFollowPx) {
+      pixels_.PlaceCorners(lens, result_.geometry);
+      FollowGeometry();
+    }
     if (noise_known) input_.robust_limit = kRobustLimit;
     if (!Step() || corner_move_px_ > kRunawayPx) return nullptr;
     const bool changed = FindHiddenCorners();

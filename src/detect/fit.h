@@ -62,7 +62,11 @@ class PhotometricFit {
  private:
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start);
   void StartLevels(const LightReader& reader, const Start& start);
-  void FollowGeometry(const Lens& lens);
+  /// Takes the derivatives anew, where the corners were placed last.
+  void FollowGeometry();
+  /// A step of the unknowns as one of the homography to the plane, and the unknowns' information as that one's.
+  BoardGeometry::Parameters FromOrigin(BoardGeometry::Parameters step) const;
+  BoardGeometry::Information InPlane(BoardGeometry::Information information) const;
   void SetLanes();
   bool Step();
   void EvenOutShading(const Start& start);
