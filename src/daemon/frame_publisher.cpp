@@ -100,8 +100,11 @@ void FramePublisher::PublishPoses(PosesMessage& message, Publisher& publisher) {
 }
 
 FrameHeader FramePublisher::HeaderOf(const PosesMessage& message, const Clock& clock) const {
-  return {message.captured_utc, message.captured_monotonic, message.instant, clock.utc(),
-          clock.monotonic(),    message.sequence,           message.camera,  FrameName(options_.world.has_value())};
+  FrameHeader header = message;
+  header.published_utc = clock.utc();
+  header.published_monotonic = clock.monotonic();
+  header.frame = FrameName(options_.world.has_value());
+  return header;
 }
 
 void FramePublisher::Collect(std::span<const MarkerPose> markers) {

@@ -13,33 +13,25 @@
 
 namespace chequer {
 
-/// What one frame says: poses_t without LCM.
-struct PosesMessage {
-  UtcTime captured_utc{};  ///< of the instant that `instant` names
-  MonotonicTime captured_monotonic{};
-  ExposureInstant instant = ExposureInstant::kUnknown;
-  UtcTime published_utc{};
-  MonotonicTime published_monotonic{};
-  std::uint64_t sequence = 0;        ///< always rising; a gap is frames that were lost
-  std::uint64_t frames_dropped = 0;  ///< since the start, for any reason
-  std::string camera;
-  std::string frame = "camera";  ///< frame of reference of the poses: camera_from_marker holds frame_from_marker
-  int image_width = 0;           ///< pixels
-  int image_height = 0;
-  /// Their corners do not travel: in a received message all are NaN.
-  std::vector<MarkerPose> markers;
-};
-
-/// What frames and their robots have in common.
+/// What all messages of a frame begin with.
 struct FrameHeader {
   UtcTime captured_utc{};  ///< of the instant that `instant` names
   MonotonicTime captured_monotonic{};
   ExposureInstant instant = ExposureInstant::kUnknown;
   UtcTime published_utc{};
   MonotonicTime published_monotonic{};
-  std::uint64_t sequence = 0;
+  std::uint64_t sequence = 0;  ///< always rising; a gap is frames that were lost
   std::string camera;
-  std::string frame = "camera";
+  std::string frame = "camera";  ///< frame of reference of the poses
+};
+
+/// What one frame says: poses_t without LCM. Its markers' camera_from_marker holds frame_from_marker.
+struct PosesMessage : FrameHeader {
+  std::uint64_t frames_dropped = 0;  ///< since the start, for any reason
+  int image_width = 0;               ///< pixels
+  int image_height = 0;
+  /// Their corners do not travel: in a received message all are NaN.
+  std::vector<MarkerPose> markers;
 };
 
 /// The robots of the roster that one frame shows: robots_t without LCM.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "chequer/check.h"
+#include "publish/wire_header.h"
 #include "publish/wire_robots.h"
 #include "publish/wire_values.h"
 
@@ -39,6 +40,7 @@ static_assert(static_cast<int>(PublisherState::kReady) == status_t::PUBLISHER_RE
 static_assert(static_cast<int>(PublisherState::kFailing) == status_t::PUBLISHER_FAILING);
 
 using wire_values::FromMicroseconds;
+using wire_values::IsText;
 using wire_values::Microseconds;
 using wire_values::ReadEnum;
 using wire_values::Signed;
@@ -78,15 +80,8 @@ void WriteMarker(const MarkerPose& marker, marker_pose_t& wire) {
 }
 
 void Write(const PosesMessage& message, poses_t& wire) {
-  wire.capture_utc_us = Microseconds(message.captured_utc);
-  wire.capture_monotonic_us = Microseconds(message.captured_monotonic);
-  wire.capture_instant = WireEnum(message.instant);
-  wire.publish_utc_us = Microseconds(message.published_utc);
-  wire.publish_monotonic_us = Microseconds(message.published_monotonic);
-  wire.sequence = Signed(message.sequence);
+  wire_values::WriteHeader(message, wire);
   wire.frames_dropped = Signed(message.frames_dropped);
-  wire.camera = message.camera;
-  wire.frame = message.frame;
   wire.image_width = message.image_width;
   wire.image_height = message.image_height;
   wire.marker_count = static_cast<std::int32_t>(message.markers.size());
@@ -171,9 +166,6 @@ bool ReadMarker(const marker_pose_t& wire, MarkerPose& marker) {
   return true;
 }
 
-/// Whether it is a text that LCM could have sent: they end with the first zero byte.
-bool IsText(const std::string& text) { return text.find('\0') == std::string::npos; }
-
 bool AreTexts(const std::vector<count_t>& counts) {
   return std::all_of(counts.begin(), counts.end(), [](const count_t& count) { return IsText(count.name); });
 }
@@ -188,18 +180,9 @@ bool HoldsTexts(const status_t& wire) {
 }
 
 std::optional<ReceivedMessage> Read(const poses_t& wire) {
-  const auto instant = ReadEnum(wire.capture_instant, ExposureInstant::kEnd);
-  if (!instant || !IsText(wire.camera) || !IsText(wire.frame)) return std::nullopt;
   PosesMessage message;
-  message.captured_utc = FromMicroseconds<UtcTime>(wire.capture_utc_us);
-  message.captured_monotonic = FromMicroseconds<MonotonicTime>(wire.capture_monotonic_us);
-  message.instant = *instant;
-  message.published_utc = FromMicroseconds<UtcTime>(wire.publish_utc_us);
-  message.published_monotonic = FromMicroseconds<MonotonicTime>(wire.publish_monotonic_us);
-  message.sequence = Unsigned(wire.sequence);
+  if (!wire_values::ReadHeader(wire, message)) return std::nullopt;
   message.frames_dropped = Unsigned(wire.frames_dropped);
-  message.camera = wire.camera;
-  message.frame = wire.frame;
   message.image_width = wire.image_width;
   message.image_height = wire.image_height;
   message.markers.resize(wire.markers.size());

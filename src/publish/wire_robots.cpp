@@ -1,50 +1,25 @@
 #include "publish/wire_robots.h"
 
+#include "publish/wire_header.h"
 #include "publish/wire_values.h"
 
 namespace chequer {
 namespace {
 
 using wire_values::FromMicroseconds;
+using wire_values::IsText;
 using wire_values::kNaN;
 using wire_values::Microseconds;
-using wire_values::ReadEnum;
+using wire_values::ReadHeader;
 using wire_values::ReadRotation;
 using wire_values::ReadTriangle;
 using wire_values::ReadVector;
 using wire_values::Signed;
 using wire_values::Unsigned;
-using wire_values::WireEnum;
+using wire_values::WriteHeader;
 using wire_values::WriteRotation;
 using wire_values::WriteTriangle;
 using wire_values::WriteVector;
-
-template <typename Wire>
-void WriteHeader(const FrameHeader& header, Wire& wire) {
-  wire.capture_utc_us = Microseconds(header.captured_utc);
-  wire.capture_monotonic_us = Microseconds(header.captured_monotonic);
-  wire.capture_instant = WireEnum(header.instant);
-  wire.publish_utc_us = Microseconds(header.published_utc);
-  wire.publish_monotonic_us = Microseconds(header.published_monotonic);
-  wire.sequence = Signed(header.sequence);
-  wire.camera = header.camera;
-  wire.frame = header.frame;
-}
-
-template <typename Wire>
-bool ReadHeader(const Wire& wire, FrameHeader& header) {
-  const auto instant = ReadEnum(wire.capture_instant, ExposureInstant::kEnd);
-  if (!instant) return false;
-  header.captured_utc = FromMicroseconds<UtcTime>(wire.capture_utc_us);
-  header.captured_monotonic = FromMicroseconds<MonotonicTime>(wire.capture_monotonic_us);
-  header.instant = *instant;
-  header.published_utc = FromMicroseconds<UtcTime>(wire.publish_utc_us);
-  header.published_monotonic = FromMicroseconds<MonotonicTime>(wire.publish_monotonic_us);
-  header.sequence = Unsigned(wire.sequence);
-  header.camera = wire.camera;
-  header.frame = wire.frame;
-  return true;
-}
 
 void WriteFloor(const std::optional<FloorPose>& floor, robot_pose_t& wire) {
   const bool valid = floor.has_value();
@@ -83,7 +58,8 @@ void WriteRobot(const RobotPose& robot, robot_pose_t& wire) {
 }
 
 bool ReadRobot(const robot_pose_t& wire, RobotPose& robot) {
-  if (wire.marker_count < 0 || wire.marker_count > kMaxMarkersOnRobot || wire.family < 0) return false;
+  if (wire.marker_count < 0 || wire.marker_count > kMaxMarkersOnRobot || wire.family < 0 || !IsText(wire.name))
+    return false;
   robot.name = wire.name;
   robot.marker_count = wire.marker_count;
   for (int i = 0; i < kMaxMarkersOnRobot; ++i) robot.ids[static_cast<std::size_t>(i)] = Unsigned(wire.marker_ids[i]);
@@ -114,7 +90,7 @@ void WriteTrack(const TrackState& track, track_t& wire) {
 }
 
 bool ReadTrack(const track_t& wire, TrackState& track) {
-  if (wire.family < 0) return false;
+  if (wire.family < 0 || !IsText(wire.name)) return false;
   track.key = {wire.name, wire.family, Unsigned(wire.marker_id)};
   track.frame_from_body = {ReadRotation(wire.orientation), ReadVector(wire.position)};
   track.velocity = ReadVector(wire.velocity);

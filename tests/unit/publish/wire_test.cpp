@@ -316,6 +316,17 @@ TEST(Wire, RefusesTextsWithZeroBytes) {
   EXPECT_FALSE(DecodeMessage(bytes).has_value());
 }
 
+TEST(Wire, RefusesNamesOfRobotsWithZeroBytes) {
+  const std::string name = "robot 0";
+  for (std::vector<std::uint8_t> bytes : {Encoded(SampleRobots(1)), Encoded(SampleTracks(1))}) {
+    const auto place = std::search(bytes.begin(), bytes.end(), name.begin(), name.end());
+    ASSERT_NE(place, bytes.end());
+    EXPECT_TRUE(DecodeMessage(bytes).has_value());
+    *(place + 3) = 0;
+    EXPECT_FALSE(DecodeMessage(bytes).has_value());
+  }
+}
+
 /// The most memory this process ever had, kB.
 long PeakMemory() {
   rusage usage{};
