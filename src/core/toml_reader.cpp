@@ -155,6 +155,7 @@ struct TomlFile::Impl {
     return &place->second;
   }
   std::string Place(const toml::source_region& where) const {
+    if (name.empty()) return {};
     return where.begin ? name + ":" + std::to_string(where.begin.line) + ": " : name + ": ";
   }
 };
@@ -162,7 +163,7 @@ struct TomlFile::Impl {
 std::string TomlTable::Place(std::string_view key) const {
   const toml::node* value = node_->table == nullptr ? nullptr : node_->table->get(key);
   if (value != nullptr) return node_->file->Place(value->source()) + node_->FullName(key) + " = " + Shown(*value);
-  return (node_->table == nullptr ? node_->file->name + ": " : node_->file->Place(node_->table->source())) +
+  return node_->file->Place(node_->table == nullptr ? toml::source_region() : node_->table->source()) +
          node_->FullName(key);
 }
 
@@ -332,7 +333,7 @@ TomlFile TomlFile::Parse(std::string_view text, const std::string& name) {
     throw std::runtime_error(name + ": longer than the " + std::to_string(kMaxTomlBytes) + " bytes allowed here");
   const PreparedToml prepared = PrepareToml(text, kMaxKeyParts);
   if (!prepared.wrong.empty())
-    throw std::runtime_error(name + ":" + std::to_string(prepared.line) + ": " + prepared.wrong);
+    throw std::runtime_error((name.empty() ? "" : name + ":" + std::to_string(prepared.line) + ": ") + prepared.wrong);
   auto impl = std::make_unique<Impl>();
   impl->name = name;
   try {

@@ -117,7 +117,8 @@ class TomlFile {
   /// Throws std::runtime_error naming the file, and the line where there is one, if it cannot be read, is longer than
   /// kMaxTomlBytes, or is not TOML.
   static TomlFile Load(const std::filesystem::path& path);
-  /// The same from a text. @param name stands for the file in messages.
+  /// The same from a text. @param name stands for the file in messages; empty: they begin with the key, as there is no
+  /// file whose lines anybody could look at.
   static TomlFile Parse(std::string_view text, const std::string& name);
 
   TomlFile(TomlFile&&) noexcept;

@@ -12,6 +12,7 @@
 #include "core/clock.h"
 #include "publish/channels.h"
 #include "publish/lcm_subscriber.h"
+#include "tools/above_zero.h"
 #include "tools/commands.h"
 #include "tools/live_robots.h"
 #include "tools/live_table.h"
@@ -169,12 +170,6 @@ class Listener {
   bool ended_ = false;
   MonotonicTime next_redraw_{};
 };
-
-/// CLI11's own names the largest number with all its 309 digits.
-std::string IsAboveZero(const std::string& typed) {
-  double value = 0;
-  return CLI::detail::lexical_cast(typed, value) && value > 0 ? "" : "'" + typed + "' must be a number above 0";
-}
 
 }  // namespace
 

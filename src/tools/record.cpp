@@ -12,6 +12,7 @@
 #include "chequer/camera_file.h"
 #include "core/clock.h"
 #include "core/file.h"
+#include "tools/above_zero.h"
 #include "tools/commands.h"
 #include "tools/record_limit.h"
 #include "tools/source_options.h"
@@ -196,8 +197,8 @@ void AddRecordCommand(CLI::App& app) {
   // Shared, as the callback outlives this function and std::function copies what it holds.
   const auto request = std::make_shared<RecordRequest>();
   command->add_option("--out", request->out, "Folder of the new recording")->type_name("DIR")->required();
-  command->add_option("--frames", request->frames, "End after so many")->check(CLI::PositiveNumber);
-  command->add_option("--seconds", request->seconds, "End when they span so many")->check(CLI::PositiveNumber);
+  command->add_option("--frames", request->frames, "End after so many")->check(IsAboveZero);
+  command->add_option("--seconds", request->seconds, "End when they span so many")->check(IsAboveZero);
   command->add_option("--bytes", request->bytes, "End when their files have so many, such as 500M or 20G")
       ->type_name("N");
   command->add_option("--files", request->files, "raw, the fastest, png or jpeg")

@@ -1,7 +1,11 @@
 #include "tools/source_options.h"
 
+#include <array>
 #include <charconv>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 
 #include "chequer/camera_file.h"
@@ -15,17 +19,34 @@ std::string Quoted(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
+    quoted += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;  // no name has them
   }
   return quoted + "\"";
 }
 
-/// Numbers, true and false as they are, all else as a text.
-std::string TomlValue(const std::string& typed) {
-  double number = 0;
+/// A text that is a number to its end.
+template <typename Number>
+std::optional<Number> ReadNumber(const std::string& typed) {
+  Number number = 0;
   const auto [end, error] = std::from_chars(typed.data(), typed.data() + typed.size(), number);
-  const bool is_number = error == std::errc() && end == typed.data() + typed.size();
-  return is_number || typed == "true" || typed == "false" ? typed : Quoted(typed);
+  if (error != std::errc() || end != typed.data() + typed.size()) return std::nullopt;
+  return number;
+}
+
+/// As TOML writes it, which neither knows .5 nor takes 7 for 7.0.
+std::string Decimal(double number) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+  const std::string written(text.data(), end);
+  return written.find_first_of(".e") == std::string::npos ? written + ".0" : written;
+}
+
+/// Numbers, true and false as such, all else as a text.
+std::string TomlValue(const std::string& typed) {
+  if (typed == "true" || typed == "false") return typed;
+  if (const auto whole = ReadNumber<std::int64_t>(typed)) return std::to_string(*whole);
+  const auto number = ReadNumber<double>(typed);
+  return number && std::isfinite(*number) ? Decimal(*number) : Quoted(typed);
 }
 
 std::string SourceOf(const SourceRequest& request) {
@@ -59,7 +80,7 @@ std::string CaptureText(const SourceRequest& request) {
   if (!request.device.empty()) text += "device = " + Quoted(request.device) + "\n";
   if (!request.pixel_format.empty()) text += "pixel_format = " + Quoted(request.pixel_format) + "\n";
   if (!request.size.empty()) text += SizeLines(request.size);
-  if (request.fps) text += "fps = " + std::to_string(*request.fps) + "\n";
+  if (request.fps) text += "fps = " + Decimal(*request.fps) + "\n";
   if (!request.settings.empty()) text += source == "v4l2" ? "[capture.controls]\n" : "[capture.features]\n";
   for (const std::string& setting : request.settings) text += SettingLine(setting);
   return text;
@@ -99,9 +120,12 @@ ChosenSource ChooseSource(const SourceRequest& request) {
     throw CLI::ValidationError("--config",
                                "says it all: leave out --device, --source, --pixel-format, --size, --fps "
                                "and --set");
+  if (!request.source.empty() && request.source != "v4l2" && request.source != "aravis")
+    throw CLI::ValidationError(
+        "--source", "'" + request.source + "' must be v4l2 or aravis; other sources need a configuration (--config)");
   ChosenSource chosen;
   if (request.config.empty()) {
-    TomlFile file = TomlFile::Parse(CaptureText(request), "command line");
+    TomlFile file = TomlFile::Parse(CaptureText(request), "");
     chosen.capture = ReadCaptureOptions(file.root().Table("capture"), {});
     file.CheckAllKeysRead();
   } else {

@@ -9,7 +9,9 @@
 #include "capture/recording.h"
 #include "capture/recording_writer.h"
 #include "chequer/camera_file.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
+#include "tools/above_zero.h"
 #include "tools/commands.h"
 #include "tools/record_limit.h"
 #include "tools/undistort.h"
@@ -18,6 +20,7 @@ namespace chequer {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 TEST(CaptureText, IsTheTableThatTheOptionsMean) {
   SourceRequest request;
@@ -28,7 +31,7 @@ TEST(CaptureText, IsTheTableThatTheOptionsMean) {
   request.settings = {"gain=7", "auto_exposure=Manual Mode", "flip=true"};
   EXPECT_EQ(CaptureText(request),
             "[capture]\nsource = \"v4l2\"\ndevice = \"/dev/video0\"\npixel_format = \"YUYV\"\nwidth = 640\nheight = "
-            "480\nfps = 25.000000\n[capture.controls]\n\"gain\" = 7\n\"auto_exposure\" = \"Manual Mode\"\n\"flip\" = "
+            "480\nfps = 25.0\n[capture.controls]\n\"gain\" = 7\n\"auto_exposure\" = \"Manual Mode\"\n\"flip\" = "
             "true\n");
 }
 
@@ -41,6 +44,45 @@ TEST(CaptureText, TellsTheKindByTheDevice) {
   EXPECT_THAT(CaptureText(request), HasSubstr("[capture.features]\n\"Gain\" = 1.5"));
   request.source = "v4l2";
   EXPECT_THAT(CaptureText(request), HasSubstr("source = \"v4l2\""));
+}
+
+TEST(CaptureText, WritesEveryNumberAsTomlReadsIt) {
+  const auto text_of = [](const std::string& value) {
+    SourceRequest request;
+    request.settings = {"gain=" + value};
+    const std::string text = CaptureText(request);
+    return text.substr(text.find("= ", text.find("gain")) + 2);
+  };
+  EXPECT_EQ(text_of(".5"), "0.5\n");
+  EXPECT_EQ(text_of("007"), "7\n");
+  EXPECT_EQ(text_of("7.0"), "7.0\n");
+  EXPECT_EQ(text_of("-3"), "-3\n");
+  EXPECT_EQ(text_of("nan"), "\"nan\"\n");
+  EXPECT_EQ(text_of("50 Hz"), "\"50 Hz\"\n");
+  EXPECT_EQ(text_of("a\nb"), "\"a b\"\n");
+}
+
+TEST(ChooseSource, SaysWhatIsWrongWithoutLinesThatNobodyWrote) {
+  SourceRequest request;
+  request.device = "GV01";
+  request.pixel_format = "FOO";
+  EXPECT_THAT(test::ErrorOf([&] { ChooseSource(request); }),
+              StartsWith("capture.pixel_format = 'FOO': must be one of"));
+}
+
+TEST(ChooseSource, KnowsTwoKindsOfCamera) {
+  SourceRequest request;
+  for (const char* source : {"replay", "usb"}) {
+    request.source = source;
+    EXPECT_THAT(test::ErrorOf([&] { ChooseSource(request); }), HasSubstr("must be v4l2 or aravis")) << source;
+  }
+}
+
+TEST(IsAboveZero, SaysWhatANumberMustBe) {
+  EXPECT_EQ(IsAboveZero("0.1"), "");
+  EXPECT_EQ(IsAboveZero("7"), "");
+  for (const char* wrong : {"0", "-1", "nan", "inf", "x", "1x", ""})
+    EXPECT_EQ(IsAboveZero(wrong), std::string("'") + wrong + "' must be a number above 0");
 }
 
 TEST(CaptureText, RefusesWhatIsNoSizeAndNoSetting) {
