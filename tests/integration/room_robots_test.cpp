@@ -80,19 +80,26 @@ class RoomDrive : public Room {
     static const Published published = [] {
       Run({"calibrate", "robots", "--calibration", At("camera.toml"), "--world", At("world.toml"), "--side", "12cm",
            At("drive"), "--out", At("robots.toml")});
-      std::ofstream(At("chequerd.toml")) << "[camera]\nname = \"room\"\ncalibration = \"camera.toml\"\n"
-                                            "[capture]\npath = \"drive\"\npace = \"unlimited\"\ntimes = \"recorded\"\n"
-                                            "[[marker]]\nsize = \"6x6\"\nvariant = \"secded\"\nside = 0.12\n"
-                                            "[world]\nfile = \"world.toml\"\nframes = \"both\"\n"
-                                            "[robots]\nfile = \"robots.toml\"\nfloor = true\nignore_others = true\n"
-                                            "[tracks]\nenabled = true\nmotion = \"turning\"\n"
-                                            "[publish]\nurl = \"file://"
-                                         << At("log.lcm") << "?mode=w\"\n";
-      Process daemon({CHEQUERD, "--config", At("chequerd.toml")});
-      EXPECT_EQ(daemon.Wait(std::chrono::seconds(100)), 0) << daemon.output();
-      return ReadLog(At("log.lcm"));
+      return Play("world.toml", "robots.toml");
     }();
     return published;
+  }
+
+  /// What chequerd publishes of the drive. @param world_lines further ones of [world].
+  static Published Play(const std::string& world, const std::string& roster, const std::string& world_lines = {}) {
+    std::ofstream(At("chequerd.toml")) << "[camera]\nname = \"room\"\ncalibration = \"camera.toml\"\n"
+                                          "[capture]\npath = \"drive\"\npace = \"unlimited\"\ntimes = \"recorded\"\n"
+                                          "[[marker]]\nsize = \"6x6\"\nvariant = \"secded\"\nside = 0.12\n"
+                                          "[world]\nframes = \"both\"\nfile = \""
+                                       << world << "\"\n"
+                                       << world_lines << "[robots]\nfloor = true\nignore_others = true\nfile = \""
+                                       << roster
+                                       << "\"\n[tracks]\nenabled = true\nmotion = \"turning\"\n"
+                                          "[publish]\nurl = \"file://"
+                                       << At("log.lcm") << "?mode=w\"\n";
+    Process daemon({CHEQUERD, "--config", At("chequerd.toml")});
+    EXPECT_EQ(daemon.Wait(std::chrono::seconds(100)), 0) << daemon.output();
+    return ReadLog(At("log.lcm"));
   }
 };
 
@@ -148,6 +155,41 @@ TEST_F(Room, RobotsArePublishedInEveryFrame) {
     EXPECT_EQ(drive.tracks[i].tracks.size(), std::size_t{kRobots}) << i;
   }
   EXPECT_EQ(drive.status.camera_message, "") << "the references stand where they stood";
+}
+
+TEST_F(Room, AKnockedCameraIsTold) {
+  // A world that was set before the camera was turned by a third of a degree.
+  WorldCalibration before = LoadWorld(At("world.toml"));
+  before.world_from_camera = before.world_from_camera * RigidTransform{RotationFromVector({0.006, 0, 0}), {0, 0, 0}};
+  WriteWorld(At("knocked.toml"), before);
+  RoomDrive::Drive();
+  const Published drive = RoomDrive::Play("knocked.toml", "robots.toml", "drift_window = 0.1\n");
+  EXPECT_THAT(drive.status.camera_message, ::testing::HasSubstr("the camera was moved"));
+}
+
+TEST_F(Room, ARobotThatIsNotOnTheFloorIsTold) {
+  constexpr int kLifted = 7;
+  constexpr double kLiftM = 0.04;
+  RoomDrive::Drive();
+  std::vector<MarkerFamily> families{
+      {.code = MarkerCode({6, 6}, Variant::kSecded), .side_m = kRoomSideM, .roster = {}}};
+  RobotRoster roster = LoadRobotRoster(At("robots.toml"), families);
+  for (RosterRobot& robot : roster.robots)
+    if (NumberOf(robot.name) == kLifted) robot.markers[0].body_from_marker.translation.z() -= kLiftM;
+  WriteRobotRoster(At("lifted.toml"), roster);
+  const Published drive = RoomDrive::Play("world.toml", "lifted.toml");
+  ASSERT_EQ(drive.robots.size(), std::size_t{kDriveFrames});
+  int lifted = 0;
+  for (const RobotsMessage& message : drive.robots)
+    for (const RobotPose& robot : message.robots) {
+      ASSERT_TRUE(robot.floor.has_value());
+      EXPECT_EQ(robot.floor->off_floor, NumberOf(robot.name) == kLifted) << robot.name;
+      if (NumberOf(robot.name) != kLifted) continue;
+      EXPECT_NEAR(robot.floor->height_error_m, kLiftM, 0.002);
+      EXPECT_NEAR(robot.frame_from_body.translation.z(), kLiftM, 0.002) << "the free pose is as it is";
+      ++lifted;
+    }
+  EXPECT_GE(lifted, kDriveFrames - 1);
 }
 
 TEST_F(Room, RobotsFreePosesAreRight) {
