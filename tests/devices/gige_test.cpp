@@ -24,6 +24,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 using test::CameraConfig;
+using test::HasPoses;
 using test::Holdings;
 using test::HoldingsOf;
 using test::Process;
@@ -83,7 +84,7 @@ TEST_F(GigeTest, PosesAreRightInBayerAndRgb) {
   for (const char* format : {"BayerRG8", "RGB8"}) {
     Subscriber subscriber;
     Process daemon({CHEQUERD, "--config", Configure(std::string("fps = 15\npixel_format = \"") + format + "\"")});
-    ASSERT_TRUE(subscriber.ReceiveUntil([](const Received& got) { return got.poses.size() >= 20; })) << daemon.output();
+    ASSERT_TRUE(subscriber.ReceiveUntil(HasPoses(20))) << daemon.output();
     ExpectRight(subscriber.received(), 20);
     const PosesMessage& last = subscriber.received().poses.back();
     EXPECT_EQ(last.instant, ExposureInstant::kStart);
@@ -102,7 +103,7 @@ TEST_F(GigeTest, SurvivesACameraThatIsKilledFiveTimes) {
   auto camera = StartCamera("127.0.0.1", "GV01");
   Subscriber subscriber;
   Process daemon({CHEQUERD, "--config", Configure("fps = 15\npixel_format = \"BayerRG8\"")});
-  ASSERT_TRUE(subscriber.ReceiveUntil([](const Received& got) { return got.poses.size() >= 10; })) << daemon.output();
+  ASSERT_TRUE(subscriber.ReceiveUntil(HasPoses(10))) << daemon.output();
   Holdings first;
   for (int round = 0; round < 5; ++round) {
     camera->Signal(SIGKILL);
@@ -111,8 +112,7 @@ TEST_F(GigeTest, SurvivesACameraThatIsKilledFiveTimes) {
     const std::size_t before = subscriber.received().poses.size();
     camera = StartCamera("127.0.0.1", "GV01");
     const auto returned = steady_clock::now();
-    ASSERT_TRUE(subscriber.ReceiveUntil([&](const Received& got) { return got.poses.size() >= before + 3; }))
-        << daemon.output();
+    ASSERT_TRUE(subscriber.ReceiveUntil(HasPoses(before + 3))) << daemon.output();
     EXPECT_LT(steady_clock::now() - returned, seconds(4)) << daemon.output();
     ExpectRight(subscriber.received(), 2);
     // What libraries make once they have made in the first round.
@@ -158,7 +158,7 @@ TEST_F(GigeTest, WaitsForTheCameraAtTheStart) {
   Process daemon({CHEQUERD, "--config", Configure("fps = 15\ndevice = \"GV01\"")});
   ASSERT_TRUE(daemon.WaitForOutput("capture.device = 'GV01': no camera 'GV01' answers")) << daemon.output();
   const auto camera = StartCamera("127.0.0.1", "GV01");
-  EXPECT_TRUE(subscriber.ReceiveUntil([](const Received& got) { return got.poses.size() >= 3; })) << daemon.output();
+  EXPECT_TRUE(subscriber.ReceiveUntil(HasPoses(3))) << daemon.output();
   ExpectRight(subscriber.received(), 1);
 }
 
@@ -166,15 +166,14 @@ TEST_F(GigeTest, NoticesACameraThatFallsSilent) {
   const auto camera = StartCamera("127.0.0.1", "GV01");
   Subscriber subscriber;
   Process daemon({CHEQUERD, "--config", Configure("fps = 15")});
-  ASSERT_TRUE(subscriber.ReceiveUntil([](const Received& got) { return got.poses.size() >= 5; })) << daemon.output();
+  ASSERT_TRUE(subscriber.ReceiveUntil(HasPoses(5))) << daemon.output();
   camera->Signal(SIGSTOP);
   const auto silent = steady_clock::now();
   EXPECT_TRUE(daemon.WaitForOutput("the camera was lost: Aravis-Fake-GV01: no frame for 0.5 s")) << daemon.output();
   EXPECT_LT(steady_clock::now() - silent, seconds(2));
   const std::size_t before = subscriber.received().poses.size();
   camera->Signal(SIGCONT);
-  EXPECT_TRUE(subscriber.ReceiveUntil([&](const Received& got) { return got.poses.size() >= before + 3; }))
-      << daemon.output();
+  EXPECT_TRUE(subscriber.ReceiveUntil(HasPoses(before + 3))) << daemon.output();
   // Ending does not wait for a camera to hear that nobody wants it any more.
   camera->Signal(SIGSTOP);
   const auto asked = steady_clock::now();
@@ -203,7 +202,7 @@ TEST_F(GigeTest, TakesFramesOnCommand) {
   const auto camera = StartCamera("127.0.0.1", "GV01");
   Subscriber subscriber;
   Process daemon({CHEQUERD, "--config", Configure("fps = 8\ntrigger = \"software\"")});
-  ASSERT_TRUE(subscriber.ReceiveUntil([](const Received& got) { return got.poses.size() >= 10; })) << daemon.output();
+  ASSERT_TRUE(subscriber.ReceiveUntil(HasPoses(10))) << daemon.output();
   ExpectRight(subscriber.received(), 10);
 }
 
@@ -223,12 +222,12 @@ TEST_F(GigeTest, LeavesACameraToTheProgramThatHasIt) {
   const auto camera = StartCamera("127.0.0.1", "GV01");
   Subscriber subscriber;
   Process first({CHEQUERD, "--config", Configure("fps = 15", "first")});
-  ASSERT_TRUE(subscriber.ReceiveUntil([](const Received& got) { return got.poses.size() >= 3; })) << first.output();
+  ASSERT_TRUE(subscriber.ReceiveUntil(HasPoses(3))) << first.output();
   Process second({CHEQUERD, "--config", Configure("fps = 15", "second")});
   EXPECT_TRUE(second.WaitForOutput("another program controls the camera")) << second.output();
   EXPECT_TRUE(second.IsRunning());
   const std::size_t before = subscriber.received().poses.size();
-  EXPECT_TRUE(subscriber.ReceiveUntil([&](const Received& got) { return got.poses.size() >= before + 10; }));
+  EXPECT_TRUE(subscriber.ReceiveUntil(HasPoses(before + 10)));
 }
 
 TEST_F(GigeTest, RecordsWithTheCamerasOwnTimesAndFormat) {

@@ -28,11 +28,13 @@ using std::chrono::seconds;
 using std::chrono::steady_clock;
 using test::CameraConfig;
 using test::DemoRecording;
+using test::HasPoses;
 using test::Process;
 using test::Received;
 using test::Subscriber;
 using test::SwarmTruth;
 using test::TemporaryDirectory;
+using test::Waits;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -71,15 +73,6 @@ std::unique_ptr<Process> StartFeeder(const std::string& device, bool as_jpeg = f
   auto feeder = std::make_unique<Process>(command);
   EXPECT_TRUE(feeder->WaitForOutput("feeding", seconds(60))) << feeder->output();
   return feeder;
-}
-
-bool Waits(const Received& got) {
-  return !got.statuses.empty() && got.statuses.back().camera_state == CameraState::kWaiting;
-}
-
-/// Whether so many messages came, counted from the beginning.
-auto HasPoses(std::size_t count) {
-  return [count](const Received& got) { return got.poses.size() >= count; };
 }
 
 class V4l2Test : public ::testing::Test {

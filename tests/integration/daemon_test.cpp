@@ -14,6 +14,7 @@ namespace {
 
 using std::chrono::milliseconds;
 using test::DemoRecording;
+using test::HasPoses;
 using test::Process;
 using test::Received;
 using test::ServiceManager;
@@ -75,7 +76,7 @@ TEST(Daemon, StopsAtOnceWhileFramesCome) {
   for (const int signal : {SIGTERM, SIGINT}) {
     Subscriber subscriber;
     Process daemon({CHEQUERD, "--config", workspace.Configure("loop = true\npace = \"unlimited\"")});
-    ASSERT_TRUE(subscriber.ReceiveUntil([](const Received& got) { return got.poses.size() >= 10; })) << daemon.output();
+    ASSERT_TRUE(subscriber.ReceiveUntil(HasPoses(10))) << daemon.output();
     ExpectQuickStop(daemon, signal);
     // What was published is whole: the last status counts just what arrived.
     EXPECT_TRUE(subscriber.ReceiveUntil([](const Received& got) {

@@ -41,6 +41,15 @@ struct Received {
   std::uint64_t Dropped(const std::string& reason) const;
 };
 
+/// Conditions of Subscriber::ReceiveUntil: so many messages came, from the beginning; the last status says that the
+/// daemon waits for its camera.
+inline auto HasPoses(std::size_t count) {
+  return [count](const Received& got) { return got.poses.size() >= count; };
+}
+inline bool Waits(const Received& got) {
+  return !got.statuses.empty() && got.statuses.back().camera_state == CameraState::kWaiting;
+}
+
 /// Listens from construction on.
 class Subscriber {
  public:

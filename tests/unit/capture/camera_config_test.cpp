@@ -5,31 +5,18 @@
 
 #include <stdexcept>
 
-#include "capture/source_factory.h"
+#include "capture_text.h"
 
 namespace chequer {
 namespace {
 
 using ::testing::HasSubstr;
 
-CaptureOptions Read(const std::string& lines) {
-  TomlFile file = TomlFile::Parse("[capture]\n" + lines, "swarm.toml");
-  CaptureOptions options = ReadCaptureOptions(file.root().Table("capture"), "/data");
-  file.CheckAllKeysRead();
-  return options;
-}
-
-std::string ReadError(const std::string& lines) {
-  try {
-    Read(lines);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
-}
+using test::ReadCapture;
+using test::ReadCaptureError;
 
 TEST(CameraConfig, ReadsEveryKeyOfV4l2) {
-  const V4l2Options options = Read(R"(source = "v4l2"
+  const V4l2Options options = ReadCapture(R"(source = "v4l2"
     device = "/dev/video3"
     pixel_format = "MJPEG"
     width = 1280
@@ -65,7 +52,7 @@ TEST(CameraConfig, ReadsEveryKeyOfV4l2) {
 }
 
 TEST(CameraConfig, ReadsEveryKeyOfAravis) {
-  const AravisOptions options = Read(R"(source = "aravis"
+  const AravisOptions options = ReadCapture(R"(source = "aravis"
     device = "12345"
     pixel_format = "BayerRG8"
     offset_x = 8
@@ -108,17 +95,20 @@ TEST(CameraConfig, ReadsEveryKeyOfAravis) {
 }
 
 TEST(CameraConfig, SaysWhatWouldBeRight) {
-  EXPECT_THAT(ReadError("source = 'v4l2'\npixel_format = 'JPG'"), HasSubstr("must be one of MJPEG, Mono8, BGR8"));
-  EXPECT_THAT(ReadError("source = 'aravis'\npixel_format = 'MJPEG'"), HasSubstr("give no JPEGs"));
-  EXPECT_THAT(ReadError("source = 'v4l2'\nwidth = 640"), HasSubstr("capture.height: is missing: a size needs both"));
-  EXPECT_THAT(ReadError("source = 'v4l2'\nbuffers = 1"), HasSubstr("must be from 2 to 32"));
-  EXPECT_THAT(ReadError("source = 'v4l2'\nexposure_us = 3"), HasSubstr("capture.exposure_us: unknown key"));
-  EXPECT_THAT(ReadError("source = 'aravis'\nyuv_range = 'full'"), HasSubstr("capture.yuv_range: unknown key"));
-  EXPECT_THAT(ReadError("source = 'aravis'\npath = 'x'"), HasSubstr("capture.path: unknown key"));
-  EXPECT_THAT(ReadError("source = 'aravis'\ntrigger = 'now'"),
+  EXPECT_THAT(ReadCaptureError("source = 'v4l2'\npixel_format = 'JPG'"),
+              HasSubstr("must be one of MJPEG, Mono8, BGR8"));
+  EXPECT_THAT(ReadCaptureError("source = 'aravis'\npixel_format = 'MJPEG'"), HasSubstr("give no JPEGs"));
+  EXPECT_THAT(ReadCaptureError("source = 'v4l2'\nwidth = 640"),
+              HasSubstr("capture.height: is missing: a size needs both"));
+  EXPECT_THAT(ReadCaptureError("source = 'v4l2'\nbuffers = 1"), HasSubstr("must be from 2 to 32"));
+  EXPECT_THAT(ReadCaptureError("source = 'v4l2'\nexposure_us = 3"), HasSubstr("capture.exposure_us: unknown key"));
+  EXPECT_THAT(ReadCaptureError("source = 'aravis'\nyuv_range = 'full'"), HasSubstr("capture.yuv_range: unknown key"));
+  EXPECT_THAT(ReadCaptureError("source = 'aravis'\npath = 'x'"), HasSubstr("capture.path: unknown key"));
+  EXPECT_THAT(ReadCaptureError("source = 'aravis'\ntrigger = 'now'"),
               HasSubstr("must be \"free\", \"software\" or \"hardware\""));
-  EXPECT_THAT(ReadError("source = 'v4l2'\ncontrols = 3"), HasSubstr("must be a table, written [capture.controls]"));
-  EXPECT_THAT(ReadError("source = 'v4l2'\ncontrols.gain = [1]"),
+  EXPECT_THAT(ReadCaptureError("source = 'v4l2'\ncontrols = 3"),
+              HasSubstr("must be a table, written [capture.controls]"));
+  EXPECT_THAT(ReadCaptureError("source = 'v4l2'\ncontrols.gain = [1]"),
               HasSubstr("must be a number, a text in quotes, true or false"));
 }
 

@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 
+#include "capture_text.h"
 #include "small_recording.h"
 #include "support/manual_clock.h"
 #include "support/temporary_directory.h"
@@ -13,27 +14,13 @@ namespace chequer {
 namespace {
 
 using namespace std::chrono_literals;
+using test::ReadCapture;
+using test::ReadCaptureError;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-CaptureOptions Read(const std::string& lines) {
-  TomlFile file = TomlFile::Parse("[capture]\n" + lines, "swarm.toml");
-  const CaptureOptions options = ReadCaptureOptions(file.root().Table("capture"), "/data");
-  file.CheckAllKeysRead();
-  return options;
-}
-
-std::string ReadError(const std::string& lines) {
-  try {
-    Read(lines);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 TEST(ReadCaptureOptions, ReadsEveryKey) {
-  const CaptureOptions options = Read(R"(
+  const CaptureOptions options = ReadCapture(R"(
     source = "replay"
     path = "swarm"
     fps = 12.5
@@ -61,7 +48,7 @@ TEST(ReadCaptureOptions, ReadsEveryKey) {
 }
 
 TEST(ReadCaptureOptions, HasTheDefaultsOfTheStructs) {
-  const CaptureOptions options = Read("images = ['a.png', '/b.png']");
+  const CaptureOptions options = ReadCapture("images = ['a.png', '/b.png']");
   EXPECT_THAT(options.replay.images, ElementsAre("/data/a.png", "/b.png"));
   const ReplayOptions defaults;
   EXPECT_EQ(options.replay.pace, defaults.pace);
@@ -77,22 +64,22 @@ TEST(ReadCaptureOptions, HasTheDefaultsOfTheStructs) {
 }
 
 TEST(ReadCaptureOptions, SaysWhatWouldBeRight) {
-  EXPECT_THAT(ReadError(""), HasSubstr("swarm.toml:1: capture.path: is missing: must be a recording"));
-  EXPECT_THAT(ReadError("path = 'x'\nimages = ['y']"), HasSubstr("swarm.toml:3: capture.images = "));
-  EXPECT_THAT(ReadError("path = 'x'\nsource = 'usb'"),
+  EXPECT_THAT(ReadCaptureError(""), HasSubstr("swarm.toml:1: capture.path: is missing: must be a recording"));
+  EXPECT_THAT(ReadCaptureError("path = 'x'\nimages = ['y']"), HasSubstr("swarm.toml:3: capture.images = "));
+  EXPECT_THAT(ReadCaptureError("path = 'x'\nsource = 'usb'"),
               HasSubstr("swarm.toml:3: capture.source = 'usb': must be \"replay\", \"v4l2\" or \"aravis\""));
-  EXPECT_THAT(ReadError("path = 'x'\npace = 'slow'"),
+  EXPECT_THAT(ReadCaptureError("path = 'x'\npace = 'slow'"),
               HasSubstr("capture.pace = 'slow': must be \"recorded\", \"fixed\" or \"unlimited\""));
-  EXPECT_THAT(ReadError("path = 'x'\nfps = 0"), HasSubstr("capture.fps = 0: must be from 0.001 to 10000"));
-  EXPECT_THAT(ReadError("path = 'x'\nreplay_fps = -1"), HasSubstr("capture.replay_fps = -1: must be from"));
-  EXPECT_THAT(ReadError("path = 'x'\none_channel = 'BGR8'"),
+  EXPECT_THAT(ReadCaptureError("path = 'x'\nfps = 0"), HasSubstr("capture.fps = 0: must be from 0.001 to 10000"));
+  EXPECT_THAT(ReadCaptureError("path = 'x'\nreplay_fps = -1"), HasSubstr("capture.replay_fps = -1: must be from"));
+  EXPECT_THAT(ReadCaptureError("path = 'x'\none_channel = 'BGR8'"),
               HasSubstr("capture.one_channel = 'BGR8': must be \"Mono8\""));
-  EXPECT_THAT(ReadError("path = 'x'\ngamma = 0"), HasSubstr("capture.gamma = 0: must be from 0.2 to 5"));
-  EXPECT_THAT(ReadError("path = 'x'\npreload = true"), HasSubstr("must be \"auto\", \"yes\" or \"no\""));
-  EXPECT_THAT(ReadError("path = 'x'\npreload_limit_mb = 0"), HasSubstr("must be from 1 to 65536"));
-  EXPECT_THAT(ReadError("path = 'x'\nloop = 1"), HasSubstr("must be true or false"));
-  EXPECT_THAT(ReadError("path = 'x'\ntimes = 'mine'"), HasSubstr("must be \"played\" or \"recorded\""));
-  EXPECT_THAT(ReadError("path = 'x'\nfaults = ['melt 3']"),
+  EXPECT_THAT(ReadCaptureError("path = 'x'\ngamma = 0"), HasSubstr("capture.gamma = 0: must be from 0.2 to 5"));
+  EXPECT_THAT(ReadCaptureError("path = 'x'\npreload = true"), HasSubstr("must be \"auto\", \"yes\" or \"no\""));
+  EXPECT_THAT(ReadCaptureError("path = 'x'\npreload_limit_mb = 0"), HasSubstr("must be from 1 to 65536"));
+  EXPECT_THAT(ReadCaptureError("path = 'x'\nloop = 1"), HasSubstr("must be true or false"));
+  EXPECT_THAT(ReadCaptureError("path = 'x'\ntimes = 'mine'"), HasSubstr("must be \"played\" or \"recorded\""));
+  EXPECT_THAT(ReadCaptureError("path = 'x'\nfaults = ['melt 3']"),
               HasSubstr("swarm.toml:3: capture.faults = ['melt 3']: fault \"melt 3\": must be"));
 }
 

@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
+#include "support/error_of.h"
 #include "support/seed.h"
 #include "unit/robot/measured_boards.h"
 
@@ -29,15 +29,15 @@ RobotFinder Finder(const std::string& roster, bool floor_mode = true, bool world
   return RobotFinder(std::move(options));
 }
 
-std::vector<RobotPose> Find(const RobotFinder& finder, const std::vector<MarkerPose>& markers) {
+std::vector<RobotPose> FindIn(const RobotFinder& finder, const std::vector<MarkerPose>& markers) {
   std::vector<RobotPose> robots;
   finder.Find(markers, robots);
   return robots;
 }
 
 /// What the camera sees of a robot's marker.
-MarkerPose See(const RobotFinder& finder, std::size_t robot, std::size_t marker, const RigidTransform& world_from_body,
-               std::mt19937_64* random = nullptr) {
+MarkerPose SeeIn(const RobotFinder& finder, std::size_t robot, std::size_t marker,
+                 const RigidTransform& world_from_body, std::mt19937_64* random = nullptr) {
   const RosterMarker& mounted = finder.options().roster.robots.at(robot).markers.at(marker);
   return Detect(mounted.id, WorldFromCamera().Inverse() * world_from_body * mounted.body_from_marker, random);
 }
@@ -60,10 +60,21 @@ position = [-0.1, 0, 0.2]
 heading = 180
 )";
 
-TEST(RobotFinder, GivesTheBodyInTheWorldNotTheMarkerInTheCamera) {
-  const RobotFinder finder = Finder(kAliceAndBob);
+/// Of the roster of Alice and Bob, in floor mode.
+class RobotFinderTest : public ::testing::Test {
+ protected:
+  std::vector<RobotPose> Find(const std::vector<MarkerPose>& markers) const { return FindIn(finder_, markers); }
+  MarkerPose See(std::size_t robot, std::size_t marker, const RigidTransform& world_from_body,
+                 std::mt19937_64* random = nullptr) const {
+    return SeeIn(finder_, robot, marker, world_from_body, random);
+  }
+
+  const RobotFinder finder_ = Finder(kAliceAndBob);
+};
+
+TEST_F(RobotFinderTest, GivesTheBodyInTheWorldNotTheMarkerInTheCamera) {
   const RigidTransform truth = OnFloor(0.3, -0.2, 0.7, 0.02);  // its origin is 2 cm over the floor
-  const auto robots = Find(finder, {See(finder, 0, 0, truth)});
+  const auto robots = Find({See(0, 0, truth)});
   ASSERT_EQ(robots.size(), 1u);
   EXPECT_EQ(robots[0].name, "alice");
   EXPECT_EQ(robots[0].marker_count, 1);
@@ -79,14 +90,13 @@ TEST(RobotFinder, GivesTheBodyInTheWorldNotTheMarkerInTheCamera) {
   EXPECT_FALSE(robots[0].floor->off_floor);
 }
 
-TEST(RobotFinder, ItsCovarianceIsOfTheBodyInTheWorld) {
+TEST_F(RobotFinderTest, ItsCovarianceIsOfTheBodyInTheWorld) {
   std::mt19937_64 random = test::SeededGenerator();
-  const RobotFinder finder = Finder(kAliceAndBob);
   const RigidTransform truth = {RotationFromVector({0.3, 0.1, 0.7}), {0.3, -0.2, 0.4}};
   double sum = 0;
   constexpr int kRuns = 300;
   for (int i = 0; i < kRuns; ++i) {
-    const auto robots = Find(finder, {See(finder, 0, 0, truth, &random)});
+    const auto robots = Find({See(0, 0, truth, &random)});
     ASSERT_EQ(robots.size(), 1u);
     Eigen::Matrix<double, 6, 1> error;
     error << robots[0].frame_from_body.translation - truth.translation,
@@ -96,24 +106,23 @@ TEST(RobotFinder, ItsCovarianceIsOfTheBodyInTheWorld) {
   EXPECT_NEAR(sum / kRuns, 1, 0.2);
 }
 
-TEST(RobotFinder, WithoutAWorldRobotsAreInTheCamerasFrame) {
+TEST_F(RobotFinderTest, WithoutAWorldRobotsAreInTheCamerasFrame) {
   const RobotFinder finder = Finder(kAliceAndBob, false, false);
   const RigidTransform truth = OnFloor(0.3, -0.2, 0.7);
-  const auto robots = Find(finder, {See(finder, 0, 0, truth)});
+  const auto robots = FindIn(finder, {SeeIn(finder, 0, 0, truth)});
   ASSERT_EQ(robots.size(), 1u);
   const RigidTransform camera_from_body = WorldFromCamera().Inverse() * truth;
   EXPECT_LT((robots[0].frame_from_body.translation - camera_from_body.translation).norm(), 1e-5);
   EXPECT_FALSE(robots[0].floor.has_value());
 }
 
-TEST(RobotFinder, SeesThatARobotFell) {
+TEST_F(RobotFinderTest, SeesThatARobotFell) {
   std::mt19937_64 random = test::SeededGenerator();
-  const RobotFinder finder = Finder(kAliceAndBob);
   const RigidTransform leaning = {RotationFromVector({0.6, 0, 0}), {0.1, 0.2, 0.05}};
   const RigidTransform lifted = OnFloor(0.1, 0.2, 1, 0.3);
   const RigidTransform upright = OnFloor(0.1, 0.2, 1, 0.02);
   const auto off_floor = [&](const RigidTransform& world_from_body) {
-    const auto robots = Find(finder, {See(finder, 0, 0, world_from_body, &random)});
+    const auto robots = Find({See(0, 0, world_from_body, &random)});
     return robots.at(0).floor.value();
   };
   const FloorPose fallen = off_floor(leaning);
@@ -132,31 +141,29 @@ TEST(RobotFinder, SeesThatARobotFell) {
   EXPECT_NEAR(chi_square / 100, 3, 1);
 }
 
-TEST(RobotFinder, EstimatesARobotFromBothItsMarkersOrFromEither) {
-  const RobotFinder finder = Finder(kAliceAndBob);
+TEST_F(RobotFinderTest, EstimatesARobotFromBothItsMarkersOrFromEither) {
   const RigidTransform truth = OnFloor(-0.2, 0.1, -2);
-  const MarkerPose front = See(finder, 1, 0, truth), back = See(finder, 1, 1, truth);
-  const auto both = Find(finder, {back, front});
+  const MarkerPose front = See(1, 0, truth), back = See(1, 1, truth);
+  const auto both = Find({back, front});
   ASSERT_EQ(both.size(), 1u);
   EXPECT_EQ(both[0].marker_count, 2);
   EXPECT_EQ(both[0].ids[0], 10u);
   EXPECT_EQ(both[0].ids[1], 11u);
-  for (const auto& robots : {both, Find(finder, {front}), Find(finder, {back})}) {
+  for (const auto& robots : {both, Find({front}), Find({back})}) {
     ASSERT_EQ(robots.size(), 1u);
     EXPECT_EQ(robots[0].name, "bob");
     EXPECT_LT((robots[0].frame_from_body.translation - truth.translation).norm(), 1e-5);
     EXPECT_NEAR(robots[0].floor->heading_rad, -2, 1e-6);
   }
-  const auto alone = Find(finder, {front});
+  const auto alone = Find({front});
   EXPECT_EQ(alone[0].marker_count, 1);
   EXPECT_LT(both[0].covariance(5, 5), 0.5 * alone[0].covariance(5, 5)) << "two markers tell the heading better";
 }
 
-TEST(RobotFinder, UsesOneMarkerWhereTheOtherDoesNotFitTheBody) {
-  const RobotFinder finder = Finder(kAliceAndBob);
+TEST_F(RobotFinderTest, UsesOneMarkerWhereTheOtherDoesNotFitTheBody) {
   const RigidTransform truth = OnFloor(0, 0, 0);
-  const MarkerPose front = See(finder, 1, 0, truth), strayed = See(finder, 1, 1, OnFloor(0.5, 0.5, 1));
-  const auto robots = Find(finder, {front, strayed});
+  const MarkerPose front = See(1, 0, truth), strayed = See(1, 1, OnFloor(0.5, 0.5, 1));
+  const auto robots = Find({front, strayed});
   ASSERT_EQ(robots.size(), 1u);
   EXPECT_EQ(robots[0].marker_count, 1);
 }
@@ -180,49 +187,42 @@ id = 3
 position = [-0.1, 0, 0.2]
 )";
 
-TEST(RobotFinder, TellsRobotsThatShareAnIdByTheirPairs) {
+TEST_F(RobotFinderTest, TellsRobotsThatShareAnIdByTheirPairs) {
   const RobotFinder finder = Finder(kSharedIds);
   const RigidTransform ab = OnFloor(0.4, 0, 0.5), ac = OnFloor(-0.4, 0.1, 2);
-  const auto robots =
-      Find(finder, {See(finder, 1, 0, ac), See(finder, 0, 1, ab), See(finder, 0, 0, ab), See(finder, 1, 1, ac)});
+  const auto robots = FindIn(
+      finder, {SeeIn(finder, 1, 0, ac), SeeIn(finder, 0, 1, ab), SeeIn(finder, 0, 0, ab), SeeIn(finder, 1, 1, ac)});
   ASSERT_EQ(robots.size(), 2u);
   EXPECT_EQ(robots[0].name, "ab");
   EXPECT_LT((robots[0].frame_from_body.translation - ab.translation).norm(), 1e-5);
   EXPECT_EQ(robots[1].name, "ac");
   EXPECT_LT((robots[1].frame_from_body.translation - ac.translation).norm(), 1e-5);
-  EXPECT_TRUE(Find(finder, {See(finder, 0, 0, ab)}).empty()) << "id 1 alone may be either";
-  EXPECT_EQ(Find(finder, {See(finder, 0, 1, ab)}).at(0).name, "ab") << "id 2 is of one alone";
+  EXPECT_TRUE(FindIn(finder, {SeeIn(finder, 0, 0, ab)}).empty()) << "id 1 alone may be either";
+  EXPECT_EQ(FindIn(finder, {SeeIn(finder, 0, 1, ab)}).at(0).name, "ab") << "id 2 is of one alone";
 }
 
-TEST(RobotFinder, PassesOverWhatIsNoRobotsMarker) {
-  const RobotFinder finder = Finder(kAliceAndBob);
-  MarkerPose undecided = See(finder, 0, 0, OnFloor(0, 0, 0));
+TEST_F(RobotFinderTest, PassesOverWhatIsNoRobotsMarker) {
+  MarkerPose undecided = See(0, 0, OnFloor(0, 0, 0));
   undecided.id.reset();
-  MarkerPose without_pose = See(finder, 0, 0, OnFloor(0, 0, 0));
+  MarkerPose without_pose = See(0, 0, OnFloor(0, 0, 0));
   without_pose.has_pose = false;
-  MarkerPose other_family = See(finder, 0, 0, OnFloor(0, 0, 0));
+  MarkerPose other_family = See(0, 0, OnFloor(0, 0, 0));
   other_family.family = 1;
   const MarkerPose stranger = Detect(99, WorldFromCamera().Inverse() * OnFloor(0, 0, 0));
-  EXPECT_TRUE(Find(finder, {undecided, without_pose, other_family, stranger}).empty());
-  EXPECT_FALSE(finder.Knows(undecided));
-  EXPECT_FALSE(finder.Knows(other_family));
-  EXPECT_FALSE(finder.Knows(stranger));
-  EXPECT_TRUE(finder.Knows(without_pose));
+  EXPECT_TRUE(Find({undecided, without_pose, other_family, stranger}).empty());
+  EXPECT_FALSE(finder_.Knows(undecided));
+  EXPECT_FALSE(finder_.Knows(other_family));
+  EXPECT_FALSE(finder_.Knows(stranger));
+  EXPECT_TRUE(finder_.Knows(without_pose));
 }
 
-TEST(RobotFinder, GivesARobotTwiceWhoseMarkerIsSeenTwice) {
-  const RobotFinder finder = Finder(kAliceAndBob);
-  const auto robots = Find(finder, {See(finder, 0, 0, OnFloor(0, 0, 0)), See(finder, 0, 0, OnFloor(0.5, 0, 0))});
+TEST_F(RobotFinderTest, GivesARobotTwiceWhoseMarkerIsSeenTwice) {
+  const auto robots = Find({See(0, 0, OnFloor(0, 0, 0)), See(0, 0, OnFloor(0.5, 0, 0))});
   EXPECT_EQ(robots.size(), 2u);
 }
 
-TEST(RobotFinder, SaysWhatItNeeds) {
-  try {
-    Finder(kAliceAndBob, true, false);
-    FAIL() << "floor mode without a world must be refused";
-  } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("needs a world"));
-  }
+TEST_F(RobotFinderTest, SaysWhatItNeeds) {
+  EXPECT_THAT(test::ErrorOf([] { Finder(kAliceAndBob, true, false); }), HasSubstr("needs a world"));
 }
 
 }  // namespace
