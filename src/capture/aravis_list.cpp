@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "capture/aravis_devices.h"
+#include "capture/aravis_features.h"
 #include "capture/aravis_formats.h"
 #include "capture/aravis_handles.h"
-#include "capture/aravis_settings.h"
 #include "capture/camera_list.h"
 
 namespace chequer {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
+#include "capture/aravis_features.h"
 #include "capture/aravis_formats.h"
 #include "core/number_text.h"
 
@@ -34,23 +34,6 @@ const char* WordOf(AutoMode mode) {
   return "off";
 }
 
-/// The names that a call gives. @param call puts their number where it is told, and returns a list that we own.
-template <typename Call>
-std::vector<std::string> Names(const Call& call) {
-  guint count = 0;
-  const MemoryHandle<const char*> names(call(&count));
-  std::vector<std::string> texts;
-  for (guint i = 0; names && i < count; ++i) texts.emplace_back(names.get()[i]);
-  return texts;
-}
-
-std::string JoinedWithOr(const std::vector<std::string>& words) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
-  return text;
-}
-
 /// Sets one camera step by step.
 class Setter {
  public:
@@ -66,7 +49,7 @@ class Setter {
     SetWhiteBalance();
     SetTrigger();
     SetTransport();
-    for (const CameraSetting& setting : options_.camera.settings) SetFeature(setting);
+    for (const CameraSetting& setting : options_.camera.settings) Tell(setting.place, SetFeature(device_, setting));
     if (options_.trigger == TriggerKind::kFree) ReadRate();
     return std::move(set_up_);
   }
@@ -83,11 +66,9 @@ class Setter {
   }
 
   void Remark(const std::string& place, const std::string& what) { set_up_.remarks.push_back(place + ": " + what); }
-
-  /// Says so where the camera made another value of it.
-  void Compare(const std::string& place, double wanted, double got) {
-    if (std::abs(got - wanted) > 0.01 * std::max(std::abs(wanted), 1e-9))
-      Remark(place, "the camera made it " + RoundText(got));
+  /// @param altered AlteredText.
+  void Tell(const std::string& place, const std::string& altered) {
+    if (!altered.empty()) Remark(place, altered);
   }
 
   void SetFormat() {
@@ -178,7 +159,7 @@ class Setter {
     if (!error_.is_set()) CheckBounds(place, wanted, min, max);
     arv_camera_set_exposure_time(camera_, wanted, error_.Receive());
     error_.Check(place);
-    Compare(place, wanted, arv_camera_get_exposure_time(camera_, nullptr));
+    Tell(place, AlteredText(wanted, arv_camera_get_exposure_time(camera_, nullptr)));
   }
 
   void SetGain() {
@@ -194,7 +175,7 @@ class Setter {
     if (!error_.is_set()) CheckBounds(place, wanted, min, max);
     arv_camera_set_gain(camera_, wanted, error_.Receive());
     error_.Check(place);
-    Compare(place, wanted, arv_camera_get_gain(camera_, nullptr));
+    Tell(place, AlteredText(wanted, arv_camera_get_gain(camera_, nullptr)));
   }
 
   void SetWhiteBalance() {
@@ -214,7 +195,7 @@ class Setter {
     if (!error_.is_set()) CheckBounds(place, ratio, min, max);
     arv_device_set_float_feature_value(device_, feature, ratio, error_.Receive());
     error_.Check(place);
-    Compare(place, ratio, arv_device_get_float_feature_value(device_, feature, nullptr));
+    Tell(place, AlteredText(ratio, arv_device_get_float_feature_value(device_, feature, nullptr)));
   }
 
   void SetTrigger() {
@@ -235,8 +216,7 @@ class Setter {
 
   void SetTriggerSource(const char* source, const std::string& place) {
     Require("TriggerSource", place);
-    const std::vector<std::string> sources =
-        Names([&](guint* count) { return arv_camera_dup_available_trigger_sources(camera_, count, error_.Receive()); });
+    const std::vector<std::string> sources = TriggerSources(camera_, error_);
     if (!error_.is_set() && std::find(sources.begin(), sources.end(), source) == sources.end())
       Refuse(place, "the camera's trigger sources are " + JoinedWithOr(sources));
     arv_camera_set_trigger(camera_, source, error_.Receive());
@@ -280,63 +260,7 @@ class Setter {
     arv_camera_gv_set_packet_size(camera_, options_.packet_size, error_.Receive());
     const std::string place = Option("packet_size", options_.packet_size);
     error_.Check(place);
-    Compare(place, options_.packet_size, arv_camera_gv_get_packet_size(camera_, nullptr));
-  }
-
-  void SetFeature(const CameraSetting& setting) {
-    const char* name = setting.name.c_str();
-    ArvGcNode* node = arv_device_get_feature(device_, name);
-    if (node == nullptr || ARV_IS_GC_CATEGORY(node) != 0)
-      Refuse(setting.place, "the camera has no such feature (chequer cameras --features lists them)");
-    if (!Has(name)) Refuse(setting.place, "this feature is not available as the camera is set now");
-    if (ARV_IS_GC_COMMAND(node) != 0) {
-      arv_device_execute_command(device_, name, error_.Receive());
-      return error_.Check(setting.place);
-    }
-    const std::string allowed = AllowedByFeature(device_, name);
-    const auto refuse = [&] { Refuse(setting.place, allowed.empty() ? "cannot be that" : "must be " + allowed); };
-    if (ARV_IS_GC_BOOLEAN(node) != 0) {
-      const auto* value = std::get_if<bool>(&setting.value);
-      if (value == nullptr) refuse();
-      arv_device_set_boolean_feature_value(device_, name, *value ? 1 : 0, error_.Receive());
-    } else if (ARV_IS_GC_ENUMERATION(node) != 0 || ARV_IS_GC_STRING(node) != 0) {
-      const auto* value = std::get_if<std::string>(&setting.value);
-      if (value == nullptr || !IsEntry(node, name, *value)) refuse();
-      arv_device_set_string_feature_value(device_, name, value->c_str(), error_.Receive());
-    } else {
-      SetNumber(setting, node, refuse);
-    }
-    error_.Check(setting.place + (allowed.empty() ? "" : " (allowed is " + allowed + ")"));
-  }
-
-  bool IsEntry(ArvGcNode* node, const char* name, const std::string& value) const {
-    if (ARV_IS_GC_ENUMERATION(node) == 0) return true;
-    return arv_device_is_enumeration_entry_available(device_, name, value.c_str(), nullptr) != 0;
-  }
-
-  template <typename Refusal>
-  void SetNumber(const CameraSetting& setting, ArvGcNode* node, const Refusal& refuse) {
-    const char* name = setting.name.c_str();
-    const auto* whole = std::get_if<std::int64_t>(&setting.value);
-    const auto* decimal = std::get_if<double>(&setting.value);
-    if (whole == nullptr && decimal == nullptr) refuse();
-    if (ARV_IS_GC_FLOAT(node) != 0) {
-      const double value = whole != nullptr ? static_cast<double>(*whole) : *decimal;
-      double min = 0, max = 0;
-      arv_device_get_float_feature_bounds(device_, name, &min, &max, error_.Receive());
-      if (!error_.is_set() && (value < min || value > max)) refuse();
-      arv_device_set_float_feature_value(device_, name, value, error_.Receive());
-      if (!error_.is_set()) Compare(setting.place, value, arv_device_get_float_feature_value(device_, name, nullptr));
-      return;
-    }
-    if (whole == nullptr) refuse();
-    gint64 min = 0, max = 0;
-    arv_device_get_integer_feature_bounds(device_, name, &min, &max, error_.Receive());
-    if (!error_.is_set() && (*whole < min || *whole > max)) refuse();
-    arv_device_set_integer_feature_value(device_, name, *whole, error_.Receive());
-    if (!error_.is_set() && ARV_IS_GC_INTEGER(node) != 0)
-      Compare(setting.place, static_cast<double>(*whole),
-              static_cast<double>(arv_device_get_integer_feature_value(device_, name, nullptr)));
+    Tell(place, AlteredText(options_.packet_size, arv_camera_gv_get_packet_size(camera_, nullptr)));
   }
 
   ArvCamera* camera_;
@@ -347,38 +271,6 @@ class Setter {
 };
 
 }  // namespace
-
-std::vector<std::string> GenicamFormats(ArvCamera* camera) {
-  ArvError error;
-  const std::vector<std::string> formats = Names(
-      [&](guint* count) { return arv_camera_dup_available_pixel_formats_as_strings(camera, count, error.Receive()); });
-  error.Check("reading the pixel formats");
-  return formats;
-}
-
-std::string AllowedByFeature(ArvDevice* device, const char* feature) {
-  ArvGcNode* node = arv_device_get_feature(device, feature);
-  ArvError error;
-  if (node == nullptr) return {};
-  if (ARV_IS_GC_BOOLEAN(node) != 0) return "true or false";
-  if (ARV_IS_GC_COMMAND(node) != 0) return "true, which runs it";
-  if (ARV_IS_GC_ENUMERATION(node) != 0) {
-    return JoinedWithOr(Names([&](guint* count) {
-      return arv_device_dup_available_enumeration_feature_values_as_strings(device, feature, count, error.Receive());
-    }));
-  }
-  if (ARV_IS_GC_FLOAT(node) != 0) {
-    double min = 0, max = 0;
-    arv_device_get_float_feature_bounds(device, feature, &min, &max, error.Receive());
-    return error.is_set() ? "" : "a number from " + RoundText(min) + " to " + RoundText(max);
-  }
-  if (ARV_IS_GC_INTEGER(node) != 0) {
-    gint64 min = 0, max = 0;
-    arv_device_get_integer_feature_bounds(device, feature, &min, &max, error.Receive());
-    return error.is_set() ? "" : "a whole number from " + std::to_string(min) + " to " + std::to_string(max);
-  }
-  return ARV_IS_GC_STRING(node) != 0 ? "a text" : "";
-}
 
 AravisSetUp SetUpAravis(ArvCamera* camera, const AravisOptions& options) { return Setter(camera, options).Run(); }
 

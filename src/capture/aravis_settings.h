@@ -18,11 +18,4 @@ struct AravisSetUp {
 /// naming what was asked, what exists and what to type where it cannot do it.
 AravisSetUp SetUpAravis(ArvCamera* camera, const AravisOptions& options);
 
-/// What a feature allows, such as "from 10 to 1000000", "true or false", "Off, Once or Continuous"; empty where it
-/// does not say.
-std::string AllowedByFeature(ArvDevice* device, const char* feature);
-
-/// The formats that a camera names, in its order.
-std::vector<std::string> GenicamFormats(ArvCamera* camera);
-
 }  // namespace chequer

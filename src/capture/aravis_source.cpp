@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
@@ -16,6 +15,7 @@
 #include "capture/aravis_session.h"
 #include "capture/aravis_settings.h"
 #include "capture/camera_trouble.h"
+#include "capture/size_text.h"
 #include "core/number_text.h"
 
 namespace chequer {
@@ -253,7 +253,7 @@ std::string AravisSource::Describe() const {
   std::string text = "camera " + (device_ ? device_->id : wanted);
   if (!session_) return text;
   if (!device_->address.empty()) text += " at " + device_->address;
-  text += ", " + std::to_string(width_) + "x" + std::to_string(height_) + " " + format_ + ", ";
+  text += ", " + SizeText(width_, height_) + " " + format_ + ", ";
   return text + (rate_hz_ > 0 ? RoundText(rate_hz_, 4) + " fps" : "when triggered");
 }
 

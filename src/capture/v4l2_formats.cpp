@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <tuple>
 
+#include "capture/size_text.h"
 #include "core/number_text.h"
 
 namespace chequer {
@@ -48,10 +48,10 @@ int Preference(FourCc code) {
   return 2 + static_cast<int>(kKnown.end() - Find(code));
 }
 
-std::string SizeText(const V4l2SizeOffer& size) {
-  std::string text = std::to_string(size.min_width) + "x" + std::to_string(size.min_height);
+std::string SizesText(const V4l2SizeOffer& size) {
+  std::string text = SizeText(size.min_width, size.min_height);
   if (size.max_width != size.min_width || size.max_height != size.min_height)
-    text += " to " + std::to_string(size.max_width) + "x" + std::to_string(size.max_height);
+    text += " to " + SizeText(size.max_width, size.max_height);
   for (std::size_t i = 0; i < size.rates_hz.size(); ++i)
     text += (i == 0 ? " (" : ", ") + RoundText(size.rates_hz[i], 4);
   return size.rates_hz.empty() ? text : text + " fps)";
@@ -157,9 +157,9 @@ V4l2FormatChoice ChooseV4l2Format(const std::vector<V4l2FormatOffer>& offers, co
   }
   if (best) return best->choice;
   if (of_format.empty()) return ExplainNoFormat(offers, wish);
-  return Wrong(V4l2FormatChoice::Key::kSize, "the camera does not offer " + std::to_string(wish.width.value_or(0)) +
-                                                 "x" + std::to_string(wish.height.value_or(0)) + "; it offers " +
-                                                 OfferText(of_format));
+  return Wrong(V4l2FormatChoice::Key::kSize, "the camera does not offer " +
+                                                 SizeText(wish.width.value_or(0), wish.height.value_or(0)) +
+                                                 "; it offers " + OfferText(of_format));
 }
 
 std::string OfferText(const std::vector<V4l2FormatOffer>& offers) {
@@ -167,7 +167,7 @@ std::string OfferText(const std::vector<V4l2FormatOffer>& offers) {
   for (const V4l2FormatOffer& offer : offers) {
     if (!IsUsable(offer.code)) continue;
     text += (text.empty() ? "" : "; ") + NameOfFourCc(offer.code);
-    for (std::size_t i = 0; i < offer.sizes.size(); ++i) text += (i == 0 ? " " : ", ") + SizeText(offer.sizes[i]);
+    for (std::size_t i = 0; i < offer.sizes.size(); ++i) text += (i == 0 ? " " : ", ") + SizesText(offer.sizes[i]);
   }
   return text;
 }

@@ -16,6 +16,7 @@
 
 #include "capture/camera_trouble.h"
 #include "capture/jpeg.h"
+#include "capture/size_text.h"
 #include "core/number_text.h"
 
 namespace chequer {
@@ -28,22 +29,12 @@ using std::chrono::milliseconds;
 /// to its group.
 constexpr std::chrono::seconds kForbiddenGrace{3};
 
-std::string SizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
-
 /// The node that any other link leads to, such as one of a udev rule of one's own.
 std::string NodeOfLink(const std::string& device) {
   if (!device.starts_with('/') || device.starts_with(kStableLinks)) return device;
   std::error_code error;
   const std::filesystem::path node = std::filesystem::canonical(device, error);
   return error ? device : node.string();
-}
-
-YuvRange RangeOf(const v4l2_pix_format& format) {
-  const std::uint32_t range =
-      format.quantization != V4L2_QUANTIZATION_DEFAULT
-          ? format.quantization
-          : std::uint32_t{V4L2_MAP_QUANTIZATION_DEFAULT(false, format.colorspace, format.ycbcr_enc)};
-  return range == V4L2_QUANTIZATION_LIM_RANGE ? YuvRange::kLimited : YuvRange::kFull;
 }
 
 }  // namespace
@@ -70,7 +61,10 @@ std::string V4l2Source::Open() {
   remarks_.clear();
   try {
     V4l2Device device = OpenDevice();
-    SetUp(device);
+    V4l2SetUp set_up = SetUpV4l2(device, node_->path, options_);
+    layout_ = set_up.layout;
+    rate_hz_ = set_up.rate_hz;
+    remarks_ = std::move(set_up.remarks);
     stream_ = V4l2Stream::Start(std::move(device), options_.camera.buffers);
   } catch (const CameraNotReady& trouble) {
     return (node_ ? node_->path + " (" + node_->name + "): " : std::string()) + trouble.what();
@@ -101,101 +95,6 @@ V4l2Device V4l2Source::OpenDevice() {
     if (!forbidden_since_) forbidden_since_ = clock_.monotonic();
     if (clock_.monotonic() - *forbidden_since_ < kForbiddenGrace) throw CameraNotReady(message);
     throw std::runtime_error(message);
-  }
-}
-
-void V4l2Source::SetUp(const V4l2Device& device) {
-  if (options_.input) {
-    int input = *options_.input;
-    if (const int error = device.Control(VIDIOC_S_INPUT, &input); error == EINVAL)
-      throw std::runtime_error("capture.input = " + std::to_string(input) + ": " + node_->path + " has no such input");
-    else if (error != 0)
-      throw CameraNotReady(std::string("choosing the input: ") + std::strerror(error));
-  }
-  SetFormat(device);
-  SetRate(device);
-  SetControls(device);
-}
-
-void V4l2Source::SetFormat(const V4l2Device& device) {
-  const CameraOptions& camera = options_.camera;
-  v4l2_format format{};
-  format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  if (const int error = device.Control(VIDIOC_G_FMT, &format); error != 0)
-    throw CameraNotReady(std::string("the driver tells no format (yet): ") + std::strerror(error));
-  const V4l2FormatChoice choice =
-      ChooseV4l2Format(QueryFormats(device), {camera.pixel_format, camera.width, camera.height, camera.fps},
-                       static_cast<int>(format.fmt.pix.width), static_cast<int>(format.fmt.pix.height));
-  const bool is_size = choice.wrong_key == V4l2FormatChoice::Key::kSize;
-  const std::string& place = is_size ? camera.places.width : camera.places.pixel_format;
-  if (!choice.wrong.empty()) throw std::runtime_error(place + ": " + node_->path + ": " + choice.wrong);
-  format = {};
-  format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  format.fmt.pix.pixelformat = choice.code;
-  format.fmt.pix.width = static_cast<std::uint32_t>(choice.width);
-  format.fmt.pix.height = static_cast<std::uint32_t>(choice.height);
-  format.fmt.pix.field = V4L2_FIELD_NONE;
-  if (const int error = device.Control(VIDIOC_S_FMT, &format); error == EBUSY)
-    throw CameraNotReady("another program uses the camera (fuser -v " + node_->path + " names it)");
-  else if (error != 0)
-    throw CameraNotReady(std::string("setting the format: ") + std::strerror(error));
-  const v4l2_pix_format& got = format.fmt.pix;
-  const int width = static_cast<int>(got.width), height = static_cast<int>(got.height);
-  if (got.pixelformat != choice.code || (camera.width && (width != choice.width || height != choice.height)))
-    throw std::runtime_error(place + ": " + node_->path + " was asked for " + SizeText(choice.width, choice.height) +
-                             " " + NameOfFourCc(choice.code) + " and gives " + SizeText(width, height) + " " +
-                             FourCcText(got.pixelformat) + "; chequer cameras lists what it offers");
-  layout_ = {got.pixelformat, width, height, static_cast<std::ptrdiff_t>(got.bytesperline),
-             options_.yuv_range.value_or(RangeOf(got))};
-  const auto pixels = PixelFormatOf(layout_.code);
-  if (pixels && layout_.stride_bytes == 0) layout_.stride_bytes = PlaneShapes(*pixels, width, height).front().row_bytes;
-  if (pixels && (!SizeIsValid(*pixels, width, height) ||
-                 layout_.stride_bytes < PlaneShapes(*pixels, width, height).front().row_bytes))
-    throw std::runtime_error(place + ": " + node_->path + " gives " + SizeText(width, height) + " " +
-                             NameOfFourCc(layout_.code) + " with rows of " + std::to_string(layout_.stride_bytes) +
-                             " bytes, which cannot be; choose another format or size");
-}
-
-void V4l2Source::SetRate(const V4l2Device& device) {
-  const double wanted = options_.camera.fps;
-  rate_hz_ = wanted;
-  v4l2_streamparm parameters{};
-  parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  parameters.parm.capture.timeperframe = {1000, static_cast<std::uint32_t>(std::lround(1000 * wanted))};
-  const int error = device.Control(VIDIOC_S_PARM, &parameters);
-  const v4l2_fract& period = parameters.parm.capture.timeperframe;
-  if (error != 0 || period.numerator == 0 || period.denominator == 0) {
-    remarks_.push_back(options_.camera.places.fps + ": the driver lets nobody choose the rate");
-    return;
-  }
-  rate_hz_ = static_cast<double>(period.denominator) / static_cast<double>(period.numerator);
-  if (std::abs(rate_hz_ - wanted) > 0.01 * wanted)
-    remarks_.push_back(options_.camera.places.fps + ": " + RoundText(wanted, 4) +
-                       " frames/s were asked for, the camera gives " + RoundText(rate_hz_, 4));
-}
-
-void V4l2Source::SetControls(const V4l2Device& device) {
-  if (options_.camera.settings.empty()) return;
-  std::vector<V4l2Control> controls = QueryControls(device);
-  const std::vector<CameraSetting> settings = InOrderOfSetting(controls, options_.camera.settings);
-  for (const CameraSetting& setting : settings) {
-    const V4l2Control& control = FindControl(controls, setting);
-    const int error = SetControl(device, control, ResolveControl(control, setting));
-    if (error == ENODEV || error == EIO || error == EBUSY)
-      throw CameraNotReady("setting " + control.name + ": " + std::strerror(error));
-    if (error != 0)
-      throw std::runtime_error(setting.place + ": the driver refuses it (" + std::strerror(error) + ")" +
-                               (control.is_inactive ? "; another control, such as an automatic one, governs it" : ""));
-  }
-  controls = QueryControls(device);  // what is active changes with what was set
-  for (const CameraSetting& setting : settings) {
-    const V4l2Control& control = FindControl(controls, setting);
-    const V4l2ControlValue wanted = ResolveControl(control, setting);
-    const auto got = GetControl(device, control);
-    if (got && *got != wanted)
-      remarks_.push_back(setting.place + ": the driver made it " + ControlValueText(control, *got));
-    else if (control.is_inactive)
-      remarks_.push_back(setting.place + ": has no effect now: another control, such as an automatic one, governs it");
   }
 }
 

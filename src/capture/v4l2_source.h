@@ -10,6 +10,7 @@
 #include "capture/image_pool.h"
 #include "capture/silence_watch.h"
 #include "capture/v4l2_nodes.h"
+#include "capture/v4l2_setup.h"
 #include "capture/v4l2_stream.h"
 #include "core/clock.h"
 #include "core/unique_fd.h"
@@ -38,20 +39,7 @@ class V4l2Source final : public FrameSource {
   double rate_hz() const override { return rate_hz_; }
 
  private:
-  /// The size and layout that frames have.
-  struct Layout {
-    FourCc code = 0;
-    int width = 0;
-    int height = 0;
-    std::ptrdiff_t stride_bytes = 0;
-    YuvRange range = YuvRange::kFull;
-  };
-
   V4l2Device OpenDevice();
-  void SetUp(const V4l2Device& device);
-  void SetFormat(const V4l2Device& device);
-  void SetRate(const V4l2Device& device);
-  void SetControls(const V4l2Device& device);
   void Close();
   CaptureResult Lost(const std::string& why);
   enum class Woken { kByFrame, kByError, kByInterrupt, kByTime };
@@ -69,7 +57,7 @@ class V4l2Source final : public FrameSource {
   std::optional<MonotonicTime> forbidden_since_;
   std::shared_ptr<V4l2Stream> stream_;  ///< shared with the frames; set while open
   std::shared_ptr<ImagePool> pool_ = ImagePool::Make();
-  Layout layout_;
+  V4l2Layout layout_;
   bool must_copy_ = false;
   double rate_hz_ = 0;
   SilenceWatch silence_;
