@@ -1,6 +1,7 @@
 #include "manual/completion.h"
 
 #include <CLI/CLI.hpp>
+#include <vector>
 
 namespace chequer {
 namespace {
@@ -34,21 +35,6 @@ Words WordsOf(const CLI::App& app) {
   return words;
 }
 
-/// Of a command with parts: their names and what any of them takes.
-Words WordsWithParts(const CLI::App& command) {
-  Words words = WordsOf(command);
-  const auto add = [](std::string& list, const std::string& more, const char* separator) {
-    if (!more.empty()) list += (list.empty() ? "" : separator) + more;
-  };
-  for (const CLI::App* part : command.get_subcommands([](const CLI::App* sub) { return !sub->get_name().empty(); })) {
-    const Words more = WordsOf(*part);
-    add(words.options, part->get_name() + " " + more.options, " ");
-    add(words.files, more.files, "|");
-    add(words.valued, more.valued, "|");
-  }
-  return words;
-}
-
 std::string Cases(const Words& words, const std::string& indent) {
   std::string text;
   if (!words.files.empty())
@@ -57,36 +43,57 @@ std::string Cases(const Words& words, const std::string& indent) {
   return text.empty() ? text : indent.substr(2) + "case $before in\n" + text + indent.substr(2) + "esac\n";
 }
 
+std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App* command) { return !command->get_name().empty(); });
+}
+
+bool TakesArguments(const CLI::App& app) {
+  return !app.get_options([](const CLI::Option* option) { return option->get_positional(); }).empty();
+}
+
+/// What may follow a command, a branch for it and for each command below it; and the patterns that tell how the path to
+/// a command grows by a word.
+struct Branches {
+  std::string text;
+  std::string steps;
+};
+
+void AddBranches(const CLI::App& app, const std::string& path, Branches& branches) {
+  const Words words = WordsOf(app);
+  std::string offers;
+  for (const CLI::App* command : CommandsOf(app)) {
+    offers += command->get_name() + " ";
+    branches.steps += (branches.steps.empty() ? "'" : "|'") + path + " " + command->get_name() + "'";
+  }
+  branches.text += "    '" + path + "')\n" + Cases(words, "        ") + "      offers='" + offers + words.options +
+                   "'" + (TakesArguments(app) ? " files=yes" : "") + " ;;\n";
+  for (const CLI::App* command : CommandsOf(app))
+    AddBranches(*command, path.empty() ? command->get_name() : path + " " + command->get_name(), branches);
+}
+
 }  // namespace
 
 std::string BashCompletion(const CLI::App& app) {
   const std::string program = app.get_name();
-  const auto commands = app.get_subcommands([](const CLI::App* command) { return !command->get_name().empty(); });
-  std::string names;
-  std::string branches;
-  for (const CLI::App* command : commands) {
-    const Words words = WordsWithParts(*command);
-    names += (names.empty() ? "" : " ") + command->get_name();
-    branches +=
-        "    " + command->get_name() + ")\n" + Cases(words, "        ") + "      offers='" + words.options + "' ;;\n";
-  }
-  const Words own = WordsOf(app);
+  Branches branches;
+  AddBranches(app, "", branches);
   std::string text = "# Completion of " + program + " for bash.\n_" + program + "() {\n";
-  text += "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command= offers= i\n";
+  text += "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command= offers= files= i\n";
+  if (!branches.steps.empty())
+    text +=
+        "  for ((i = 1; i < COMP_CWORD; ++i)); do\n"
+        "    case \"$command ${COMP_WORDS[i]}\" in\n      " +
+        branches.steps +
+        ") command=${command:+$command }${COMP_WORDS[i]} ;;\n"
+        "    esac\n"
+        "  done\n";
+  text += "  COMPREPLY=()\n  case $command in\n" + branches.text + "  esac\n";
   text +=
-      "  for ((i = 1; i < COMP_CWORD; ++i)); do\n"
-      "    [[ ${COMP_WORDS[i]} == -* ]] || { command=${COMP_WORDS[i]}; break; }\n"
-      "  done\n";
-  text += "  COMPREPLY=()\n";
-  if (commands.empty()) text += Cases(own, "    ") + "  offers='" + own.options + "'\n";
-  if (!commands.empty())
-    text += "  case $command in\n    '') offers='" + names + " " + own.options + "' ;;\n" + branches + "  esac\n";
-  const std::string offer = "mapfile -t COMPREPLY < <(compgen -W \"$offers\" -- \"$word\")\n";
-  if (commands.empty())
-    text += "  " + offer;
-  else
-    text += "  if [[ -z $command || $word == -* ]]; then\n    " + offer +
-            "  else\n    mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n  fi\n";
+      "  if [[ -z $files || $word == -* ]]; then\n"
+      "    mapfile -t COMPREPLY < <(compgen -W \"$offers\" -- \"$word\")\n"
+      "  else\n"
+      "    mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n"
+      "  fi\n";
   return text + "}\ncomplete -o filenames -F _" + program + " " + program + "\n";
 }
 

@@ -2,19 +2,22 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "manual/completion.h"
 #include "manual/config_page.h"
 #include "manual/program_page.h"
 #include "manual/troff.h"
+#include "support/process.h"
 
 namespace chequer {
 namespace {
 
-using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::Not;
+using ::testing::IsEmpty;
 
 TEST(Troff, QuotesWhatWouldBeACommandOrAHyphen) {
   EXPECT_EQ(Troff("--url C:\\x"), "\\-\\-url C:\\ex");
@@ -27,7 +30,7 @@ TEST(Troff, KeepsExamplesAsTheyAre) {
             "One\ntwo.\n.PP\nThree:\n.PP\n.RS 4\n.EX\na  b\nc\n.EE\n.RE\n.PP\nFour.\n");
 }
 
-/// A program with two commands.
+/// A program with three commands, one of which has commands of its own.
 class ManualTest : public ::testing::Test {
  protected:
   ManualTest() {
@@ -40,6 +43,9 @@ class ManualTest : public ::testing::Test {
     CLI::App* show = app_.add_subcommand("show", "Shows files");
     show->add_option("--table", url_, "A table")->type_name("FILE")->required();
     show->add_option("files", files_, "What to show")->type_name("FILE")->required();
+    CLI::App* set = app_.add_subcommand("set", "Sets sizes");
+    set->add_subcommand("width", "Sets the width")->add_flag("--millimetres", json_, "Instead of inches");
+    set->add_subcommand("height", "Sets the height");
   }
 
   CLI::App app_;
@@ -58,12 +64,47 @@ TEST_F(ManualTest, APageHoldsWhatHelpSays) {
   EXPECT_THAT(page, HasSubstr("\\fBtool show\\fR \\fB\\-\\-table\\fR \\fIFILE\\fR"));
 }
 
-TEST_F(ManualTest, ACompletionOffersEachCommandsOptions) {
-  const std::string text = BashCompletion(app_);
-  EXPECT_THAT(text, AllOf(HasSubstr("'') offers='listen show --help"), HasSubstr("--table) mapfile"),
-                          HasSubstr("--url) return"), HasSubstr("complete -o filenames -F _tool tool")));
-  const std::string listen = text.substr(text.find("    listen)"), text.find("    show)") - text.find("    listen)"));
-  EXPECT_THAT(listen, AllOf(HasSubstr("--json"), Not(HasSubstr("--table"))));
+/// What bash offers for a command line, whose last word is to be completed; sorted.
+std::vector<std::string> Complete(const std::string& completion, std::vector<std::string> words) {
+  const std::string ask =
+      completion +
+      "COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); \"_$1\"; printf '%s\\n' \"${COMPREPLY[@]}\" | LC_ALL=C sort\n";
+  words.insert(words.begin(), {"bash", "-c", ask, "bash"});
+  test::Process bash(words);
+  EXPECT_EQ(bash.Wait(), 0) << bash.output();
+  std::istringstream lines(bash.output());
+  std::vector<std::string> offers;
+  for (std::string line; std::getline(lines, line);)
+    if (!line.empty()) offers.push_back(line);
+  return offers;
+}
+
+TEST_F(ManualTest, BashCompletesCommandsAndTheirOptions) {
+  const std::string completion = BashCompletion(app_);
+  EXPECT_THAT(completion, HasSubstr("complete -o filenames -F _tool tool"));
+  EXPECT_THAT(Complete(completion, {"tool", ""}), ElementsAre("--help", "listen", "set", "show"));
+  EXPECT_THAT(Complete(completion, {"tool", "s"}), ElementsAre("set", "show"));
+  EXPECT_THAT(Complete(completion, {"tool", "listen", "--"}), ElementsAre("--help", "--json", "--url"));
+  EXPECT_THAT(Complete(completion, {"tool", "listen", "--url", ""}), IsEmpty()) << "nobody knows";
+  EXPECT_THAT(Complete(completion, {"tool", "listen", ""}), ElementsAre("--help", "--json", "--url"));
+}
+
+TEST_F(ManualTest, BashCompletesCommandsOfCommands) {
+  const std::string completion = BashCompletion(app_);
+  EXPECT_THAT(Complete(completion, {"tool", "set", "wi"}), ElementsAre("width"));
+  EXPECT_THAT(Complete(completion, {"tool", "set", ""}), ElementsAre("--help", "height", "width"));
+  EXPECT_THAT(Complete(completion, {"tool", "set", "width", "--"}), ElementsAre("--help", "--millimetres"));
+  EXPECT_THAT(Complete(completion, {"tool", "set", "height", "--m"}), IsEmpty()) << "that is the other's";
+  EXPECT_THAT(Complete(completion, {"tool", "listen", "set", "--u"}), ElementsAre("--url")) << "a word, not a command";
+}
+
+TEST_F(ManualTest, BashCompletesFilesWhereTheyAreWanted) {
+  const std::string completion = BashCompletion(app_);
+  const std::string here = std::string(CHEQUER_TEST_DATA) + "/unit/manual/manual_t";
+  const auto file = ElementsAre(here + "est.cpp");
+  EXPECT_THAT(Complete(completion, {"tool", "show", here}), file);
+  EXPECT_THAT(Complete(completion, {"tool", "show", "--table", here}), file);
+  EXPECT_THAT(Complete(completion, {"tool", "listen", here}), IsEmpty());
 }
 
 TEST(ConfigPage, TakesCommentsForTheTextOfWhatTheyStandAbove) {
