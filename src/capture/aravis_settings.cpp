@@ -35,9 +35,9 @@ const char* WordOf(AutoMode mode) {
 }
 
 /// Sets one camera step by step.
-class Setter {
+class AravisSetter {
  public:
-  Setter(ArvCamera* camera, const AravisOptions& options)
+  AravisSetter(ArvCamera* camera, const AravisOptions& options)
       : camera_(camera), device_(arv_camera_get_device(camera)), options_(options) {}
 
   AravisSetUp Run() {
@@ -272,6 +272,6 @@ class Setter {
 
 }  // namespace
 
-AravisSetUp SetUpAravis(ArvCamera* camera, const AravisOptions& options) { return Setter(camera, options).Run(); }
+AravisSetUp SetUpAravis(ArvCamera* camera, const AravisOptions& options) { return AravisSetter(camera, options).Run(); }
 
 }  // namespace chequer

@@ -24,9 +24,9 @@ YuvRange RangeOf(const v4l2_pix_format& format) {
 }
 
 /// Sets one camera step by step.
-class Setter {
+class V4l2Setter {
  public:
-  Setter(const V4l2Device& device, const std::string& node, const V4l2Options& options)
+  V4l2Setter(const V4l2Device& device, const std::string& node, const V4l2Options& options)
       : device_(device), node_(node), options_(options) {}
 
   V4l2SetUp Run() {
@@ -143,7 +143,7 @@ class Setter {
 }  // namespace
 
 V4l2SetUp SetUpV4l2(const V4l2Device& device, const std::string& node, const V4l2Options& options) {
-  return Setter(device, node, options).Run();
+  return V4l2Setter(device, node, options).Run();
 }
 
 }  // namespace chequer

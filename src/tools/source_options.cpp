@@ -1,6 +1,5 @@
 #include "tools/source_options.h"
 
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -9,6 +8,7 @@
 #include <stdexcept>
 
 #include "chequer/camera_file.h"
+#include "core/number_text.h"
 #include "core/toml_reader.h"
 
 namespace chequer {
@@ -35,9 +35,7 @@ std::optional<Number> ReadNumber(const std::string& typed) {
 
 /// As TOML writes it, which neither knows .5 nor takes 7 for 7.0.
 std::string Decimal(double number) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
-  const std::string written(text.data(), end);
+  const std::string written = ExactText(number);
   return written.find_first_of(".e") == std::string::npos ? written + ".0" : written;
 }
 

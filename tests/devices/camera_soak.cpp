@@ -107,7 +107,7 @@ class Soak {
 
   void StartCamera() {
     camera_ = std::make_unique<Process>(std::vector<std::string>{GIGE_CAMERA, "127.0.0.1", "SOAK", Swarm().string()});
-    Require(camera_->WaitForOutput("is up"), camera_->output());
+    Require(camera_->WaitForOutput("is up", seconds(60)), "the fake camera did not start: " + camera_->output());
   }
 
   /// Looks at messages until a condition holds.
