@@ -18,7 +18,7 @@ using std::chrono::milliseconds;
                            "COUNT from 1 to 1000000, TIME such as 0.5s or 500ms up to 3600s");
 }
 
-std::vector<std::string_view> Words(std::string_view text) {
+std::vector<std::string_view> SplitWords(std::string_view text) {
   std::vector<std::string_view> words;
   while (true) {
     const std::size_t start = text.find_first_not_of(' ');
@@ -59,7 +59,7 @@ std::optional<FaultKind> ParseKind(std::string_view word) {
 
 Fault ParseFault(std::string_view text) {
   constexpr std::uint64_t kMaxFrame = 1'000'000'000'000, kMaxCount = 1'000'000;
-  const std::vector<std::string_view> words = Words(text);
+  const std::vector<std::string_view> words = SplitWords(text);
   if (words.size() < 2) Refuse(text);
   const auto kind = ParseKind(words[0]);
   const auto frame = ParseCount(words[1], 0, kMaxFrame);
