@@ -75,6 +75,11 @@ struct PlaneWalk {
   float at[2], step[2], change[2];
 };
 
+/// Pixels of a row.
+struct Span {
+  int y, first, pixels;
+};
+
 /// The next places of the lanes of a row's first pixel and second pixel, in turn.
 struct Lanes {
   float *first, *second;
@@ -87,18 +92,30 @@ void Put(const PlaneWalk& walk, float light, float*& lane) {
   lane += LaneBlock::kNextPixel;
 }
 
-/// Puts the next `count` pixels of a row into their lanes. @tparam kMean is what run.is_mean() says.
+/// Pixels of a row that are put in one go: as many as it takes for the processor to guess right how often to go round.
+constexpr int kTogether = 4;
+
+constexpr int WholeGoes(int count) { return (count + kTogether - 1) / kTogether * kTogether; }
+
+/// Puts the next `count` pixels of a row, an even number, into their lanes. @tparam kMean is what run.is_mean() says.
 template <bool kMean>
-void PutAll(const LightReader::Run& run, int count, PlaneWalk walk, Lanes lanes) {
+void PutPairs(const LightReader::Run& run, int count, PlaneWalk walk, Lanes lanes) {
   const std::uint8_t *first = run.first, *second = run.second;
   const float* const table = run.table;
-  for (; count >= 2; count -= 2, first += run.step, second += run.step) {
+  for (; count > 0; count -= 2, first += run.step, second += run.step) {
     Put(walk, kMean ? run.Mean(first) : table[*first], lanes.first);
     walk.Next();
     Put(walk, kMean ? run.Mean(second) : table[*second], lanes.second);
     walk.Next();
   }
-  if (count > 0) Put(walk, kMean ? run.Mean(first) : table[*first], lanes.first);
+}
+
+/// Puts the next `count` pixels of a row, and what comes after them up to whole goes, which is not counted and which
+/// the next row overwrites: there must be room for it, and it must lie in the image.
+template <bool kMean>
+void PutWhole(const LightReader::Run& run, int count, PlaneWalk walk, Lanes lanes) {
+  if (count <= kTogether) return PutPairs<kMean>(run, kTogether, walk, lanes);
+  PutPairs<kMean>(run, WholeGoes(count), walk, lanes);
 }
 
 /// Those of them that keeps(index in the row) tells. Returns how many.
@@ -219,6 +236,7 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
   origin_ = geometry.ToPlane({0, 0});
   lanes_.Reset(4 * corners_, kLaneCapacity);
   if (!origin_.allFinite()) return 0;
+  const LightReader::Rows rows = reader.AllRows();
   int inside = 0;
   for (int corner = 0; corner < corners_; ++corner) {
     CornerPlace& place = places_[static_cast<std::size_t>(corner)];
@@ -227,13 +245,13 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
                    place.pixel.y() < reader.height() - 2 && place.pixel_by_board.determinant() > 1;
     if (!place.inside) continue;
     ++inside;
-    CollectCorner(reader, lens, geometry, corner, blur_px);
+    CollectCorner(reader, rows, lens, geometry, corner, blur_px);
   }
   return inside;
 }
 
-void BoardPixels::CollectCorner(const LightReader& reader, const Lens& lens, const BoardGeometry& geometry, int corner,
-                                double blur_px) {
+void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Rows& rows, const Lens& lens,
+                                const BoardGeometry& geometry, int corner, double blur_px) {
   CornerPlace& place = places_[static_cast<std::size_t>(corner)];
   const int corner_row = corner / (size_.cols - 1), corner_col = corner % (size_.cols - 1);
   Region region;
@@ -262,42 +280,57 @@ void BoardPixels::CollectCorner(const LightReader& reader, const Lens& lens, con
   float* const pixels = lanes_.u_data() + lanes_.Place(Lane(corner), 0);
   std::array<int, 4> count{};  // by phase
   const std::array<Band, 2> bands = region.Bands();
-  const LightReader::Rows rows = reader.AllRows();
   const double right_edge = reader.width() - 1.0;
-  for (int y = first_row; y <= last_row; ++y) {
-    const double dy = y - place.pixel.y();
-    const double shift_x = place.pixel.x() + dy * bands[0].slope, shift_y = place.pixel.x() + dy * bands[1].slope;
-    const double from = std::max(std::max(bands[0].low + shift_x, bands[1].low + shift_y), 0.0);
-    const double to = std::min(std::min(bands[0].high + shift_x, bands[1].high + shift_y), right_edge);
-    if (!(from <= to)) continue;
-    const int first_col = CeilOf(from), in_row = static_cast<int>(to) - first_col + 1;
-    const double first_dx = first_col - place.pixel.x();
+  const auto take_row = [&](const Span& span) {
+    const double first_dx = span.first - place.pixel.x(), dy = span.y - place.pixel.y();
     const PlaneWalk walk(*local, static_cast<float>(first_dx), static_cast<float>(dy));
     // Of the row's first and second pixel, in turn.
-    int &first_taken = count[PhaseOf(first_col, y)], &second_taken = count[PhaseOf(first_col + 1, y)];
-    const Lanes lanes{pixels + PhaseOf(first_col, y) + first_taken * LaneBlock::kNextPixel,
-                      pixels + PhaseOf(first_col + 1, y) + second_taken * LaneBlock::kNextPixel};
-    const LightReader::Run run = rows.From(first_col, y);
+    int &first_taken = count[PhaseOf(span.first, span.y)], &second_taken = count[PhaseOf(span.first + 1, span.y)];
+    const Lanes lanes{pixels + PhaseOf(span.first, span.y) + first_taken * LaneBlock::kNextPixel,
+                      pixels + PhaseOf(span.first + 1, span.y) + second_taken * LaneBlock::kNextPixel};
+    const LightReader::Run run = rows.From(span.first, span.y);
     const int room = 2 * (lanes_.capacity() - std::max(first_taken, second_taken));
     if (!thinning.all) {
       const Eigen::Vector2f at = (region.board_by_pixel * Eigen::Vector2d(first_dx, dy)).cast<float>(),
                             step = region.board_by_pixel.col(0).cast<float>();
-      if (!thinning.KeepsRow(at.y(), at.y() + static_cast<float>(in_row - 1) * step.y())) {
+      if (!thinning.KeepsRow(at.y(), at.y() + static_cast<float>(span.pixels - 1) * step.y())) {
         const auto keeps = [&](int i) {
           const Eigen::Vector2f there = at + static_cast<float>(i) * step;
-          return thinning.Keeps(first_col + i, y, there.x(), there.y());
+          return thinning.Keeps(span.first + i, span.y, there.x(), there.y());
         };
-        const auto [in_first, in_second] = PutSome(run, std::min(in_row, room), keeps, walk, lanes);
+        const auto [in_first, in_second] = PutSome(run, std::min(span.pixels, room), keeps, walk, lanes);
         first_taken += in_first;
         second_taken += in_second;
-        continue;
+        return;
       }
     }
-    const int taken = std::min(in_row, room);
-    if (taken <= 0) continue;
-    run.is_mean() ? PutAll<true>(run, taken, walk, lanes) : PutAll<false>(run, taken, walk, lanes);
-    first_taken += (taken + 1) / 2;
-    second_taken += taken / 2;
+    const int whole = WholeGoes(span.pixels);
+    if (whole > room || span.first + whole > reader.width()) {
+      const auto [in_first, in_second] = PutSome(
+          run, std::min(span.pixels, room), [](int) { return true; }, walk, lanes);
+      first_taken += in_first;
+      second_taken += in_second;
+      return;
+    }
+    run.is_mean() ? PutWhole<true>(run, span.pixels, walk, lanes) : PutWhole<false>(run, span.pixels, walk, lanes);
+    first_taken += (span.pixels + 1) / 2;
+    second_taken += span.pixels / 2;
+  };
+  // All ends of some rows first: none waits for the pixels of another.
+  std::array<Span, 32> spans;
+  for (int y = first_row; y <= last_row;) {
+    std::size_t filled = 0;
+    for (; filled < spans.size() && y <= last_row; ++y) {
+      const double dy = y - place.pixel.y();
+      const double shift_x = place.pixel.x() + dy * bands[0].slope, shift_y = place.pixel.x() + dy * bands[1].slope;
+      const double from = std::max(std::max(bands[0].low + shift_x, bands[1].low + shift_y), 0.0);
+      const double to =
+          std::max(std::min(std::min(bands[0].high + shift_x, bands[1].high + shift_y), right_edge), -1.0);
+      const int first_col = CeilOf(std::min(from, right_edge + 1)), past = static_cast<int>(to + 1);
+      spans[filled] = {y, first_col, past - first_col};
+      filled += first_col < past;
+    }
+    for (std::size_t i = 0; i < filled; ++i) take_row(spans[i]);
   }
   for (int phase = 0; phase < 4; ++phase) lanes_.count(Lane(corner) + phase) = count[static_cast<std::size_t>(phase)];
 }

@@ -46,8 +46,8 @@ class BoardPixels {
 
  private:
   void RankCorners();
-  void CollectCorner(const LightReader& reader, const Lens& lens, const BoardGeometry& geometry, int corner,
-                     double blur_px);
+  void CollectCorner(const LightReader& reader, const LightReader::Rows& rows, const Lens& lens,
+                     const BoardGeometry& geometry, int corner, double blur_px);
 
   MarkerSize size_;
   int corners_ = 0;

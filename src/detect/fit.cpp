@@ -184,7 +184,8 @@ double PhotometricFit::Contrast(int corner) const {
 }
 
 bool PhotometricFit::FindHiddenCorners() {
-  std::array<double, kMaxCorners> misfit{}, contrast{}, sorted;
+  std::array<double, kMaxCorners> misfit, contrast, sorted;
+  double least_misfit = 1e9, most_misfit = 0, least_contrast = 1e9, most_contrast = -1e9;
   int count = 0;
   const LaneBlock& lanes = pixels_.lanes();
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
@@ -195,10 +196,17 @@ bool PhotometricFit::FindHiddenCorners() {
       square += lanes.sum(ProductSum(kResidual, kResidual), lane);
       pixels += lanes.count(lane);
     }
-    misfit[static_cast<std::size_t>(corner)] = pixels > 0 ? square / pixels : 1e9;
-    contrast[static_cast<std::size_t>(corner)] = Contrast(corner);
+    const std::size_t i = static_cast<std::size_t>(corner);
+    misfit[i] = pixels > 0 ? square / pixels : 1e9;
+    contrast[i] = Contrast(corner);
+    least_misfit = std::min(least_misfit, misfit[i]);
+    most_misfit = std::max(most_misfit, misfit[i]);
+    least_contrast = std::min(least_contrast, contrast[i]);
+    most_contrast = std::max(most_contrast, contrast[i]);
     ++count;
   }
+  // Corners that are all alike are all near the median one.
+  const bool alike = least_contrast >= kHiddenContrast * most_contrast && most_misfit <= kHiddenRatio * least_misfit;
   const auto median = [&](const std::array<double, kMaxCorners>& values) {
     std::size_t next = 0;
     for (int corner = 0; corner < pixels_.corners(); ++corner)
@@ -206,7 +214,8 @@ bool PhotometricFit::FindHiddenCorners() {
     std::nth_element(sorted.begin(), sorted.begin() + count / 2, sorted.begin() + count);
     return sorted[static_cast<std::size_t>(count / 2)];
   };
-  const double most = kHiddenRatio * median(misfit), least = kHiddenContrast * median(contrast);
+  const double most = alike ? most_misfit : kHiddenRatio * median(misfit),
+               least = alike ? least_contrast : kHiddenContrast * median(contrast);
   bool changed = false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     bool& used = used_[static_cast<std::size_t>(corner)];
