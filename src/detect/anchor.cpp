@@ -98,9 +98,14 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
   const BorderPattern& pattern = patterns_[static_cast<std::size_t>(placement.pattern)];
   const Lattice::Window& window = placement.corners;
   board.size = pattern.size;
-  if (!FitWindow(window, &pairs_)) return Refuse(placement, Refusal::kNotPlane, 0, 0);
+  if (shared_ && lattice_.Count(window) == lattice_.Count(lattice_.window())) {
+    // The same corners, which were fitted already.
+    pairs_ = shared_pairs_;
+  } else if (!FitWindow(window, &pairs_)) {
+    return Refuse(placement, Refusal::kNotPlane, 0, 0);
+  }
   ResampleByHomography(window, reader);
-  MarkVisible(window, reader);
+  if (!(shared_ && window == marked_)) MarkVisible(window, reader);
   Placement judged = placement;
   if (!JudgeBorder(judged, &board)) return false;
   board.border_seen = judged.border_seen;
@@ -145,7 +150,8 @@ bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members,
   cells_.assign(static_cast<std::size_t>(cell_window_.cols * cell_window_.rows), CellSample{});
   // A grid that fits into a board, more or less, lies on one plane.
   const int cols = grid.max_x - grid.min_x + 1, rows = grid.max_y - grid.min_y + 1;
-  shared_ = cols <= most_corners_ + 2 && rows <= most_corners_ + 2 && FitWindow(all, nullptr);
+  shared_ = cols <= most_corners_ + 2 && rows <= most_corners_ + 2 && FitWindow(all, &shared_pairs_);
+  marked_ = {};
   for (int pattern = 0; pattern < static_cast<int>(patterns_.size()); ++pattern) {
     const MarkerSize size = patterns_[static_cast<std::size_t>(pattern)].size;
     for (const bool turned : {false, true}) {

@@ -143,8 +143,10 @@ class BoardFinder {
   Eigen::Matrix3d image_from_lattice_ = Eigen::Matrix3d::Identity();
   /// Of a grid that fits into a board, all windows have this homography; else cells are placed by their neighbours.
   bool shared_ = false;
+  std::vector<PointPair> shared_pairs_;  ///< its corners
   /// Of the window's cells, row by row in lattice orientation.
   std::vector<CellSample> samples_;
+  Lattice::Window marked_;             ///< the window of what follows
   std::vector<std::uint8_t> visible_;  ///< lighter or darker than its neighbours, as it should be
   int showing_ = 0;                    ///< of them, all
   std::vector<float> lead_;            ///< how much lighter a cell is than its neighbours

@@ -69,6 +69,7 @@ void BoardFinder::ResampleByHomography(const Lattice::Window& window, const Ligh
 }
 
 void BoardFinder::MarkVisible(const Lattice::Window& window, const LightReader& reader) {
+  marked_ = window;
   const int cols = window.cols + 1, rows = window.rows + 1;
   samples_.resize(static_cast<std::size_t>(cols * rows));
   lead_.resize(samples_.size());

@@ -8,7 +8,7 @@
 namespace chequer {
 namespace {
 
-/// Shift and scale that bring points to mean 0 and mean distance √2.
+/// Shift and scale that bring points to mean 0 and a root mean square distance of √2.
 struct Normalization {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   double scale = 1;
@@ -23,9 +23,9 @@ Normalization Normalize(std::span<const PointPair> pairs, Eigen::Vector2d PointP
   Normalization n;
   for (const PointPair& pair : pairs) n.mean += pair.*member;
   n.mean /= static_cast<double>(pairs.size());
-  double distance = 0;
-  for (const PointPair& pair : pairs) distance += (pair.*member - n.mean).norm();
-  n.scale = std::sqrt(2.0) * static_cast<double>(pairs.size()) / std::max(distance, 1e-12);
+  double square = 0;
+  for (const PointPair& pair : pairs) square += (pair.*member - n.mean).squaredNorm();
+  n.scale = std::sqrt(2.0 * static_cast<double>(pairs.size()) / std::max(square, 1e-24));
   return n;
 }
 
@@ -36,16 +36,23 @@ std::optional<Eigen::Matrix3d> FitHomography(std::span<const PointPair> pairs) {
   const Normalization from = Normalize(pairs, &PointPair::from), to = Normalize(pairs, &PointPair::to);
   // Each pair adds the rows (p, 0, −u p') and (0, p, −v p') with p = (x, y, 1), p' = (x, y) to the design; their normal
   // matrix is made of the same moments of p weighted with 1, u, v and u² + v².
-  Eigen::Matrix3d plain = Eigen::Matrix3d::Zero(), by_u = plain, by_v = plain, by_square = plain;
+  // Each moment is symmetric: its upper triangle, row by row.
+  using Moment = Eigen::Array<double, 6, 1>;
+  Moment plain_sum = Moment::Zero(), by_u_sum = plain_sum, by_v_sum = plain_sum, by_square_sum = plain_sum;
   for (const PointPair& pair : pairs) {
     const Eigen::Vector2d p = from(pair.from), q = to(pair.to);
-    const Eigen::Vector3d h = p.homogeneous();
-    const Eigen::Matrix3d moment = h * h.transpose();
-    plain += moment;
-    by_u += q.x() * moment;
-    by_v += q.y() * moment;
-    by_square += q.squaredNorm() * moment;
+    Moment moment;
+    moment << p.x() * p.x(), p.x() * p.y(), p.x(), p.y() * p.y(), p.y(), 1;
+    plain_sum += moment;
+    by_u_sum += q.x() * moment;
+    by_v_sum += q.y() * moment;
+    by_square_sum += q.squaredNorm() * moment;
   }
+  const auto whole = [](const Moment& m) {
+    return (Eigen::Matrix3d() << m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5]).finished();
+  };
+  const Eigen::Matrix3d plain = whole(plain_sum), by_u = whole(by_u_sum), by_v = whole(by_v_sum),
+                        by_square = whole(by_square_sum);
   Eigen::Matrix<double, 8, 8> normal = Eigen::Matrix<double, 8, 8>::Zero();
   normal.block<3, 3>(0, 0) = plain;
   normal.block<3, 3>(3, 3) = plain;

@@ -108,8 +108,10 @@ std::optional<Eigen::Matrix3d> Lattice::Fit(const Window& window, std::vector<Po
     double worst = 1;
     std::size_t worst_index = pairs_.size();
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const double error = ((*homography * pairs_[i].from.homogeneous()).hnormalized() - pairs_[i].to).norm() /
-                           Reach(*homography, pairs_[i].from);
+      const double distance = ((*homography * pairs_[i].from.homogeneous()).hnormalized() - pairs_[i].to).norm();
+      // Nearly always.
+      if (distance <= kBelongsPx) continue;
+      const double error = distance / Reach(*homography, pairs_[i].from);
       if (error > worst) worst = error, worst_index = i;
     }
     if (worst_index == pairs_.size()) {

@@ -25,6 +25,8 @@ class Lattice {
   /// Rectangle of lattice points.
   struct Window {
     int x = 0, y = 0, cols = 0, rows = 0;
+
+    bool operator==(const Window&) const = default;
   };
 
   /// Its corners lie within a quarter of a cell, at least 1 px, of one homography, at least three of four of any window
