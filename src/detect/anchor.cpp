@@ -30,6 +30,13 @@ void BoardFinder::Start(std::size_t corners, std::vector<AnchoredBoard>& boards)
   boards.clear();
 }
 
+float BoardFinder::ContrastOf(const std::vector<Corner>& corners) const {
+  float sum = 0, count = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    if (claimed_[i]) sum += corners[i].contrast, count += 1;
+  return sum / std::max(count, 1.0f);
+}
+
 AnchoredBoard BoardFinder::TakeSpare() {
   if (spare_.empty()) return {};
   AnchoredBoard board = std::move(spare_.back());
@@ -139,7 +146,7 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
 }
 
 bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
-                       const CornerSearch& search, const LightReader& reader, const Lens& lens,
+                       const CornerSearch* search, const LightReader& reader, const Lens& lens,
                        std::vector<AnchoredBoard>& boards) {
   if (!lattice_.Read(grid, members, corners, search, claimed_, reader.width(), reader.height(), most_corners_))
     return Refuse({.corners = {}, .covered = {}}, Refusal::kNotOneLattice, 0, 0);

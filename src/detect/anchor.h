@@ -46,9 +46,15 @@ class BoardFinder {
   /// Forgets which corners belong to boards, and empties `boards`, whose memory it keeps for those to come. To be
   /// called for every image.
   void Start(std::size_t corners, std::vector<AnchoredBoard>& boards);
-  /// Appends the boards of a grid to `boards`. Returns whether one was found. @param search of the same corners.
+  /// From now on, corners are others of the same image.
+  void StartCorners(std::size_t corners) { claimed_.assign(corners, 0); }
+  /// Mean contrast of the corners of all boards that were found. @param corners as given to Find(). @pre there are
+  /// some.
+  float ContrastOf(const std::vector<Corner>& corners) const;
+  /// Appends the boards of a grid to `boards`. Returns whether one was found. @param search of the same corners; null:
+  /// they are few.
   bool Find(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
-            const CornerSearch& search, const LightReader& reader, const Lens& lens,
+            const CornerSearch* search, const LightReader& reader, const Lens& lens,
             std::vector<AnchoredBoard>& boards);
 
   /// From now on, writes the attempt that comes farthest to `attempt`; null: no longer. For finding out why there is no

@@ -16,8 +16,9 @@ constexpr double kLeastMatches = 0.85;
 /// How much less blue yellow cells return than white ones to be looked at: as a share of their light, and in standard
 /// deviations of the difference.
 constexpr float kLeastBlueDifference = 0.004f, kLeastBlueLead = 2;
-/// Distance between the group means over its standard error, each of light and dark cells.
-constexpr double kLeastSeparation = 4;
+/// Distance between the group means over its standard error: of light and dark cells together, and of each. Dark cells
+/// that are 3 px high take on as much of their neighbours as to lose half of theirs.
+constexpr double kLeastSeparation = 8, kLeastOfEach = 2.5;
 
 }  // namespace
 
@@ -112,17 +113,22 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
     groups[IsDark(cell.row, cell.col)][pattern.saturated[k]].Add(value);
   }
   std::array<double, 2> threshold{};
+  double apart = 0;
+  const double strict = lines ? 2 : 1;
   for (std::size_t dark = 0; dark < 2; ++dark) {
     const Gaussian plain = groups[dark][0].Get(), inked = groups[dark][1].Get();
     if (plain.count < 2 || inked.count < 2)
       return Refuse(placement, Refusal::kBorderUnseen, std::min(plain.count, inked.count), 2);
     const double error = std::sqrt((plain.deviation * plain.deviation + 0.25) / plain.count +
                                    (inked.deviation * inked.deviation + 0.25) / inked.count);
-    const double least_apart = (lines ? 2 : 1) * kLeastSeparation;
-    if (inked.mean - plain.mean < least_apart * error)
-      return Refuse(placement, Refusal::kInksAlike, (inked.mean - plain.mean) / error, least_apart);
+    const double separation = (inked.mean - plain.mean) / error;
+    if (separation < strict * kLeastOfEach)
+      return Refuse(placement, Refusal::kInksAlike, separation, strict * kLeastOfEach);
+    apart += separation;
     threshold[dark] = (plain.mean + inked.mean) / 2;
   }
+  if (apart < strict * kLeastSeparation)
+    return Refuse(placement, Refusal::kInksAlike, apart, strict * kLeastSeparation);
   int matches = 0;
   for (const auto& [k, value] : values_) {
     const Cell& cell = pattern.cells[k];

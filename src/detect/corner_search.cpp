@@ -13,7 +13,7 @@ namespace search {
 
 /// The corners' arrays, readable up to a vector beyond their ends.
 struct Arrays {
-  const float *x, *y, *ray0_x, *ray0_y, *ray1_x, *ray1_y, *contrast;
+  const float *x, *y, *ray0_x, *ray0_y, *ray1_x, *ray1_y, *contrast, *handicap;
 };
 
 /// The best so far, by ray.
@@ -89,7 +89,8 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
       const auto second = hn::Gt(a1, a0);
       const V along = hn::IfThenElse(second, along1, along0);
       const V distance = hn::Sqrt(square);
-      const V cost = hn::MulAdd(off_axis, hn::Sub(distance, hn::Abs(along)), distance);
+      const V cost =
+          hn::Mul(hn::LoadU(d, in.handicap + i), hn::MulAdd(off_axis, hn::Sub(distance, hn::Abs(along)), distance));
       const auto forward = hn::And(fits, hn::Gt(along, zero)), backward = hn::AndNot(hn::Gt(along, zero), fits);
       const auto index = hn::Iota(di, i);
       const auto keep = [&](auto on_ray, V& best_cost, auto& best_index) HWY_ATTR {
@@ -141,6 +142,8 @@ constexpr float kFarthestMore = 16;
 /// With one in both directions, the opposite ones lie hardly farther.
 constexpr float kOppositeRatio = 1.5f;
 constexpr float kOppositeMore = 3;
+/// How much farther corners on ridges count: inside narrow cells they lie nearer to a corner than its neighbour.
+constexpr float kRidgeHandicap = 3;
 
 /// How far there can be neighbours that matter.
 float Sufficient(const search::Best& best) {
@@ -172,7 +175,7 @@ void CornerSearch::Build(int width, int height, std::vector<Corner>& corners) {
   corners.swap(sorted_);
   // Vectors run over the end: what they read there is not used.
   constexpr std::size_t kBeyond = 64;
-  for (std::vector<float>* values : {&x_, &y_, &ray0_x_, &ray0_y_, &ray1_x_, &ray1_y_, &contrast_})
+  for (std::vector<float>* values : {&x_, &y_, &ray0_x_, &ray0_y_, &ray1_x_, &ray1_y_, &contrast_, &handicap_})
     values->resize(count + kBeyond);
   for (std::size_t i = 0; i < count; ++i) {
     const Corner& corner = corners[i];
@@ -180,6 +183,7 @@ void CornerSearch::Build(int width, int height, std::vector<Corner>& corners) {
     ray0_x_[i] = corner.rays[0].x(), ray0_y_[i] = corner.rays[0].y();
     ray1_x_[i] = corner.rays[1].x(), ray1_y_[i] = corner.rays[1].y();
     contrast_[i] = corner.contrast;
+    handicap_[i] = corner.ridge ? kRidgeHandicap : 1.0f;
   }
 }
 
@@ -195,8 +199,8 @@ float CornerSearch::Covered(float x, float y, int ring) const {
 }
 
 NearestCorners CornerSearch::Find(int index) const {
-  const search::Arrays arrays{x_.data(),      y_.data(),      ray0_x_.data(),  ray0_y_.data(),
-                              ray1_x_.data(), ray1_y_.data(), contrast_.data()};
+  const search::Arrays arrays{x_.data(),      y_.data(),      ray0_x_.data(),   ray0_y_.data(),
+                              ray1_x_.data(), ray1_y_.data(), contrast_.data(), handicap_.data()};
   search::Best best;
   std::fill_n(best.cost, 4, search::kInfinity);
   std::fill_n(best.corner, 4, -1);

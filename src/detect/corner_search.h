@@ -50,8 +50,8 @@ class CornerSearch {
   int cols_ = 0, rows_ = 0;
   std::vector<int> start_, next_, bucket_of_;
   std::vector<Corner> sorted_;
-  /// By corner: position, the first two rays, contrast.
-  std::vector<float> x_, y_, ray0_x_, ray0_y_, ray1_x_, ray1_y_, contrast_;
+  /// By corner: position, the first two rays, contrast, and what its distance is multiplied with.
+  std::vector<float> x_, y_, ray0_x_, ray0_y_, ray1_x_, ray1_y_, contrast_, handicap_;
 };
 
 }  // namespace chequer

@@ -96,9 +96,18 @@ void Scan(const ImageView& image, Pyramid& pyramid) {
 
 }  // namespace
 
+void FindCornersIn(const BytePlane& plane, PeakScan& scan, std::vector<Corner>& corners,
+                   std::vector<RefusedPeak>& refused) {
+  corners.clear();
+  scan.Start(plane, kLeastResponse);
+  scan.Advance(plane, plane.height());
+  AppendSaddles(plane, scan.peaks(), corners, refused, kStrongContrast);
+}
+
 int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& corners,
                 std::vector<Eigen::Vector2f>* refused_px) {
   corners.clear();
+  pyramid.strong.clear();
   Scan(image, pyramid);
   int looked_at = 0;
   Occupancy occupancy(pyramid.occupied, pyramid.base.plane.width(), pyramid.base.plane.height());
@@ -114,13 +123,16 @@ int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& c
     // Each corner counts at the finest level that shows it.
     if (level > 0) std::erase_if(peaks, [&](const Peak& peak) { return occupancy.Near(place(peak), 2 * scale); });
     const std::size_t finer = corners.size();
-    AppendSaddles(plane, peaks, corners, refused_px ? &pyramid.refused : nullptr);
+    AppendSaddles(plane, peaks, corners, pyramid.refused, refused_px ? -1e9f : kStrongContrast);
     for (std::size_t i = finer; i < corners.size(); ++i) {
       corners[i].position = pyramid.ToImage(corners[i].position, level);
       corners[i].scale = scale;
     }
-    if (refused_px)
-      for (const std::size_t i : pyramid.refused) refused_px->push_back(place(peaks[i]));
+    for (const RefusedPeak& refused : pyramid.refused) {
+      const Eigen::Vector2f at = place(peaks[refused.index]);
+      if (refused.contrast >= kStrongContrast) pyramid.strong.push_back({at, refused.contrast});
+      if (refused_px) refused_px->push_back(at);
+    }
     for (std::size_t i = finer; i < corners.size(); ++i) occupancy.Mark(corners[i].position);
   }
   return looked_at;

@@ -7,8 +7,15 @@
 #include "detect/corner.h"
 #include "detect/corner_response.h"
 #include "detect/plane.h"
+#include "detect/saddle.h"
 
 namespace chequer {
+
+/// A place with contrast enough that it may be a corner, of a peak that is one or that is not.
+struct StrongPoint {
+  Eigen::Vector2f position;  ///< image pixels
+  float contrast = 0;        ///< grey levels
+};
 
 /// The plane of an image and its halvings, with the peaks of their corner responses. Keeps its memory.
 struct Pyramid {
@@ -17,7 +24,9 @@ struct Pyramid {
   std::array<BytePlane, kLevels - 1> halves;  ///< levels 1 and 2
   std::array<PeakScan, kLevels> scans;
   std::vector<std::uint64_t> occupied;  ///< scratch
-  std::vector<std::size_t> refused;     ///< scratch
+  std::vector<RefusedPeak> refused;     ///< scratch
+  /// Peaks of at least kStrongContrast that are no corners.
+  std::vector<StrongPoint> strong;
 
   const BytePlane& level(int index) const {
     return index == 0 ? base.plane : halves[static_cast<std::size_t>(index - 1)];
@@ -27,10 +36,21 @@ struct Pyramid {
     const float scale = static_cast<float>(1 << level_index);
     return p * scale + Eigen::Vector2f::Constant((scale - 1) / 2 + base.offset_px);
   }
+  Eigen::Vector2f FromImage(const Eigen::Vector2f& p, int level_index) const {
+    const float scale = static_cast<float>(1 << level_index);
+    return (p - Eigen::Vector2f::Constant((scale - 1) / 2 + base.offset_px)) / scale;
+  }
 };
 
 /// Peaks that are looked at in one level; beyond it, noise has won and the weakest are left out.
 inline constexpr int kMaxPeaks = 60000;
+
+/// Contrast of peaks that are remembered where they are no corners, grey levels: textured ground has less, print more.
+inline constexpr float kStrongContrast = 30;
+
+/// Replaces the contents of `corners` by those of one plane, in its own pixels. @param scan, refused scratch.
+void FindCornersIn(const BytePlane& plane, PeakScan& scan, std::vector<Corner>& corners,
+                   std::vector<RefusedPeak>& refused);
 
 /// Fills the pyramid, then finds the corners of the image at all its levels, each at the finest level that shows it.
 /// Replaces the contents of `corners`. Returns the number of peaks that were looked at.

@@ -15,6 +15,7 @@
 #include "detect/identify.h"
 #include "detect/light.h"
 #include "detect/plane_pose.h"
+#include "detect/second_look.h"
 #include "detect/tracer.h"
 
 namespace chequer {
@@ -24,6 +25,9 @@ namespace {
 constexpr double kAmbiguous = 0.001;
 /// Least contrast of a board over the noise of a pixel.
 constexpr double kLeastSignal = 2.5;
+
+/// Share of the contrast of boards that were found that others have at least.
+constexpr float kShareOfContrast = 0.4f;
 
 /// Corners of boards lie where they should to 0.15 px even with 8 px of motion blur.
 constexpr double kMostDeviationPx = 0.5;
@@ -74,6 +78,7 @@ struct Detector::Impl {
 
   void Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace);
   void FindBoards(const LightReader& reader, const Lens& lens, Tracer& tracer);
+  void LookAgain(const LightReader& reader, const Lens& lens);
   void FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const;
   void Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity, const Lens& lens,
                 MarkerPose& marker) const;
@@ -101,6 +106,9 @@ struct Detector::Impl {
   GridLinker linker;
   Grids grids;
   BoardFinder finder;
+  SecondLook second_look;
+  std::vector<StrongPoint> strong;
+  std::vector<PixelBox> found_in;
   std::vector<AnchoredBoard> boards;
   Crew crew;
   std::vector<Worker> workers;
@@ -186,12 +194,30 @@ void Detector::Impl::FindBoards(const LightReader& reader, const Lens& lens, Tra
     ask_for_grid(i + 1);
     const Grid& grid = grids.grids[i];
     finder.Trace(tracer.StartGrid());
-    const bool found = finder.Find(grid, grids.Of(grid), corners, linker.search(), reader, lens, boards);
+    const bool found = finder.Find(grid, grids.Of(grid), corners, &linker.search(), reader, lens, boards);
     stats.refused_border += !found;
     tracer.EndGrid(grids.Of(grid), found);
   }
+  LookAgain(reader, lens);
   stats.boards = static_cast<int>(boards.size());
   tracer.Anchored(boards, lens, options.color_space);
+}
+
+void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens) {
+  // Among boards, what matters has some of their contrast.
+  float least = kStrongContrast;
+  found_in.clear();
+  for (const AnchoredBoard& board : boards) found_in.push_back(board.box);
+  if (!boards.empty()) least = std::max(least, kShareOfContrast * finder.ContrastOf(corners));
+  strong.assign(pyramid.strong.begin(), pyramid.strong.end());
+  for (const Corner& corner : corners)
+    if (corner.contrast >= least) strong.push_back({corner.position, corner.contrast});
+  second_look.Start(reader.width(), reader.height(), strong, least, found_in);
+  while (second_look.Next(pyramid)) {
+    finder.StartCorners(second_look.corners().size());
+    for (const Grid& grid : second_look.grids().grids)
+      finder.Find(grid, second_look.grids().Of(grid), second_look.corners(), nullptr, reader, lens, boards);
+  }
 }
 
 void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace) {

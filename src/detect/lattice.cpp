@@ -32,7 +32,7 @@ double Reach(const Eigen::Matrix3d& image_from_lattice, const Eigen::Vector2d& a
 }  // namespace
 
 bool Lattice::Read(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
-                   const CornerSearch& search, std::span<const std::uint8_t> claimed, int width, int height, int most) {
+                   const CornerSearch* search, std::span<const std::uint8_t> claimed, int width, int height, int most) {
   const int cols = grid.max_x - grid.min_x + 1, rows = grid.max_y - grid.min_y + 1;
   if (cols > kMostLattice || rows > kMostLattice) return false;
   // A board's corners may lie that far beyond the grid: what was linked may be a part of them and some clutter.
@@ -69,7 +69,7 @@ void Lattice::SumUp() {
 }
 
 void Lattice::Extend(const Eigen::Matrix3d& image_from_lattice, const std::vector<Corner>& corners,
-                     const CornerSearch& search, std::span<const std::uint8_t> claimed, int width, int height) {
+                     const CornerSearch* search, std::span<const std::uint8_t> claimed, int width, int height) {
   for (int y = window_.y; y < window_.y + window_.rows; ++y)
     for (int x = window_.x; x < window_.x + window_.cols; ++x) {
       if (map_[Slot(x, y)] >= 0) continue;
@@ -82,10 +82,12 @@ void Lattice::Extend(const Eigen::Matrix3d& image_from_lattice, const std::vecto
       const Eigen::Vector2f center = p.cast<float>();
       float nearest = reach * reach;
       int best = -1;
-      search.ForNeighbours(center, reach, [&](int i) {
+      const auto look_at = [&](int i) {
         const float square = (corners[static_cast<std::size_t>(i)].position - center).squaredNorm();
         if (square < nearest && !claimed[static_cast<std::size_t>(i)]) nearest = square, best = i;
-      });
+      };
+      if (search) search->ForNeighbours(center, reach, look_at);
+      for (int i = 0; !search && i < static_cast<int>(corners.size()); ++i) look_at(i);
       if (best < 0) continue;
       const Corner& corner = corners[static_cast<std::size_t>(best)];
       map_[Slot(x, y)] = static_cast<int>(points_.size());

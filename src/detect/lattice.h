@@ -32,9 +32,10 @@ class Lattice {
   /// Its corners lie within a quarter of a cell, at least 1 px, of one homography, at least three of four of any window
   /// that Fit() takes. False for a wall of tiles, too large for a board. @param most corners of the
   /// largest board along a side.
-  /// @param claimed corners of boards that were found before, which belong to no other.
+  /// @param search of the corners; null: they are few. @param claimed corners of boards that were found before, which
+  /// belong to no other.
   bool Read(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
-            const CornerSearch& search, std::span<const std::uint8_t> claimed, int width, int height, int most);
+            const CornerSearch* search, std::span<const std::uint8_t> claimed, int width, int height, int most);
 
   /// Nothing where no corner was found.
   const Point* At(int x, int y) const {
@@ -62,7 +63,7 @@ class Lattice {
   /// Corners in the first columns and rows of the window.
   int Below(int cols, int rows) const { return sums_[static_cast<std::size_t>(rows * (window_.cols + 1) + cols)]; }
   void SumUp();
-  void Extend(const Eigen::Matrix3d& image_from_lattice, const std::vector<Corner>& corners, const CornerSearch& search,
+  void Extend(const Eigen::Matrix3d& image_from_lattice, const std::vector<Corner>& corners, const CornerSearch* search,
               std::span<const std::uint8_t> claimed, int width, int height);
 
   Window window_;

@@ -10,13 +10,19 @@
 
 namespace chequer {
 
+/// A peak that is no saddle.
+struct RefusedPeak {
+  std::size_t index = 0;
+  float contrast = 0;  ///< grey levels between the light and the dark part of its ring
+};
+
 /// Appends to `corners`, in the order of the peaks, those around which the plane changes between light and dark
 /// exactly four times, with opposite edges in line (to 43 degrees), and whose response is not too weak for their
 /// contrast. Positions are pixels of the plane, to the peak of the response; scales are 1.
 /// 20 ns a peak, with AVX-512.
 /// @pre every peak lies at least kRingMargin inside the plane.
-/// @param refused if given, is replaced by the indices of the other peaks.
+/// @param refused is replaced by the other peaks with at least that contrast.
 void AppendSaddles(const BytePlane& plane, std::span<const Peak> peaks, std::vector<Corner>& corners,
-                   std::vector<std::size_t>* refused = nullptr);
+                   std::vector<RefusedPeak>& refused, float least_contrast);
 
 }  // namespace chequer

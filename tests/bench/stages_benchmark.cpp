@@ -83,7 +83,7 @@ struct Stages {
   void FindBoards() {
     finder.Start(linked.size(), boards);
     for (const Grid& grid : grids.grids)
-      finder.Find(grid, grids.Of(grid), linked, linker.search(), reader, lens, boards);
+      finder.Find(grid, grids.Of(grid), linked, &linker.search(), reader, lens, boards);
   }
 
   DetectorOptions options;

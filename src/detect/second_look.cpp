@@ -1,0 +1,171 @@
+#include "detect/second_look.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "detect/affine_view.h"
+
+namespace chequer {
+namespace {
+
+/// Fewer points are no place: a board that can be read leaves more behind.
+constexpr int kFewestPoints = 6;
+/// Sides of the tiles that count points, px, as a power of two.
+constexpr int kTileShift = 5;
+/// Corners of an even lattice lie within so many standard deviations of their middle (2.83 for 5 × 5), with a margin
+/// for what is linked to it by chance.
+constexpr float kReach = 3.0f;
+/// Cells in the view, px, and its half side in cells: a board of six and what the spread misjudges.
+constexpr float kCellPx = 8, kHalfCells = 5.5f;
+/// Standard deviation of the corners of a board along a side, cells: √2 for five.
+constexpr float kSpreadCells = 1.41f;
+/// Beyond that, pixels are only blown up; with less, a coarser plane shows as much.
+constexpr float kMostZoom = 3, kLeastZoom = 1.2f;
+/// Other places had their chance in the first look, px: a spread that is so many times longer than wide, or cells that
+/// are smaller.
+constexpr float kLeastSlant = 1.8f, kMostCellPx = 4.5f;
+/// Views of a place, each by what the one before it showed; one shows a board where so many corners are linked.
+constexpr int kMostViews = 2, kEnoughLinked = 12;
+/// Share of the most contrast that corners of one board have at least.
+constexpr float kShareOfMost = 0.4f;
+/// Places that are considered.
+constexpr int kMostPlaces = 6;
+/// Blur of common images, px: of a view that is stretched along y it is much the same along y as what the smoothing
+/// makes of it along x. Uneven blur would leave ridges where corners are.
+constexpr float kBlurPx = 0.8f;
+/// Places that are larger than that are no boards, px.
+constexpr float kMostSpread = 160;
+
+}  // namespace
+
+void SecondLook::Start(int width, int height, std::span<const StrongPoint> points, float least,
+                       std::span<const PixelBox> boards) {
+  width_ = width;
+  height_ = height;
+  looks_ = places_ = 0;
+  points_.clear();
+  const int cols = (width >> kTileShift) + 1, rows = (height >> kTileShift) + 1;
+  const auto tile = [](float at, int count) { return std::clamp(static_cast<int>(at) >> kTileShift, 0, count - 1); };
+  explained_.assign(static_cast<std::size_t>(cols * rows), 0);
+  for (const PixelBox& box : boards)
+    for (int row = tile(box.top, rows); row <= tile(box.bottom, rows); ++row)
+      for (int col = tile(box.left, cols); col <= tile(box.right, cols); ++col)
+        explained_[static_cast<std::size_t>(row * cols + col)] = 1;
+  for (const StrongPoint& point : points)
+    if (point.contrast >= least &&
+        !explained_[static_cast<std::size_t>(tile(point.position.y(), rows) * cols + tile(point.position.x(), cols))])
+      points_.push_back(point);
+}
+
+SecondLook::Place SecondLook::Gather(std::span<const StrongPoint> points, const Place& place) {
+  const Eigen::Vector2f scale = (kReach * place.spread).cwiseInverse();
+  Eigen::Vector2f sum = Eigen::Vector2f::Zero();
+  Eigen::Matrix2f squares = Eigen::Matrix2f::Zero();
+  Place found;
+  for (const StrongPoint& point : points) {
+    const Eigen::Vector2f away = point.position - place.middle;
+    if ((place.axes.transpose() * away).cwiseProduct(scale).squaredNorm() > 1) continue;
+    ++found.count;
+    sum += away;
+    squares += away * away.transpose();
+  }
+  if (found.count == 0) return found;
+  const float n = static_cast<float>(found.count);
+  const Eigen::Vector2f mean = sum / n;
+  found.middle = place.middle + mean;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f> solver(squares / n - mean * mean.transpose());
+  const Eigen::Vector2f along = solver.eigenvectors().col(1);
+  found.axes << along, Eigen::Vector2f(-along.y(), along.x());  // not mirrored
+  found.spread = solver.eigenvalues().reverse().cwiseMax(1).cwiseSqrt();
+  return found;
+}
+
+std::optional<SecondLook::Place> SecondLook::FindPlace() {
+  if (static_cast<int>(points_.size()) < kFewestPoints) return std::nullopt;
+  const int cols = (width_ >> kTileShift) + 1, rows = (height_ >> kTileShift) + 1;
+  in_tile_.assign(static_cast<std::size_t>(cols * rows), 0);
+  const auto tile_of = [&](const StrongPoint& point) {
+    return (std::clamp(static_cast<int>(point.position.y()) >> kTileShift, 0, rows - 1)) * cols +
+           std::clamp(static_cast<int>(point.position.x()) >> kTileShift, 0, cols - 1);
+  };
+  int fullest = 0;
+  for (const StrongPoint& point : points_) {
+    const int tile = tile_of(point);
+    if (++in_tile_[static_cast<std::size_t>(tile)] > in_tile_[static_cast<std::size_t>(fullest)]) fullest = tile;
+  }
+  Place place;
+  const float side = static_cast<float>(1 << kTileShift);
+  place.middle =
+      side * Eigen::Vector2f(static_cast<float>(fullest % cols) + 0.5f, static_cast<float>(fullest / cols) + 0.5f);
+  place.spread.setConstant(side / 2);
+  // From the fullest tile on, as far as the points go on.
+  for (int i = 0; i < 6; ++i) place = Gather(points_, place);
+  if (place.count < kFewestPoints || place.spread[0] > kMostSpread) {
+    std::erase_if(points_, [&](const StrongPoint& point) { return tile_of(point) == fullest; });
+    place.count = 0;
+  }
+  return place;
+}
+
+void SecondLook::View(const Pyramid& pyramid, const Place& place) {
+  // Cells are as wide in the view as they are high.
+  const float cell_px = place.spread[1] / kSpreadCells, zoom = std::min(kCellPx / cell_px, kMostZoom);
+  int level = 0;
+  while (level + 1 < Pyramid::kLevels && zoom * static_cast<float>(2 << level) < kLeastZoom) ++level;
+  const float scale = static_cast<float>(1 << level);
+  const Eigen::Vector2f step(place.spread[0] / place.spread[1] / zoom, 1 / zoom);  // image px a pixel of the view
+  const Eigen::Matrix2f image_by_view = place.axes * step.asDiagonal();
+  const int side = static_cast<int>(std::ceil(2 * kHalfCells * zoom * cell_px));
+  ViewPlane(pyramid.level(level), pyramid.FromImage(place.middle, level), image_by_view / scale, side, view_.plane);
+  // Two running means of width w have the variance (w² − 1) / 6.
+  const float variance = kBlurPx * kBlurPx * (1 / (step[1] * step[1]) - 1 / (step[0] * step[0]));
+  const int width = 2 * static_cast<int>(std::lround((std::sqrt(6 * std::max(variance, 0.0f) + 1) - 1) / 2)) + 1;
+  if (width > 1) SmoothRows(width, view_.plane, sums_);
+  FindCornersIn(view_.plane, scan_, corners_, refused_);
+  linker_.Link(view_, corners_, grids_);
+  for (Corner& corner : corners_) {
+    corner.position = place.middle + image_by_view * (corner.position -
+                                                      Eigen::Vector2f::Constant(0.5f * static_cast<float>(side - 1)));
+    corner.scale = scale;
+  }
+}
+
+void SecondLook::LookAt(const Pyramid& pyramid, Place place) {
+  for (int view = 0; view < kMostViews; ++view) {
+    View(pyramid, place);
+    const bool linked = std::any_of(grids_.grids.begin(), grids_.grids.end(),
+                                    [](const Grid& grid) { return grid.count >= kEnoughLinked; });
+    if (linked) return;
+    // What looks like corners now tells better where they lie, and how they spread.
+    float most = 0;
+    for (const Corner& corner : corners_) most = std::max(most, corner.contrast);
+    seen_.clear();
+    for (const Corner& corner : corners_)
+      if (corner.contrast > kShareOfMost * most) seen_.push_back({corner.position, corner.contrast});
+    place = Gather(seen_, place);
+    if (place.count < kFewestPoints) return;
+  }
+}
+
+bool SecondLook::Next(const Pyramid& pyramid) {
+  while (looks_ < kMostLooks && places_ < kMostPlaces) {
+    const std::optional<Place> place = FindPlace();
+    if (!place) return false;
+    ++places_;
+    if (place->count == 0) continue;
+    const bool promising =
+        place->spread[0] > kLeastSlant * place->spread[1] || place->spread[1] < kMostCellPx * kSpreadCells;
+    if (promising) LookAt(pyramid, *place);
+    const Eigen::Vector2f scale = (kReach * place->spread).cwiseInverse();
+    std::erase_if(points_, [&](const StrongPoint& point) {
+      return (place->axes.transpose() * (point.position - place->middle)).cwiseProduct(scale).squaredNorm() <= 1;
+    });
+    looks_ += promising;
+    if (promising) return true;
+  }
+  return false;
+}
+
+}  // namespace chequer

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "detect/corners.h"
+#include "detect/grids.h"
+#include "detect/light.h"
+
+namespace chequer {
+
+/// Looks once more, and closer, at places that are full of strong contrasts but gave no board: seen at a steep slant,
+/// the cells of a board are so narrow, or meet at such sharp angles, that the ring of the first look does not fit. The
+/// points' own spread tells how the place must be stretched and squeezed for a board to look as if seen from the front,
+/// its cells some 8 px wide; of that view, corners are found and linked as ever.
+/// Keeps its memory. Costs nothing where no place stands out, else 50 µs a place, of kMostLooks at most.
+class SecondLook {
+ public:
+  static constexpr int kMostLooks = 2;
+
+  /// Takes over the points of an image; those in `boards` are explained already. @param least contrast that counts.
+  void Start(int width, int height, std::span<const StrongPoint> points, float least, std::span<const PixelBox> boards);
+  /// Fills corners() and grids() with what the next place shows. False once there is none left.
+  bool Next(const Pyramid& pyramid);
+
+  /// Of the last look, positions in the image.
+  const std::vector<Corner>& corners() const { return corners_; }
+  const Grids& grids() const { return grids_; }
+
+ private:
+  /// Where points lie: their mean and the axes of their spread.
+  struct Place {
+    Eigen::Vector2f middle = Eigen::Vector2f::Zero();
+    Eigen::Matrix2f axes = Eigen::Matrix2f::Identity();  ///< columns, the longer first
+    Eigen::Vector2f spread = Eigen::Vector2f::Ones();    ///< standard deviations along them, px
+    int count = 0;
+  };
+
+  /// Where points lie closest, from their fullest tile on; without a count if that leads nowhere.
+  std::optional<Place> FindPlace();
+  /// Of the points that lie within reach of a place.
+  static Place Gather(std::span<const StrongPoint> points, const Place& place);
+  void LookAt(const Pyramid& pyramid, Place place);
+  void View(const Pyramid& pyramid, const Place& place);
+
+  int width_ = 0, height_ = 0;
+  int looks_ = 0, places_ = 0;
+  std::vector<StrongPoint> points_, seen_;
+  std::vector<std::uint16_t> in_tile_;
+  std::vector<std::uint8_t> explained_;  ///< tiles with boards
+  DetectionPlane view_;
+  std::vector<int> sums_;
+  PeakScan scan_;
+  std::vector<RefusedPeak> refused_;
+  GridLinker linker_;
+  std::vector<Corner> corners_;
+  Grids grids_;
+};
+
+}  // namespace chequer

@@ -1,0 +1,70 @@
+// What the detector still reads: conditions of the simulator, of each so many frames with seeds of their own.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+#include <vector>
+
+#include "chequer/detector.h"
+#include "simulate/stress.h"
+
+namespace chequer {
+namespace {
+
+struct Limit {
+  const char* tag;  ///< of a stress case
+  int frames;
+  int least;  ///< of them read
+};
+
+void PrintTo(const Limit& limit, std::ostream* out) { *out << limit.tag; }
+
+class Limits : public testing::TestWithParam<Limit> {};
+
+/// Draws frame number `seed` of a condition and looks at it.
+std::vector<MarkerPose> Look(const StressCase& stress, const MarkerCode& code, std::uint64_t seed) {
+  DetectorOptions options;
+  options.families = {{.code = code, .side_m = stress.scene.markers[0].side_m, .roster = {}}};
+  options.camera = stress.options.camera;
+  return Detector(options).Detect(Render(stress.scene, stress.options, seed).view());
+}
+
+TEST_P(Limits, AreReached) {
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  int read = 0;
+  std::string missed;
+  for (int frame = 0; frame < GetParam().frames; ++frame) {
+    const std::uint64_t seed = 7000 + static_cast<std::uint64_t>(frame);
+    const std::vector<StressCase> cases = StressCases(code, seed);
+    const auto stress =
+        std::find_if(cases.begin(), cases.end(), [](const StressCase& s) { return s.tag == GetParam().tag; });
+    ASSERT_NE(stress, cases.end()) << "no condition " << GetParam().tag;
+    const std::uint64_t id = stress->scene.markers[0].board.id;
+    bool found = false;
+    for (const MarkerPose& marker : Look(*stress, code, seed)) {
+      if (!marker.id) continue;
+      EXPECT_EQ(*marker.id, id) << "wrong id, seed " << seed;
+      found |= *marker.id == id;
+    }
+    read += found;
+    if (!found) missed += " " + std::to_string(seed);
+  }
+  EXPECT_GE(read, GetParam().least) << "of " << GetParam().frames << "; seeds missed:" << missed;
+}
+
+std::string NameOf(const testing::TestParamInfo<Limit>& limit) {
+  std::string name = limit.param.tag;
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Stress, Limits,
+                         testing::Values(Limit{"tilt_deg=55", 20, 20}, Limit{"tilt_deg=65", 20, 20},
+                                         Limit{"tilt_deg=70", 20, 20}, Limit{"tilt_deg=75", 20, 18},
+                                         Limit{"tilt_deg=80", 20, 10}, Limit{"side_px=21", 20, 18}),
+                         NameOf);
+
+}  // namespace
+}  // namespace chequer
