@@ -1,5 +1,7 @@
 #include "chequer/detector.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -31,6 +33,12 @@ constexpr float kShareOfContrast = 0.4f;
 
 /// Corners of boards lie where they should to 0.15 px even with 8 px of motion blur.
 constexpr double kMostDeviationPx = 0.5;
+
+/// Whether the middle of a board lies on another.
+bool LiesOn(const AnchoredBoard& board, const AnchoredBoard& other) {
+  const Eigen::Vector2d at = (other.plane_from_board.inverse() * board.plane_from_board.col(2)).hnormalized();
+  return std::abs(at.x()) < 0.5 * other.size.cols && std::abs(at.y()) < 0.5 * other.size.rows;
+}
 
 std::vector<BorderPattern> PatternsOf(const DetectorOptions& options) {
   std::vector<BorderPattern> patterns;
@@ -215,8 +223,17 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens) {
   second_look.Start(reader.width(), reader.height(), strong, least, found_in);
   while (second_look.Next(pyramid)) {
     finder.StartCorners(second_look.corners().size());
-    for (const Grid& grid : second_look.grids().grids)
+    for (const Grid& grid : second_look.grids().grids) {
+      const std::size_t known = boards.size();
       finder.Find(grid, second_look.grids().Of(grid), second_look.corners(), nullptr, reader, lens, boards);
+      // What a look has shown, another may show again from what is left around it.
+      const auto is_known = [&](const AnchoredBoard& board) {
+        return std::any_of(boards.begin(), boards.begin() + static_cast<std::ptrdiff_t>(known),
+                           [&](const AnchoredBoard& other) { return LiesOn(board, other); });
+      };
+      boards.erase(std::remove_if(boards.begin() + static_cast<std::ptrdiff_t>(known), boards.end(), is_known),
+                   boards.end());
+    }
   }
 }
 

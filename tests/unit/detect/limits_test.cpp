@@ -42,7 +42,9 @@ TEST_P(Limits, AreReached) {
     ASSERT_NE(stress, cases.end()) << "no condition " << GetParam().tag;
     const std::uint64_t id = stress->scene.markers[0].board.id;
     bool found = false;
-    for (const MarkerPose& marker : Look(*stress, code, seed)) {
+    const std::vector<MarkerPose> markers = Look(*stress, code, seed);
+    EXPECT_LE(markers.size(), 1u) << "one board twice, seed " << seed;
+    for (const MarkerPose& marker : markers) {
       if (!marker.id) continue;
       EXPECT_EQ(*marker.id, id) << "wrong id, seed " << seed;
       found |= *marker.id == id;
