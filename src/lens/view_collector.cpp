@@ -7,7 +7,7 @@
 namespace chequer {
 namespace {
 
-constexpr std::size_t kFewestPoints = 8;
+constexpr std::size_t kFewestOfTarget = 8;
 /// Blurred: edges this many times as wide as in the sharpest quarter of the views taken, and wider than a good lens
 /// has.
 constexpr double kBlurRatio = 1.6, kSharpPx = 3;
@@ -20,7 +20,7 @@ constexpr double kTilted = 1.06;
 
 ViewVerdict ViewCollector::Offer(LensView view, Reload reload) {
   ++offered_;
-  if (view.points.size() < kFewestPoints) return ViewVerdict::kNothingSeen;
+  if (view.points.size() < kFewestOfTarget) return ViewVerdict::kNothingSeen;
   if (!options_.keep_all && IsBlurred(view)) return ViewVerdict::kBlurred;
   if (is_full() || (!options_.keep_all && IsAlike(view))) return ViewVerdict::kAlike;
   coverage_.Add(view);

@@ -22,7 +22,7 @@ double Radians(double degrees) { return degrees * M_PI / 180; }
 }
 
 /// "1920x1080" → width and height.
-std::pair<int, int> ParseSize(const std::string& text) {
+std::pair<int, int> ParseImageSize(const std::string& text) {
   const std::size_t times = text.find('x');
   int width = 0, height = 0;
   if (times != std::string::npos) {
@@ -54,7 +54,7 @@ CameraModel PlanCamera(const RenderRequest& request) {
       Refuse("--camera-file", "already says the focal length; leave out --focal, --lens and --pixel-pitch");
     return LoadCamera(request.camera_file);
   }
-  const auto [width, height] = ParseSize(request.size);
+  const auto [width, height] = ParseImageSize(request.size);
   const double focal = FocalPx(request, width);
   return {
       .width = width, .height = height, .fx = focal, .fy = focal, .cx = 0.5 * (width - 1), .cy = 0.5 * (height - 1)};

@@ -71,34 +71,34 @@ V4l2Node Node(const std::string& path, const std::string& name, const std::strin
   return {path, name, serial, port, 0, {}};
 }
 
-const V4l2Node kLeft = Node("/dev/video0", "Webcam", "L", "usb1");
-const V4l2Node kRight = Node("/dev/video2", "Webcam", "R", "usb2");
-const V4l2Node kOther = Node("/dev/video4", "Capture card", "", "pci3");
-const std::vector<V4l2Node> kAll{kLeft, kRight, kOther};
+const V4l2Node kLeftNode = Node("/dev/video0", "Webcam", "L", "usb1");
+const V4l2Node kRightNode = Node("/dev/video2", "Webcam", "R", "usb2");
+const V4l2Node kOtherNode = Node("/dev/video4", "Capture card", "", "pci3");
+const std::vector<V4l2Node> kAllNodes{kLeftNode, kRightNode, kOtherNode};
 
-V4l2Found Find(const std::vector<V4l2Node>& nodes, const std::string& device,
-               const std::optional<V4l2Node>& known = std::nullopt) {
+V4l2Found FindNode(const std::vector<V4l2Node>& nodes, const std::string& device,
+                   const std::optional<V4l2Node>& known = std::nullopt) {
   return FindV4l2Node(nodes, device, "capture.device", known);
 }
 
 TEST(FindV4l2Node, ByPathNameAndSerialNumber) {
-  EXPECT_EQ(Find(kAll, "/dev/video2").node, kRight);
-  EXPECT_EQ(Find(kAll, "R").node, kRight);
-  EXPECT_EQ(Find(kAll, "Capture card").node, kOther);
-  EXPECT_EQ(Find({kOther}, "").node, kOther);
+  EXPECT_EQ(FindNode(kAllNodes, "/dev/video2").node, kRightNode);
+  EXPECT_EQ(FindNode(kAllNodes, "R").node, kRightNode);
+  EXPECT_EQ(FindNode(kAllNodes, "Capture card").node, kOtherNode);
+  EXPECT_EQ(FindNode({kOtherNode}, "").node, kOtherNode);
 }
 
 TEST(FindV4l2Node, SaysWhatIsThere) {
-  EXPECT_EQ(Find(kAll, "/dev/video9").problem,
+  EXPECT_EQ(FindNode(kAllNodes, "/dev/video9").problem,
             "capture.device: no camera '/dev/video9' is there; there are /dev/video0 (Webcam, serial L), /dev/video2 "
             "(Webcam, serial R), /dev/video4 (Capture card)");
-  EXPECT_EQ(Find({}, "").problem, "capture.device: no camera is there; no V4L2 device is there");
+  EXPECT_EQ(FindNode({}, "").problem, "capture.device: no camera is there; no V4L2 device is there");
 }
 
 TEST(FindV4l2Node, RefusesWhatIsNotEnough) {
   for (const char* device : {"Webcam", ""}) {
     try {
-      Find(kAll, device);
+      FindNode(kAllNodes, device);
       FAIL();
     } catch (const std::runtime_error& error) {
       EXPECT_THAT(error.what(), HasSubstr("several cameras are meant: /dev/video0 (Webcam, serial L), /dev/video2"));
@@ -107,37 +107,37 @@ TEST(FindV4l2Node, RefusesWhatIsNotEnough) {
 }
 
 TEST(FindV4l2Node, FindsTheSameCameraUnderAnotherNode) {
-  V4l2Node moved = kRight;
+  V4l2Node moved = kRightNode;
   moved.path = "/dev/video5";
   moved.port = "usb9";
-  EXPECT_EQ(Find({kLeft, moved}, "/dev/video2", kRight).node, moved);
+  EXPECT_EQ(FindNode({kLeftNode, moved}, "/dev/video2", kRightNode).node, moved);
 }
 
 TEST(FindV4l2Node, NeverTakesAnotherCameraForIt) {
-  V4l2Node other = kLeft;
+  V4l2Node other = kLeftNode;
   other.path = "/dev/video2";  // it has the number now
-  EXPECT_EQ(Find({other}, "/dev/video2", kRight).node, std::nullopt);
-  EXPECT_THAT(Find({other}, "/dev/video2", kRight).problem, HasSubstr("is not there any more"));
+  EXPECT_EQ(FindNode({other}, "/dev/video2", kRightNode).node, std::nullopt);
+  EXPECT_THAT(FindNode({other}, "/dev/video2", kRightNode).problem, HasSubstr("is not there any more"));
 }
 
 TEST(FindV4l2Node, KnowsCamerasWithoutSerialNumberByTheirPlace) {
-  V4l2Node again = kOther;
+  V4l2Node again = kOtherNode;
   again.path = "/dev/video1";
-  EXPECT_EQ(Find({again}, "/dev/video4", kOther).node, again);
+  EXPECT_EQ(FindNode({again}, "/dev/video4", kOtherNode).node, again);
   again.port = "pci4";
-  EXPECT_EQ(Find({again}, "/dev/video4", kOther).node, std::nullopt);
+  EXPECT_EQ(FindNode({again}, "/dev/video4", kOtherNode).node, std::nullopt);
 }
 
 TEST(FindV4l2Node, TellsTwinsWithOneSerialNumberApartByTheirPlace) {
   V4l2Node first = Node("/dev/video0", "Webcam", "0001", "usb1"),
            second = Node("/dev/video2", "Webcam", "0001", "usb2");
-  EXPECT_EQ(Find({first, second}, "/dev/video2", second).node, second);
+  EXPECT_EQ(FindNode({first, second}, "/dev/video2", second).node, second);
 }
 
 TEST(FindV4l2Node, LeavesStableLinksToUdev) {
   V4l2Node spare = Node("/dev/video0", "Webcam", "S", "usb2");
   spare.links = {"/dev/v4l/by-path/usb2"};
-  EXPECT_EQ(Find({spare}, "/dev/v4l/by-path/usb2", kRight).node, spare);
+  EXPECT_EQ(FindNode({spare}, "/dev/v4l/by-path/usb2", kRightNode).node, spare);
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ using std::chrono::milliseconds;
 using test::FrameNumber;
 using test::Frames;
 using test::Gives;
+using test::kEnd;
 using test::Opens;
 using test::OpenThrows;
 using test::Published;
@@ -33,8 +34,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
-
-const Step kEnd = Gives(CaptureStatus::kEnd);
 
 std::string Text(const std::string& rest, const std::string& capture = "path = \"swarm\"\n") {
   return "[capture]\n" + capture + "[[marker]]\nsize = \"6x6\"\nvariant = \"secded\"\n" + rest;

@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-MonotonicTime At(int s) { return MonotonicTime(seconds(s)); }
+MonotonicTime AtSecond(int s) { return MonotonicTime(seconds(s)); }
 
 StatusMessage Well(const std::string& camera = "north") {
   StatusMessage status;
@@ -65,10 +65,10 @@ TEST(QualityRemark, TellsWhichShareOfTheMarkersCarriesAWarning) {
 TEST(StatusBoard, ShowsALineACamera) {
   StatusBoard board("");
   EXPECT_TRUE(board.IsEmpty());
-  board.Add("CHEQUER_north_STATUS", Well(), At(9));
-  board.Add("CHEQUER_south_STATUS", Well("south"), At(10));
-  EXPECT_TRUE(board.AllWell(At(10)));
-  const std::string text = board.Text(At(10));
+  board.Add("CHEQUER_north_STATUS", Well(), AtSecond(9));
+  board.Add("CHEQUER_south_STATUS", Well("south"), AtSecond(10));
+  EXPECT_TRUE(board.AllWell(AtSecond(10)));
+  const std::string text = board.Text(AtSecond(10));
   EXPECT_THAT(text, HasSubstr("north   running  50.0      4.0      5.2 (8.0)          17       1.2.3    1.0\n"));
   EXPECT_THAT(text, HasSubstr("south   running"));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
@@ -76,22 +76,22 @@ TEST(StatusBoard, ShowsALineACamera) {
 
 TEST(StatusBoard, KeepsTheNewest) {
   StatusBoard board("");
-  board.Add("a", Well(), At(1));
+  board.Add("a", Well(), AtSecond(1));
   StatusMessage later = Well();
   later.camera_state = CameraState::kWaiting;
   later.camera_message = "unplugged";
   later.stages.clear();
-  board.Add("a", later, At(2));
+  board.Add("a", later, AtSecond(2));
   EXPECT_EQ(board.entries().size(), 1u);
-  EXPECT_FALSE(board.AllWell(At(2)));
-  EXPECT_THAT(board.Text(At(2)), AllOf(HasSubstr("waiting"), HasSubstr("north: unplugged\n")));
+  EXPECT_FALSE(board.AllWell(AtSecond(2)));
+  EXPECT_THAT(board.Text(AtSecond(2)), AllOf(HasSubstr("waiting"), HasSubstr("north: unplugged\n")));
 }
 
 TEST(StatusBoard, HeedsOnlyTheCameraThatWasAskedFor) {
   StatusBoard board("south");
-  board.Add("CHEQUER_north_STATUS", Well(), At(1));
+  board.Add("CHEQUER_north_STATUS", Well(), AtSecond(1));
   EXPECT_TRUE(board.IsEmpty());
-  board.Add("CHEQUER_south_STATUS", Well("south"), At(1));
+  board.Add("CHEQUER_south_STATUS", Well("south"), AtSecond(1));
   EXPECT_FALSE(board.IsEmpty());
 }
 
@@ -101,8 +101,8 @@ TEST(StatusBoard, SendsNoControlCharactersToTheTerminal) {
   status.version = "\a1";
   status.publisher.message = "a\nb";
   status.detections = {{"warning_\x1b", 3}};
-  board.Add("a", status, At(1));
-  EXPECT_THAT(board.Text(At(1)), AllOf(Not(HasSubstr("\x1b")), Not(HasSubstr("\a")), HasSubstr("a?b")));
+  board.Add("a", status, AtSecond(1));
+  EXPECT_THAT(board.Text(AtSecond(1)), AllOf(Not(HasSubstr("\x1b")), Not(HasSubstr("\a")), HasSubstr("a?b")));
 }
 
 }  // namespace
