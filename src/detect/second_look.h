@@ -16,7 +16,7 @@ namespace chequer {
 /// the cells of a board are so narrow, or meet at such sharp angles, that the ring of the first look does not fit. The
 /// points' own spread tells how the place must be stretched and squeezed for a board to look as if seen from the front,
 /// its cells some 8 px wide; of that view, corners are found and linked as ever.
-/// Keeps its memory. Costs nothing where no place stands out, else 50 µs a place, of kMostLooks at most.
+/// Keeps its memory. Costs nothing where no place stands out; of those that do, kMostLooks at most are viewed.
 class SecondLook {
  public:
   static constexpr int kMostLooks = 2;

@@ -55,6 +55,16 @@ TEST_P(Limits, AreReached) {
   EXPECT_GE(read, GetParam().least) << "of " << GetParam().frames << "; seeds missed:" << missed;
 }
 
+TEST(SecondLook, ReportsNoMarkerTwice) {
+  // In frame 7027, points along the rim of the marker that was read make a place of their own, which shows it again.
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  for (std::uint64_t seed = 7020; seed < 7030; ++seed)
+    for (const StressCase& stress : StressCases(code, seed)) {
+      if (stress.tag != "haze=0.25") continue;
+      EXPECT_EQ(Look(stress, code, seed).size(), 1u) << "seed " << seed;
+    }
+}
+
 std::string NameOf(const testing::TestParamInfo<Limit>& limit) {
   std::string name = limit.param.tag;
   std::replace_if(
