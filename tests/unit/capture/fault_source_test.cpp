@@ -7,6 +7,7 @@
 
 #include "capture/replay_source.h"
 #include "small_recording.h"
+#include "support/error_of.h"
 #include "support/manual_clock.h"
 #include "support/temporary_directory.h"
 
@@ -18,12 +19,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 std::string FaultError(const std::vector<std::string>& texts) {
-  try {
-    ParseFaults(texts);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::ErrorOf([&] { ParseFaults(texts); });
 }
 
 TEST(ParseFault, ReadsEveryKind) {

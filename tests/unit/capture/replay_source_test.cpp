@@ -10,6 +10,7 @@
 #include "capture/recording_text.h"
 #include "core/file.h"
 #include "small_recording.h"
+#include "support/error_of.h"
 #include "support/manual_clock.h"
 #include "support/temporary_directory.h"
 
@@ -333,14 +334,9 @@ TEST_F(ReplaySourceTest, RefusesOptionsThatCannotBe) {
   const auto wrong = [&](const std::function<void(ReplayOptions&)>& change) {
     ReplayOptions options = options_;
     change(options);
-    try {
-      ReplaySource source(options, clock_);
-    } catch (const std::runtime_error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::ErrorOf([&] { ReplaySource source(options, clock_); });
   };
-  EXPECT_EQ(wrong([](ReplayOptions&) {}), "");
+  EXPECT_EQ(wrong([](ReplayOptions&) {}), "no error");
   EXPECT_THAT(wrong([](ReplayOptions& o) { o.path.clear(); }), HasSubstr("either a path or a list of images"));
   EXPECT_THAT(wrong([](ReplayOptions& o) { o.images = {"a.png"}; }), HasSubstr("either a path or a list of images"));
   EXPECT_THAT(wrong([](ReplayOptions& o) { o.fps = 0; }), HasSubstr("replay fps = 0: must be from 0.001 to 10000"));

@@ -5,6 +5,8 @@
 
 #include <stdexcept>
 
+#include "support/error_of.h"
+
 namespace chequer {
 namespace {
 
@@ -32,18 +34,8 @@ CameraSetting Setting(const std::string& name, CameraSetting::Value value) {
   return {name, std::move(value), "swarm.toml:7: capture.controls." + name};
 }
 
-template <typename Call>
-std::string Error(const Call& call) {
-  try {
-    call();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 std::string Refusal(const V4l2Control& control, CameraSetting::Value value) {
-  return Error([&] { ResolveControl(control, Setting(control.name, std::move(value))); });
+  return test::ErrorOf([&] { ResolveControl(control, Setting(control.name, std::move(value))); });
 }
 
 std::int64_t Number(const V4l2Control& control, CameraSetting::Value value) {
@@ -106,7 +98,7 @@ TEST(ResolveControl, RefusesWhatCannotBeSet) {
 TEST(FindControl, NamesThoseThatExist) {
   const std::vector<V4l2Control> controls{Integer("gain"), Menu("power_line_frequency")};
   EXPECT_EQ(&FindControl(controls, Setting("gain", true)), &controls.front());
-  EXPECT_THAT(Error([&] { FindControl(controls, Setting("gian", true)); }),
+  EXPECT_THAT(test::ErrorOf([&] { FindControl(controls, Setting("gian", true)); }),
               HasSubstr("capture.controls.gian: the camera has no such control; it has gain, power_line_frequency"));
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 
 namespace chequer {
@@ -34,12 +35,7 @@ std::string With(const std::string& line, const std::string& replacement) {
 }
 
 std::string ErrorOfCamera(const std::string& text) {
-  try {
-    ParseCamera(text, "cam.toml");
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::ErrorOf([&] { ParseCamera(text, "cam.toml"); });
 }
 
 TEST(CameraFile, ReadsEveryKey) {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "core/toml_text.h"
+#include "support/error_of.h"
 
 namespace chequer {
 namespace {
@@ -18,14 +19,11 @@ using ::testing::HasSubstr;
 /// What reading a text throws.
 std::string ErrorOfText(
     const std::string& text, const std::function<void(TomlTable)>& read = [](TomlTable) {}) {
-  try {
+  return test::ErrorOf([&] {
     TomlFile file = TomlFile::Parse(text, "swarm.toml");
     read(file.root());
     file.CheckAllKeysRead();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
+  });
 }
 
 TEST(TomlReader, ReadsEveryType) {

@@ -13,6 +13,7 @@
 
 #include "chequer/camera_file.h"
 #include "daemon/service.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 
 namespace chequer {
@@ -35,12 +36,7 @@ variant = "secded"
 DaemonConfig Parse(const std::string& text) { return ParseDaemonConfig(text, "a.toml", "/base"); }
 
 std::string Refusal(const std::string& text) {
-  try {
-    Parse(text);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return {};
+  return test::ErrorOf([&] { Parse(text); });
 }
 
 std::filesystem::path Shipped() {
@@ -121,7 +117,7 @@ std::string WithSource(const std::string& text, const std::string& source) {
 TEST(Config, ShippedFileNamesEveryKeyOfCameras) {
   const std::string text = ShippedText();
   for (const std::string source : {"v4l2", "aravis"}) {
-    EXPECT_THAT(Refusal(WithSource(text, source)), IsEmpty());
+    EXPECT_THAT(Refusal(WithSource(text, source)), "no error");
     const std::string message = Refusal(WithSource(
         std::regex_replace(text, std::regex("\nsource = [^\n]*"), "\nsource = \"\"\nno_such_key = 1"), source));
     const std::string known = "known here: ";

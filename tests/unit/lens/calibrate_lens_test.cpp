@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "lens/lens_parameters.h"
+#include "support/error_of.h"
 #include "synthetic_views.h"
 
 namespace chequer {
@@ -23,12 +24,7 @@ LensCalibration Calibrate(const std::vector<LensView>& views, const CameraModel&
 }
 
 std::string ErrorOf(const std::vector<LensView>& views, const CameraModel& camera) {
-  try {
-    Calibrate(views, camera);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::ErrorOf([&] { Calibrate(views, camera); });
 }
 
 /// The largest distance between the pixels in which two cameras see the same points, over the image.

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "chequer/marker.h"
+#include "support/error_of.h"
 #include "support/seed.h"
 #include "unit/marker/marker_codes.h"
 
@@ -17,12 +18,7 @@ using test::AllSizes;
 using test::Describe;
 
 std::string MessageOf(MarkerSize size, Variant variant) {
-  try {
-    const MarkerCode code(size, variant);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
+  return test::ErrorOf([&] { const MarkerCode code(size, variant); });
 }
 
 TEST(Variant, NamesGoThereAndBack) {
@@ -62,8 +58,8 @@ TEST(MarkerCode, RefusesWhatDoesNotExistAndSaysWhatWould) {
   EXPECT_THAT(MessageOf({8, 8}, Variant::kNordstromRobinson), HasSubstr("exactly 16"));
   EXPECT_THAT(MessageOf({5, 5}, Variant::kReedMuller), HasSubstr("exactly 16"));
   EXPECT_THAT(MessageOf({6, 6}, Variant::kTable), HasSubstr("kernels"));
-  EXPECT_EQ(MessageOf({3, 18}, Variant::kReedMuller), "") << "16 kernel cells in another shape will do";
-  EXPECT_EQ(MessageOf({6, 8}, Variant::kGolay), "") << "24 kernel cells are enough";
+  EXPECT_EQ(MessageOf({3, 18}, Variant::kReedMuller), "no error") << "16 kernel cells in another shape will do";
+  EXPECT_EQ(MessageOf({6, 8}, Variant::kGolay), "no error") << "24 kernel cells are enough";
 }
 
 TEST(MarkerCodeDeathTest, AnIdBeyondTheLastIsABug) {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "chequer/marker.h"
+#include "support/error_of.h"
 #include "support/seed.h"
 
 namespace chequer {
@@ -37,21 +38,11 @@ class TemporaryFile {
 };
 
 std::string LoadError(MarkerSize size, const std::filesystem::path& path) {
-  try {
-    MarkerCode::LoadTable(size, path);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
+  return test::ErrorOf([&] { MarkerCode::LoadTable(size, path); });
 }
 
 std::string TableError(MarkerSize size, std::vector<std::uint64_t> kernels) {
-  try {
-    MarkerCode::FromTable(size, std::move(kernels));
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
+  return test::ErrorOf([&] { MarkerCode::FromTable(size, std::move(kernels)); });
 }
 
 TEST(Table, MapsIdsToTheGivenKernels) {

@@ -6,6 +6,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "support/error_of.h"
+
 namespace chequer {
 namespace {
 
@@ -18,12 +20,7 @@ SheetOptions Options(std::size_t count) {
 }
 
 std::string ErrorOf(const SheetOptions& options) {
-  try {
-    LayOutSheet(options);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::ErrorOf([&] { LayOutSheet(options); });
 }
 
 TEST(Sheet, PutsAsManyOnAPageAsFit) {

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "support/error_of.h"
+
 namespace chequer {
 namespace {
 
@@ -23,12 +25,7 @@ const std::vector<MarkerFamily>& Families() {
 RobotRoster Parse(const std::string& text) { return ParseRobotRoster(text, "robots.toml", Families()); }
 
 std::string ErrorOf(const std::string& text) {
-  try {
-    Parse(text);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
+  return test::ErrorOf([&] { Parse(text); });
 }
 
 TEST(RobotRoster, ReadsARobotWithOneMarker) {
@@ -101,7 +98,7 @@ TEST(RobotRoster, RefusesWhatDoesNotTellTwoRobotsApart) {
   EXPECT_THAT(ErrorOf(alice + alice), AllOf(StartsWith("robots.toml:6"), HasSubstr("stands twice")));
   EXPECT_THAT(ErrorOf(alice + "[[robot]]\nname = \"eve\"\nid = 17\nheight = 1\n"),
               AllOf(StartsWith("robots.toml:7"), HasSubstr("alice")));
-  EXPECT_EQ(ErrorOf(alice + "[[robot]]\nname = \"eve\"\nid = 17\nfamily = 1\nheight = 1\n"), "");
+  EXPECT_EQ(ErrorOf(alice + "[[robot]]\nname = \"eve\"\nid = 17\nfamily = 1\nheight = 1\n"), "no error");
   const std::string carol =
       "[[robot]]\nname = \"carol\"\n[[robot.marker]]\nid = 4\nposition = [0, 0, 0]\n"
       "[[robot.marker]]\nid = 3\nposition = [0.1, 0, 0]\n";
@@ -109,7 +106,7 @@ TEST(RobotRoster, RefusesWhatDoesNotTellTwoRobotsApart) {
   const std::string dave =
       "[[robot]]\nname = \"dave\"\n[[robot.marker]]\nid = 4\nposition = [0, 0, 0]\n"
       "[[robot.marker]]\nid = 5\nposition = [0.1, 0, 0]\n";
-  EXPECT_EQ(ErrorOf(kPair + dave), "") << "pairs may share an id";
+  EXPECT_EQ(ErrorOf(kPair + dave), "no error") << "pairs may share an id";
   EXPECT_THAT(ErrorOf(kPair + std::string("[[robot]]\nname = \"x\"\nid = 4\nheight = 1\n")),
               HasSubstr("only robots with two markers may share"));
 }

@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 
 namespace chequer {
@@ -77,12 +78,7 @@ TEST(DrawBackground, GreyImageIsGrey) {
 }
 
 std::string ErrorOf(const Background& background) {
-  try {
-    DrawBackground(background, 10, 10);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::ErrorOf([&] { DrawBackground(background, 10, 10); });
 }
 
 TEST(DrawBackground, UnreadableImageIsNamed) {

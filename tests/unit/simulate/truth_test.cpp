@@ -7,6 +7,8 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "support/error_of.h"
+
 namespace chequer {
 namespace {
 
@@ -22,12 +24,7 @@ class TruthFile : public ::testing::Test {
       ("chequer_truth_" + std::to_string(getpid()) + ::testing::UnitTest::GetInstance()->current_test_info()->name());
 
   std::string ReadError() {
-    try {
-      ReadTruth(path_);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "no error";
+    return test::ErrorOf([&] { ReadTruth(path_); });
   }
 };
 

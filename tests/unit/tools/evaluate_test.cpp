@@ -9,6 +9,7 @@
 
 #include "core/file.h"
 #include "publish/lcm_publisher.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "tools/commands.h"
 #include "tools/evaluation.h"
@@ -42,12 +43,7 @@ class EvaluateTest : public ::testing::Test {
     return Write(name, text + R"({"file":"e.png","markers":[]})" + "\n");
   }
   std::string ErrorOf(const std::string& path, const std::string& channel = {}) const {
-    try {
-      ReadRun(path, channel);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "no error";
+    return test::ErrorOf([&] { ReadRun(path, channel); });
   }
   static void Run(std::vector<std::string> arguments) {
     CLI::App app;

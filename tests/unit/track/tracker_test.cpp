@@ -6,6 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "support/error_of.h"
+
 namespace chequer {
 namespace {
 
@@ -190,15 +192,8 @@ TEST(Tracker, PassesOverWhatIsNotFinite) {
 TEST(Tracker, HasNoTracksBeforeItsFirstFrame) { EXPECT_TRUE(TracksAt(Tracker(), At(3)).empty()); }
 
 TEST(Tracker, SaysWhichOptionIsWrong) {
-  const auto wrong = [](TrackerOptions options) {
-    try {
-      const Tracker tracker(options);
-    } catch (const std::runtime_error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
-  EXPECT_EQ(wrong({}), "");
+  const auto wrong = [](TrackerOptions options) { return test::ErrorOf([&] { const Tracker tracker(options); }); };
+  EXPECT_EQ(wrong({}), "no error");
   EXPECT_THAT(wrong({.model = {.acceleration_m_s2 = 0}}), HasSubstr("acceleration"));
   EXPECT_THAT(wrong({.model = {.angular_acceleration_rad_s2 = -1}}), HasSubstr("angular_acceleration"));
   EXPECT_THAT(wrong({.gate = 1}), HasSubstr("gate"));

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "simulate/random.h"
+#include "support/error_of.h"
 
 namespace chequer {
 namespace {
@@ -68,12 +69,7 @@ void ExpectNear(const RigidTransform& a, const RigidTransform& b, double metres,
 }
 
 std::string ErrorOf(const ReferenceList& list, const std::vector<StillMarker>& seen) {
-  try {
-    EstimateFromReferences(list, seen);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::ErrorOf([&] { EstimateFromReferences(list, seen); });
 }
 
 TEST(EstimateFromReferences, FindsTheCamera) {
@@ -211,12 +207,7 @@ TEST(EstimateFromL, LaysTheAxesAlongTheArms) {
 
 std::string ErrorOfL(const ReferenceList& list) {
   const std::vector<StillMarker> seen = See(list, 1, 1e-5);
-  try {
-    EstimateFromL(std::span<const StillMarker, 3>(seen));
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::ErrorOf([&] { EstimateFromL(std::span<const StillMarker, 3>(seen)); });
 }
 
 TEST(EstimateFromL, RefusesWhatIsNoL) {

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "support/error_of.h"
+
 namespace chequer {
 namespace {
 
@@ -13,12 +15,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 std::string ErrorOf(const std::string& text) {
-  try {
-    ParseReferences(text, "refs.toml");
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::ErrorOf([&] { ParseReferences(text, "refs.toml"); });
 }
 
 TEST(References, ReadsEveryKey) {
