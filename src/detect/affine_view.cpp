@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace chequer {
 namespace {
 
 /// Bits behind the point of coordinates.
 constexpr int kBits = 16;
+/// Between the samples that make up a pixel, px of the plane.
+constexpr float kTapPx = 1.5f;
 
 /// A point or a step in the plane, in fixed point.
 struct FixedPoint {
@@ -19,10 +22,13 @@ struct FixedPoint {
   int x, y;
 };
 
-/// Between the four pixels around a point.
+/// Between the four pixels around a point. @tparam kInside the point is known to have four.
+template <bool kInside>
 int SampleAt(const BytePlane& plane, int x, int y) {
-  x = std::clamp(x, 0, ((plane.width() - 1) << kBits) - 1);
-  y = std::clamp(y, 0, ((plane.height() - 1) << kBits) - 1);
+  if constexpr (!kInside) {
+    x = std::clamp(x, 0, ((plane.width() - 1) << kBits) - 1);
+    y = std::clamp(y, 0, ((plane.height() - 1) << kBits) - 1);
+  }
   const int part_x = x >> (kBits - 8) & 255, part_y = y >> (kBits - 8) & 255;
   const std::uint8_t *above = plane.row(y >> kBits) + (x >> kBits), *below = above + plane.stride();
   const int top = (above[0] << 8) + part_x * (above[1] - above[0]),
@@ -41,26 +47,44 @@ void SmoothRow(std::uint8_t* row, int count, int width, std::vector<int>& sums) 
         (sums[static_cast<std::size_t>(i + width)] - sums[static_cast<std::size_t>(i)] + reach) / width);
 }
 
+/// A row of a view: the means of `taps` samples each, from the first sample on.
+template <bool kInside>
+void ViewRow(const BytePlane& plane, FixedPoint at, const FixedPoint& right, const FixedPoint& tap_step, int taps,
+             std::span<std::uint8_t> row) {
+  const int scale = (1 << 16) / taps;
+  for (std::uint8_t& pixel : row) {
+    FixedPoint sample = at;
+    int sum = 0;
+    for (int i = 0; i < taps; ++i, sample += tap_step) sum += SampleAt<kInside>(plane, sample.x, sample.y) >> 8;
+    pixel = static_cast<std::uint8_t>((static_cast<unsigned>(sum) * static_cast<unsigned>(scale) + (1u << 23)) >> 24);
+    at += right;
+  }
+}
+
 }  // namespace
 
 void ViewPlane(const BytePlane& plane, const Eigen::Vector2f& middle, const Eigen::Matrix2f& plane_by_view, int side,
                BytePlane& view) {
   view.Resize(side, side);
-  const int taps = std::clamp(static_cast<int>(std::lround(plane_by_view.col(0).norm())), 1, 8);
+  // Between pixels, a tap takes in two of them.
+  const int taps = std::clamp(static_cast<int>(std::lround(plane_by_view.col(0).norm() / kTapPx)), 1, 8);
   // The first of a pixel's taps, one pixel's step to the right, and the step from tap to tap.
   const Eigen::Vector2f tap = plane_by_view.col(0) / static_cast<float>(taps);
   const float half = 0.5f * static_cast<float>(side - 1);
   const FixedPoint right(plane_by_view.col(0)), tap_step(tap);
+  // All taps lie between the view's corners and half a pixel's step beyond; the last pixel is for rounding.
+  const Eigen::Vector2f reach = half * (plane_by_view.col(0).cwiseAbs() + plane_by_view.col(1).cwiseAbs()) +
+                                0.5f * plane_by_view.col(0).cwiseAbs();
+  const bool inside = (middle - reach).minCoeff() > 1 && (middle + reach).x() < static_cast<float>(plane.width() - 2) &&
+                      (middle + reach).y() < static_cast<float>(plane.height() - 2);
   for (int y = 0; y < side; ++y) {
-    FixedPoint at(middle + plane_by_view * Eigen::Vector2f(-half, static_cast<float>(y) - half) -
-                  0.5f * static_cast<float>(taps - 1) * tap);
-    std::uint8_t* row = view.row(y);
-    for (int x = 0; x < side; ++x, at += right) {
-      FixedPoint sample = at;
-      int sum = 0;
-      for (int i = 0; i < taps; ++i, sample += tap_step) sum += SampleAt(plane, sample.x, sample.y);
-      row[x] = static_cast<std::uint8_t>((sum / taps + (1 << 15)) >> 16);
-    }
+    const FixedPoint first(middle + plane_by_view * Eigen::Vector2f(-half, static_cast<float>(y) - half) -
+                           0.5f * static_cast<float>(taps - 1) * tap);
+    const std::span<std::uint8_t> row(view.row(y), static_cast<std::size_t>(side));
+    if (inside)
+      ViewRow<true>(plane, first, right, tap_step, taps, row);
+    else
+      ViewRow<false>(plane, first, right, tap_step, taps, row);
   }
 }
 

@@ -26,6 +26,8 @@ constexpr float kMostZoom = 3, kLeastZoom = 1.2f;
 /// Other places had their chance in the first look, px: a spread that is so many times longer than wide, or cells that
 /// are smaller.
 constexpr float kLeastSlant = 1.8f, kMostCellPx = 4.5f;
+/// Points of a place whose cells are wider: all corners of such a board leave one, and chance gathers fewer.
+constexpr int kFewestOfWide = 18;
 /// Views of a place, each by what the one before it showed; one shows a board where so many corners are linked.
 constexpr int kMostViews = 2, kEnoughLinked = 12;
 /// Share of the most contrast that corners of one board have at least.
@@ -155,8 +157,9 @@ bool SecondLook::Next(const Pyramid& pyramid) {
     if (!place) return false;
     ++places_;
     if (place->count == 0) continue;
+    const bool narrow = place->spread[1] < kMostCellPx * kSpreadCells;
     const bool promising =
-        place->spread[0] > kLeastSlant * place->spread[1] || place->spread[1] < kMostCellPx * kSpreadCells;
+        narrow || (place->count >= kFewestOfWide && place->spread[0] > kLeastSlant * place->spread[1]);
     if (promising) LookAt(pyramid, *place);
     const Eigen::Vector2f scale = (kReach * place->spread).cwiseInverse();
     std::erase_if(points_, [&](const StrongPoint& point) {
