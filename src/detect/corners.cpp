@@ -15,20 +15,35 @@ constexpr std::uint8_t kLeastResponse = 4;
 constexpr int kBandRows = 16;
 static_assert(kBandRows % (1 << (Pyramid::kLevels - 1)) == 0);
 
-/// Peaks a pixel that are a lot, and the least share of the response that one in twenty reaches.
-constexpr double kManyPeaks = 0.002;
+/// Peaks a pixel that are a lot: a thousand boards in 12 Mpx have twice as many.
+constexpr double kManyPeaks = 0.001;
+/// Where there is a lot to look at, peaks count that have this share of the response that one in twenty reaches:
+/// corners of one board, of cells of 4 px, differ by as much.
 constexpr float kWeakShare = 0.15f;
+/// Of all others, there may be no more than a lot, unless they have this response, grey levels, or this share: textured
+/// ground has less for the most part, print more.
+constexpr int kClearResponse = 12;
+constexpr float kClearShare = 0.5f;
 
-/// Where there is a lot to look at, leaves out what is much weaker than the strongest: of a board, all corners are
-/// alike, so what goes is grain and grout, or a board in light many times as dim as its surroundings.
+/// Where there is a lot to look at, leaves out what is much weaker than the strongest, and then the weakest of what is
+/// as weak as grain and grout: a board would have to lie in light many times as dim as its surroundings to be among
+/// them. That bounds what textured ground costs a pixel.
 void LimitPeaks(double area_px, std::vector<Peak>& peaks) {
-  if (static_cast<double>(peaks.size()) <= kManyPeaks * area_px) return;
+  const std::size_t many = static_cast<std::size_t>(kManyPeaks * area_px);
+  if (peaks.size() <= many) return;
   std::array<std::size_t, 256> count{};
   for (const Peak& peak : peaks) ++count[peak.response];
   std::size_t above = 0;
   int strong = 255;
   while (strong > 0 && (above += count[static_cast<std::size_t>(strong)]) < peaks.size() / 20) --strong;
-  const int least = static_cast<int>(kWeakShare * static_cast<float>(strong));
+  const auto share_of_strong = [&](float share) { return static_cast<int>(share * static_cast<float>(strong)); };
+  const int weak = share_of_strong(kWeakShare);
+  int least = std::max(weak, std::min(share_of_strong(kClearShare), kClearResponse));
+  std::size_t kept = 0;
+  for (std::size_t response = static_cast<std::size_t>(least); response < count.size(); ++response)
+    kept += count[response];
+  while (least > weak && kept + count[static_cast<std::size_t>(least - 1)] <= many)
+    kept += count[static_cast<std::size_t>(--least)];
   std::erase_if(peaks, [&](const Peak& peak) { return peak.response < least; });
   if (peaks.size() <= kMaxPeaks) return;
   std::nth_element(peaks.begin(), peaks.begin() + kMaxPeaks, peaks.end(),
