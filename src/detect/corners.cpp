@@ -16,14 +16,14 @@ constexpr int kBandRows = 16;
 static_assert(kBandRows % (1 << (Pyramid::kLevels - 1)) == 0);
 
 /// Peaks a pixel that are a lot: a thousand boards in 12 Mpx have twice as many.
-constexpr double kManyPeaks = 0.001;
+constexpr double kManyPeaks = 0.0005;
 /// Where there is a lot to look at, peaks count that have this share of the response that one in twenty reaches:
 /// corners of one board, of cells of 4 px, differ by as much.
 constexpr float kWeakShare = 0.15f;
 /// Of all others, there may be no more than a lot, unless they have this response, grey levels, or this share: textured
 /// ground has less for the most part, print more.
 constexpr int kClearResponse = 12;
-constexpr float kClearShare = 0.5f;
+constexpr float kClearShare = 0.7f;
 
 /// Where there is a lot to look at, leaves out what is much weaker than the strongest, and then the weakest of what is
 /// as weak as grain and grout: a board would have to lie in light many times as dim as its surroundings to be among
