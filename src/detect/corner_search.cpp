@@ -4,6 +4,8 @@
 // The loop above includes this file once a target; what follows the guard at the end is compiled once.
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 
 #ifndef CHEQUER_DETECT_CORNER_SEARCH
@@ -23,6 +25,9 @@ struct Best {
 };
 
 constexpr float kInfinity = 1e30f;
+/// Corners that are looked at together: rows of a window are short, and longer vectors would be empty for the most
+/// part.
+constexpr int kPiece = 8;
 
 /// Squared cosine of how far the neighbour may lie off the ray (25 degrees), at both ends.
 constexpr float kLeastSquaredCosine = 0.906f * 0.906f;
@@ -42,12 +47,12 @@ namespace chequer {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Looks from the corner `from` at the corners of `rows` ranges, each given by its first and the one past its last, for
-/// better ones than the best so far.
-void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int rows, float longest, search::Best& best) {
-  // A row's range is short: longer vectors would be empty for the most part.
-  constexpr std::size_t kMaxLanes = 8;
-  const hn::CappedTag<float, kMaxLanes> d;
+/// Looks from the corner `from` at the corners of some pieces, of search::kPiece at most before the one past the last
+/// of each, for better ones than the best so far. Nothing branches on what the corners are like: in clutter, it would
+/// be guessed wrong as often as not.
+void Consider(const search::Arrays& in, int from, const std::array<int, 2>* pieces, std::size_t count, float longest,
+              search::Best& best) {
+  const hn::CappedTag<float, search::kPiece> d;
   const hn::RebindToSigned<decltype(d)> di;
   using V = hn::Vec<decltype(d)>;
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -64,10 +69,9 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
   V cost2 = hn::Set(d, best.cost[2]), cost3 = hn::Set(d, best.cost[3]);
   auto index0 = hn::Set(di, best.corner[0]), index1 = hn::Set(di, best.corner[1]);
   auto index2 = hn::Set(di, best.corner[2]), index3 = hn::Set(di, best.corner[3]);
-  bool found = false;
-  for (int row = 0; row < rows; ++row) {
-    const int last = ranges[row][1];
-    for (int i = ranges[row][0]; i < last; i += lanes) {
+  for (std::size_t piece = 0; piece < count; ++piece)
+    for (int offset = 0; offset < search::kPiece; offset += lanes) {
+      const int i = pieces[piece][0] + offset, left = std::max(pieces[piece][1] - i, 0);
       const V dx = hn::Sub(hn::LoadU(d, in.x + i), x), dy = hn::Sub(hn::LoadU(d, in.y + i), y);
       const V square = hn::MulAdd(dx, dx, hn::Mul(dy, dy));
       const V least = hn::Mul(square, cosine);
@@ -81,9 +85,8 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
       const V contrast = hn::LoadU(d, in.contrast + i);
       auto fits = hn::And(hn::Or(on0, on1), hn::And(hn::Gt(square, nearest), hn::Lt(square, farthest)));
       fits = hn::And(fits, hn::And(hn::Gt(contrast, least_contrast), hn::Lt(contrast, most_contrast)));
-      fits = hn::And(fits, hn::FirstN(d, static_cast<std::size_t>(last - i < lanes ? last - i : lanes)));
+      fits = hn::And(fits, hn::FirstN(d, static_cast<std::size_t>(left)));
       if (hn::AllFalse(d, fits)) continue;
-      found = true;
 
       const V a0 = hn::IfThenElseZero(on0, hn::Abs(along0)), a1 = hn::IfThenElseZero(on1, hn::Abs(along1));
       const auto second = hn::Gt(a1, a0);
@@ -103,8 +106,6 @@ void Consider(const search::Arrays& in, int from, const int (*ranges)[2], int ro
       keep(hn::AndNot(second, backward), cost2, index2);
       keep(hn::And(second, backward), cost3, index3);
     }
-  }
-  if (!found) return;
   const auto reduce = [&](V cost, auto index, int ray) HWY_ATTR {
     const V least_cost = hn::MinOfLanes(d, cost);
     best.cost[ray] = hn::GetLane(least_cost);
@@ -135,6 +136,8 @@ HWY_EXPORT(Consider);
 /// Cells are empty but for noise: a neighbour is among the nearest corners, or there is none. In clutter, this bounds
 /// the work.
 constexpr int kMostConsidered = 24;
+/// Fewer corners are hardly ever enough: they are looked at together with those around them.
+constexpr int kEnoughAtOnce = 16;
 /// No ray is searched farther than so many times the nearest neighbour, as long as only one direction of the lattice
 /// has one: seen at a slant, cells are that much longer than wide.
 constexpr float kFarthestRatio = 3;
@@ -187,7 +190,7 @@ void CornerSearch::Build(int width, int height, std::vector<Corner>& corners) {
   }
 }
 
-float CornerSearch::Covered(float x, float y, int ring) const {
+float CornerSearch::Covered(float x, float y, int row, int col, int ring) const {
   // From the point to the nearest side of the buckets around its own; the image's border hides nothing.
   const float size = static_cast<float>(1 << kShift);
   const auto to_side = [&](float at, int bucket, int buckets) {
@@ -195,53 +198,65 @@ float CornerSearch::Covered(float x, float y, int ring) const {
     const float after = bucket + ring >= buckets - 1 ? 1e9f : static_cast<float>(bucket + ring + 1) * size - at;
     return std::min(before, after);
   };
-  return std::min(to_side(x, Col(x), cols_), to_side(y, Row(y), rows_));
+  return std::min(to_side(x, col, cols_), to_side(y, row, rows_));
 }
 
-NearestCorners CornerSearch::Find(int index) const {
+void CornerSearch::WindowAround(int row, int col, int ring, Window& window) const {
+  const int first_col = std::max(col - ring, 0), past_col = std::min(col + ring, cols_ - 1) + 1;
+  window.corners = 0;
+  std::size_t count = 0;
+  for (int r = std::max(row - ring, 0); r <= std::min(row + ring, rows_ - 1); ++r) {
+    const int first = First(r, first_col), past = First(r, past_col), length = past - first;
+    window.corners += length;
+    // Nearly every row has two pieces at most: then nothing branches on how many, which would be guessed wrong.
+    const std::size_t pieces = static_cast<std::size_t>((length + search::kPiece - 1) / search::kPiece);
+    if (window.pieces.size() < count + pieces + 2) window.pieces.resize(count + pieces + 2);
+    window.pieces[count] = {first, past};
+    window.pieces[count + 1] = {first + search::kPiece, past};
+    for (std::size_t k = 2; k < pieces; ++k)
+      window.pieces[count + k] = {first + static_cast<int>(k) * search::kPiece, past};
+    count += pieces;
+  }
+  window.count = count;
+  window.ring = ring;
+}
+
+void CornerSearch::TakeFirstWindow(int row, int col) {
+  int ring = 1;
+  WindowAround(row, col, ring, first_);
+  while (first_.corners < kEnoughAtOnce && ring < kReach) {
+    ring = std::min(2 * ring, kReach);
+    WindowAround(row, col, ring, first_);
+  }
+}
+
+NearestCorners CornerSearch::Find(int index, int row, int col) {
   const search::Arrays arrays{x_.data(),      y_.data(),      ray0_x_.data(),   ray0_y_.data(),
                               ray1_x_.data(), ray1_y_.data(), contrast_.data(), handicap_.data()};
   search::Best best;
   std::fill_n(best.cost, 4, search::kInfinity);
   std::fill_n(best.corner, 4, -1);
   const std::size_t i = static_cast<std::size_t>(index);
-  const int col = Col(x_[i]), row = Row(y_[i]);
-  constexpr int kReach = static_cast<int>(kLongest) >> kShift;
-  int ranges[2 * (2 * kReach + 1)][2];
-  int considered = 0;
-  // Square rings of buckets, each around what was looked at before.
-  for (int ring = 1, inner = -1;; inner = ring, ring = std::min(2 * ring, kReach)) {
-    int count = 0;
-    const auto add = [&](int r, int first_col, int last_col) {
-      if (first_col > last_col) return;
-      const int first = First(r, first_col), last = First(r, last_col + 1);
-      if (first == last) return;
-      considered += last - first;
-      ranges[count][0] = first;
-      ranges[count++][1] = last;
-    };
-    const int first_col = std::max(col - ring, 0), last_col = std::min(col + ring, cols_ - 1);
-    for (int r = std::max(row - ring, 0); r <= std::min(row + ring, rows_ - 1); ++r) {
-      if (std::abs(r - row) > inner) {
-        add(r, first_col, last_col);
-      } else {
-        add(r, first_col, col - inner - 1);
-        add(r, col + inner + 1, last_col);
-      }
-    }
-    if (count > 0) HWY_DYNAMIC_DISPATCH(Consider)(arrays, index, ranges, count, kLongest, best);
-    if (considered > kMostConsidered || ring >= kReach || Covered(x_[i], y_[i], ring) >= Sufficient(best)) break;
+  HWY_DYNAMIC_DISPATCH(Consider)(arrays, index, first_.pieces.data(), first_.count, kLongest, best);
+  // Wider windows look at the corners of the narrower ones again: their rows are few and short.
+  const Window* window = &first_;
+  while (window->corners <= kMostConsidered && window->ring < kReach &&
+         Covered(x_[i], y_[i], row, col, window->ring) < Sufficient(best)) {
+    const int corners = window->corners;
+    WindowAround(row, col, std::min(2 * window->ring, kReach), wider_);
+    window = &wider_;
+    if (wider_.corners > corners)
+      HWY_DYNAMIC_DISPATCH(Consider)(arrays, index, wider_.pieces.data(), wider_.count, kLongest, best);
   }
   NearestCorners found;
   for (std::size_t ray = 0; ray < 4; ++ray) {
     found.corner[ray] = best.corner[ray];
-    if (best.corner[ray] < 0) continue;
-    // Of its rays of the other kind, the one that points back.
-    const std::size_t j = static_cast<std::size_t>(best.corner[ray]);
+    // Of its rays of the other kind, the one that points back. Of none, any.
+    const std::size_t j = static_cast<std::size_t>(std::max(best.corner[ray], 0));
     const bool even = ray % 2 == 1;
     const float away =
         (even ? ray0_x_[j] : ray1_x_[j]) * (x_[j] - x_[i]) + (even ? ray0_y_[j] : ray1_y_[j]) * (y_[j] - y_[i]);
-    found.ray[ray] = (even ? 0 : 1) + (away > 0 ? 2 : 0);
+    found.ray[ray] = static_cast<std::uint8_t>((even ? 0 : 1) + (away > 0 ? 2 : 0));
   }
   return found;
 }

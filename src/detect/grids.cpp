@@ -1,5 +1,6 @@
 #include "detect/grids.h"
 
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -41,11 +42,11 @@ void GridLinker::KeepMutual() {
   for (std::size_t i = 0; i < links_.size(); ++i)
     for (std::size_t k = 0; k < 4; ++k) {
       const int j = links_[i].corner[k];
-      if (j < 0) continue;
-      const std::size_t back = static_cast<std::size_t>(links_[i].ray[k]);
-      const Links& other = links_[static_cast<std::size_t>(j)];
+      // Without branches, which would be guessed wrong in clutter: that there is none, its own ray tells as well.
+      const std::size_t end = static_cast<std::size_t>(std::max(j, 0)), back = links_[i].ray[k];
       // A link that was taken away already from the other end is no longer mutual either.
-      if (other.corner[back] != static_cast<int>(i) || other.ray[back] != static_cast<int>(k)) links_[i].corner[k] = -1;
+      const bool is_mutual = (links_[end].corner[back] == static_cast<int>(i)) & (links_[end].ray[back] == k);
+      links_[i].corner[k] = is_mutual ? j : -1;
     }
 }
 
@@ -73,10 +74,12 @@ void GridLinker::KeepSquares(const std::vector<Corner>& corners) {
   const auto similar = [](float a, float b) { return a < kMostRatio * b && b < kMostRatio * a; };
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
     Links& at = links_[static_cast<std::size_t>(i)];
-    for (std::size_t k = 0; k < 4; ++k) {
-      const std::size_t next = (k + 1) % 4;
+    unsigned linked = 0;
+    for (unsigned k = 0; k < 4; ++k) linked |= static_cast<unsigned>(at.corner[k] >= 0) << k;
+    // Rays that are linked, and so is the next; in clutter, there are few.
+    for (unsigned rays = linked & (linked >> 1 | linked << 3); rays != 0; rays &= rays - 1) {
+      const std::size_t k = static_cast<std::size_t>(std::countr_zero(rays)), next = (k + 1) % 4;
       const int a = at.corner[k], b = at.corner[next];
-      if (a < 0 || b < 0) continue;
       // The ray back from a lies opposite to direction k; the one that runs along direction k + 1 is three on from it.
       const std::size_t ray_a = static_cast<std::size_t>(at.ray[k] + 3) % 4,
                         ray_b = static_cast<std::size_t>(at.ray[next] + 1) % 4;
@@ -153,12 +156,10 @@ void GridLinker::Link(const DetectionPlane& plane, std::vector<Corner>& corners,
   out.corners.clear();
   search_.Build(plane.plane.width() + 1, plane.plane.height() + 1, corners);
   const int count = static_cast<int>(corners.size());
-  links_.assign(corners.size(), Links{});
-  for (int i = 0; i < count; ++i) {
-    const NearestCorners nearest = search_.Find(i);
-    links_[static_cast<std::size_t>(i)].corner = nearest.corner;
-    links_[static_cast<std::size_t>(i)].ray = nearest.ray;
-  }
+  links_.resize(corners.size());
+  search_.ForEach([&](int i, const NearestCorners& nearest) {
+    links_[static_cast<std::size_t>(i)] = {.corner = nearest.corner, .ray = nearest.ray};
+  });
   KeepMutual();
   KeepSquares(corners);
   KeepEdges(plane, corners);

@@ -52,7 +52,7 @@ class GridLinker {
   /// What leaves a corner.
   struct Links {
     std::array<int, 4> corner{-1, -1, -1, -1};  ///< at the end of each ray
-    std::array<int, 4> ray{};                   ///< of that corner, that leads back
+    std::array<std::uint8_t, 4> ray{};          ///< of that corner, that leads back
     std::uint8_t squares = 0;                   ///< bit k: the link of ray k is a side of a closed square
   };
   /// By corner, as last linked; for traces.
