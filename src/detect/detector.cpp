@@ -101,10 +101,10 @@ struct Detector::Impl {
   /// What became of a board.
   struct Outcome {
     bool accepted = false;
-    NoiseModel noise;
+    ImageTraits image;
     MarkerPose marker;
   };
-  Outcome Measure(const LightReader& reader, const Lens& lens, std::size_t index, const NoiseModel* noise,
+  Outcome Measure(const LightReader& reader, const Lens& lens, std::size_t index, const ImageTraits* image,
                   Worker& worker, Tracer& tracer) const;
 
   DetectorOptions options;
@@ -260,18 +260,18 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   FindBoards(reader, lens, tracer);
   FindMosaic(image, lens, reader);
 
-  // The noise is the camera's: the first board that is one tells it for all.
+  // The noise is the camera's, and mostly the blur: the first board that is one tells it for all.
   outcomes.resize(boards.size());
   std::size_t first = 0;
   for (bool known = false; first < boards.size() && !known; ++first) {
     outcomes[first] = Measure(reader, lens, first, nullptr, workers[0], tracer);
     known = outcomes[first].accepted;
   }
-  const NoiseModel* noise = first > 0 ? &outcomes[first - 1].noise : nullptr;
+  const ImageTraits* traits = first > 0 ? &outcomes[first - 1].image : nullptr;
   const auto measure = [&](int item, int worker) {
     const std::size_t i = first + static_cast<std::size_t>(item), later = i + workers.size();
     if (later < boards.size()) reader.Prefetch(boards[later].box);
-    outcomes[i] = Measure(reader, lens, i, noise, workers[static_cast<std::size_t>(worker)], tracer);
+    outcomes[i] = Measure(reader, lens, i, traits, workers[static_cast<std::size_t>(worker)], tracer);
   };
   // By reference: a copy would be allocated.
   crew.Run(static_cast<int>(boards.size() - first), std::ref(measure));
@@ -288,7 +288,7 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
 }
 
 Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const Lens& lens, std::size_t index,
-                                                const NoiseModel* noise, Worker& worker, Tracer& tracer) const {
+                                                const ImageTraits* image, Worker& worker, Tracer& tracer) const {
   const AnchoredBoard& board = boards[index];
   Outcome outcome;
   const auto refuse = [&](Refusal why, double measured = 0, double required = 0) {
@@ -302,7 +302,7 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
                                               .light = board.light,
                                               .saturated = board.saturated,
                                               .covered = board.covered,
-                                              .noise = noise});
+                                              .image = image});
   if (!fitted) return refuse(Refusal::kNoFit);
   if (fitted->signal_to_noise < kLeastSignal) return refuse(Refusal::kNoise, fitted->signal_to_noise, kLeastSignal);
   if (fitted->reprojection_rms_px > kMostDeviationPx)
@@ -318,7 +318,7 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
     if (!poses) return refuse(Refusal::kNoPose);
   }
   outcome.accepted = true;
-  outcome.noise = fitted->noise;
+  outcome.image = fitted->image;
   Describe(*fitted, board, identity, lens, outcome.marker);
   if (!poses) return outcome;
   DescribePose(*poses, outcome.marker);

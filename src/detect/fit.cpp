@@ -27,6 +27,11 @@ constexpr double kLeastBlur = 0.25, kMostBlur = 12;
 constexpr double kHiddenRatio = 8;
 /// Corners with less of the median corner's contrast are hidden too.
 constexpr double kHiddenContrast = 0.2;
+/// A board that seems blurred so many times more or less than the image's others is no start for them, nor they for it.
+constexpr double kOtherBlur = 2;
+/// Every how many pixels the first step uses: with half of them it comes near from any start, with a third from one
+/// that knows the blur. Fewer tell the cells' levels too badly for the second step to judge what is hidden.
+constexpr int kFirstStride = 2, kFirstStrideKnown = 3;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
 
@@ -53,6 +58,11 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
     usable_[static_cast<std::size_t>(corner)] = pixels_.inside(corner) && covered < 2;
   }
   used_ = usable_;
+  input_.stride = kFirstStride;
+  if (start.image && std::max(start.image->blur_px / blur_px_, blur_px_ / start.image->blur_px) < kOtherBlur) {
+    blur_px_ = start.image->blur_px;
+    input_.stride = kFirstStrideKnown;
+  }
   StartLevels(reader, start);
   input_.saturation = kSaturation;
   return true;
@@ -66,7 +76,7 @@ void PhotometricFit::StartLevels(const LightReader& reader, const Start& start) 
       levels_[cell][phase] = LightOf(start.light[cell], reader.channels(), channel_of_phase_[phase]);
       lightest = std::max(lightest, levels_[cell][phase]);
     }
-  noise_ = start.noise ? *start.noise : UnknownNoise(lightest);
+  noise_ = start.image ? start.image->noise : UnknownNoise(lightest);
 }
 
 void PhotometricFit::FollowGeometry() {
@@ -290,8 +300,7 @@ void PhotometricFit::Finish() {
   result_.information = InPlane((normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
                                  by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
                                 std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9}));
-  result_.blur_px = blur_px_;
-  result_.noise = noise_;
+  result_.image = {noise_, blur_px_};
   result_.reprojection_rms_px = std::sqrt(shift_square / n);
   result_.signal_to_noise = contrast / n / std::max(std::sqrt(residual_square / std::max(residual_count, 1.0)), 1e-6);
   result_.levels.resize(levels_.size());
@@ -305,13 +314,12 @@ void PhotometricFit::Finish() {
 const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& lens, const Start& start) {
   if (!Prepare(reader, lens, start)) return nullptr;
   FollowGeometry();
-  // The first step only has to come near: half the pixels do, whatever their noise.
-  input_.stride = 2;
+  // The first step only has to come near: a part of the pixels does, whatever their noise.
   input_.robust_limit = 1e9f;
   if (!Step() || corner_move_px_ > kRunawayPx) return nullptr;
   EvenOutShading(start);
   input_.stride = 1;
-  bool noise_known = start.noise != nullptr;
+  bool noise_known = start.image != nullptr;
   for (int pass = 1; pass < kMaxPasses; ++pass) {
     if (corner_move_px_ > kFollowPx) {
       pixels_.PlaceCorners(lens, result_.geometry);

@@ -15,14 +15,19 @@
 
 namespace chequer {
 
+/// What boards of an image have in common: what one has shown the next need not find out.
+struct ImageTraits {
+  NoiseModel noise;
+  double blur_px = 1;
+};
+
 /// A board after the joint photometric fit.
 struct FittedBoard {
   BoardGeometry geometry;
   /// Inverse covariance of the geometry's parameters, from all pixels, with the levels, the blur and the noise as
   /// measured in this board, widened by how much its corners disagree with the geometry beyond that noise.
   BoardGeometry::Information information;
-  NoiseModel noise;
-  double blur_px = 1;
+  ImageTraits image;
   /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.
   double signal_to_noise = 0;
   /// Light of each cell, row by row, by channel; the other channels are zero.
@@ -51,8 +56,9 @@ class PhotometricFit {
     std::span<const std::uint8_t> saturated;
     /// Cells that do not show: corners with two of them are left out.
     std::span<const std::uint8_t> covered;
-    /// Of another board of the same image, if one was fitted before: saves a pass.
-    const NoiseModel* noise = nullptr;
+    /// Of another board of the same image, if one was fitted before: saves a pass, and a third of the first step's
+    /// pixels.
+    const ImageTraits* image = nullptr;
   };
 
   /// Nothing if the board lies outside the image for the most part, does not look like the model, or the fit runs away.

@@ -45,7 +45,7 @@ void Identifier::ReadCells(const FittedBoard& board, MarkerSize size, const Ligh
       const Eigen::Matrix2d pixel_by_board = pixel_by_plane * board.geometry.PlaneByBoard(at);
       const double short_side =
           std::abs(pixel_by_board.determinant()) / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
-      const double clear = std::clamp(0.5 * short_side - 1.2 * board.blur_px, 0.0, 0.35 * short_side);
+      const double clear = std::clamp(0.5 * short_side - 1.2 * board.image.blur_px, 0.0, 0.35 * short_side);
       light_[static_cast<std::size_t>(row * size.cols + col)] =
           reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(clear));
     }
