@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detect/corner_pixels.h"
+
 namespace chequer {
 namespace {
 
@@ -18,12 +20,6 @@ constexpr double kThinnedFrom = 0.8 * kLaneCapacity;
 double OutwardReach(double px_per_cell, double blur_px) {
   return std::clamp(1 - (2.2 * blur_px + 0.5) / px_per_cell, 0.4, 0.9);
 }
-
-/// The plane coordinates of the pixels around one, from an origin, to second order.
-struct LocalPlane {
-  /// Of u and v: the value, the slopes by x and y, ½ d²/dx², d²/dxdy, ½ d²/dy².
-  std::array<float, 2> at, by_x, by_y, by_xx, by_xy, by_yy;
-};
 
 /// Nothing where the lens has no inverse. @param plane of the pixel. @param pixel_by_plane derivative there.
 std::optional<LocalPlane> PlaneAround(const Lens& lens, const Eigen::Vector2d& plane,
@@ -54,89 +50,6 @@ std::optional<LocalPlane> PlaneAround(const Lens& lens, const Eigen::Vector2d& p
   return local;
 }
 
-/// The plane coordinates of the pixels of a row: parabolas, by differences.
-struct PlaneWalk {
-  /// From the pixel that lies (dx, dy) from the local plane's.
-  PlaneWalk(const LocalPlane& local, float dx, float dy) {
-    for (std::size_t i = 0; i < 2; ++i) {
-      const float slope = local.by_x[i] + dy * local.by_xy[i], bend = local.by_xx[i];
-      at[i] = local.at[i] + dy * (local.by_y[i] + dy * local.by_yy[i]) + dx * (slope + dx * bend);
-      step[i] = slope + (2 * dx + 1) * bend;
-      change[i] = 2 * bend;
-    }
-  }
-  void Next() {
-    for (std::size_t i = 0; i < 2; ++i) {
-      at[i] += step[i];
-      step[i] += change[i];
-    }
-  }
-
-  float at[2], step[2], change[2];
-};
-
-/// Pixels of a row.
-struct Span {
-  int y, first, pixels;
-};
-
-/// The next places of the lanes of a row's first pixel and second pixel, in turn.
-struct Lanes {
-  float *first, *second;
-};
-
-void Put(const PlaneWalk& walk, float light, float*& lane) {
-  lane[0] = walk.at[0];
-  lane[LaneBlock::kGroup] = walk.at[1];
-  lane[2 * LaneBlock::kGroup] = light;
-  lane += LaneBlock::kNextPixel;
-}
-
-/// Pixels of a row that are put in one go: as many as it takes for the processor to guess right how often to go round.
-constexpr int kTogether = 4;
-
-constexpr int WholeGoes(int count) { return (count + kTogether - 1) / kTogether * kTogether; }
-
-/// Puts the next `count` pixels of a row, an even number, into their lanes. @tparam kMean is what run.is_mean() says.
-template <bool kMean>
-void PutPairs(const LightReader::Run& run, int count, PlaneWalk walk, Lanes lanes) {
-  const std::uint8_t *first = run.first, *second = run.second;
-  const float* const table = run.table;
-  for (; count > 0; count -= 2, first += run.step, second += run.step) {
-    Put(walk, kMean ? run.Mean(first) : table[*first], lanes.first);
-    walk.Next();
-    Put(walk, kMean ? run.Mean(second) : table[*second], lanes.second);
-    walk.Next();
-  }
-}
-
-/// Puts the next `count` pixels of a row, and what comes after them up to whole goes, which is not counted and which
-/// the next row overwrites: there must be room for it, and it must lie in the image.
-template <bool kMean>
-void PutWhole(const LightReader::Run& run, int count, PlaneWalk walk, Lanes lanes) {
-  if (count <= kTogether) return PutPairs<kMean>(run, kTogether, walk, lanes);
-  PutPairs<kMean>(run, WholeGoes(count), walk, lanes);
-}
-
-/// Those of them that keeps(index in the row) tells. Returns how many.
-template <class Keeps>
-std::array<int, 2> PutSome(const LightReader::Run& run, int count, const Keeps& keeps, PlaneWalk walk, Lanes lanes) {
-  std::array<int, 2> put{};
-  for (int i = 0; i < count; ++i, walk.Next()) {
-    if (!keeps(i)) continue;
-    const std::uint8_t* at = (i % 2 ? run.second : run.first) + i / 2 * run.step;
-    Put(walk, run.is_mean() ? run.Mean(at) : run.table[*at], i % 2 ? lanes.second : lanes.first);
-    ++put[static_cast<std::size_t>(i % 2)];
-  }
-  return put;
-}
-
-/// A band of the board between two lines of constant x or y, cut along rows of pixels: offsets along the row from the
-/// corner's pixel, which move by `slope` a row.
-struct Band {
-  double low, high, slope;
-};
-
 /// The part of the board around a corner, in cells from it, and how it lies in the image.
 struct Region {
   double left, right, top, bottom;
@@ -151,38 +64,10 @@ struct Region {
     // Rows that run along the band: nearly so will do, as no board is 1e6 px wide.
     const double across = std::abs(by_pixel[0]) < 1e-6 ? std::copysign(1e-6, by_pixel[0]) : by_pixel[0];
     const double a = low / across, b = high / across;
-    return {std::min(a, b), std::max(a, b), -by_pixel[1] / across};
+    return {static_cast<float>(std::min(a, b)), static_cast<float>(std::max(a, b)),
+            static_cast<float>(-by_pixel[1] / across)};
   }
 };
-
-/// Which pixels of large cells are left out: whole 2 × 2 tiles, so that all parities stay balanced.
-struct Thinning {
-  /// Inside cells: pixels there tell the levels alone, which the others tell too.
-  static constexpr int kLeastInside = 4;
-
-  bool all = true;                            ///< nothing is left out
-  int near_edges = 1, inside = kLeastInside;  ///< one tile in so many is kept
-  float band_x = 0, band_y = 0;               ///< near an edge, cells
-
-  bool KeepsRow(float from_y, float to_y) const {
-    return near_edges == 1 && std::abs(from_y) <= band_y && std::abs(to_y) <= band_y;
-  }
-  bool Keeps(int x, int y, float board_x, float board_y) const {
-    const int tile = x / 2 + (y / 2) * 3;
-    if (std::abs(board_x) <= band_x || std::abs(board_y) <= band_y) return near_edges == 1 || tile % near_edges == 0;
-    // Nearly always, and a tenth of a division.
-    return inside == kLeastInside ? tile % kLeastInside == 0 : tile % inside == 0;
-  }
-};
-
-/// @pre x ≥ 0. The library's costs a call where the processor may be of any age.
-int CeilOf(double x) {
-  const int whole = static_cast<int>(x);
-  return whole + (whole < x);
-}
-
-/// Parity of x + 2 · parity of y.
-std::size_t PhaseOf(int x, int y) { return static_cast<std::size_t>((x & 1) + 2 * (y & 1)); }
 
 Thinning ThinningOf(const Region& region, double px_x, double px_y, double blur_px) {
   Thinning thinning;
@@ -266,7 +151,6 @@ void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Ro
   const std::optional<LocalPlane> local =
       PlaneAround(lens, geometry.ToPlane(place.board), place.pixel_by_plane, origin_);
   if (!local) return;
-  const Thinning thinning = ThinningOf(region, px_x, px_y, blur_px);
 
   double y_min = 1e9, y_max = -1e9;
   for (const double x : {region.left, region.right})
@@ -277,62 +161,19 @@ void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Ro
     }
   const int first_row = std::max(0, static_cast<int>(std::ceil(place.pixel.y() + y_min)));
   const int last_row = std::min(reader.height() - 1, static_cast<int>(std::floor(place.pixel.y() + y_max)));
-  float* const pixels = lanes_.u_data() + lanes_.Place(Lane(corner), 0);
-  std::array<int, 4> count{};  // by phase
-  const std::array<Band, 2> bands = region.Bands();
-  const double right_edge = reader.width() - 1.0;
-  const auto take_row = [&](const Span& span) {
-    const double first_dx = span.first - place.pixel.x(), dy = span.y - place.pixel.y();
-    const PlaneWalk walk(*local, static_cast<float>(first_dx), static_cast<float>(dy));
-    // Of the row's first and second pixel, in turn.
-    int &first_taken = count[PhaseOf(span.first, span.y)], &second_taken = count[PhaseOf(span.first + 1, span.y)];
-    const Lanes lanes{pixels + PhaseOf(span.first, span.y) + first_taken * LaneBlock::kNextPixel,
-                      pixels + PhaseOf(span.first + 1, span.y) + second_taken * LaneBlock::kNextPixel};
-    const LightReader::Run run = rows.From(span.first, span.y);
-    const int room = 2 * (lanes_.capacity() - std::max(first_taken, second_taken));
-    if (!thinning.all) {
-      const Eigen::Vector2f at = (region.board_by_pixel * Eigen::Vector2d(first_dx, dy)).cast<float>(),
-                            step = region.board_by_pixel.col(0).cast<float>();
-      if (!thinning.KeepsRow(at.y(), at.y() + static_cast<float>(span.pixels - 1) * step.y())) {
-        const auto keeps = [&](int i) {
-          const Eigen::Vector2f there = at + static_cast<float>(i) * step;
-          return thinning.Keeps(span.first + i, span.y, there.x(), there.y());
-        };
-        const auto [in_first, in_second] = PutSome(run, std::min(span.pixels, room), keeps, walk, lanes);
-        first_taken += in_first;
-        second_taken += in_second;
-        return;
-      }
-    }
-    const int whole = WholeGoes(span.pixels);
-    if (whole > room || span.first + whole > reader.width()) {
-      const auto [in_first, in_second] = PutSome(
-          run, std::min(span.pixels, room), [](int) { return true; }, walk, lanes);
-      first_taken += in_first;
-      second_taken += in_second;
-      return;
-    }
-    run.is_mean() ? PutWhole<true>(run, span.pixels, walk, lanes) : PutWhole<false>(run, span.pixels, walk, lanes);
-    first_taken += (span.pixels + 1) / 2;
-    second_taken += span.pixels / 2;
-  };
-  // All ends of some rows first: none waits for the pixels of another.
-  std::array<Span, 32> spans;
-  for (int y = first_row; y <= last_row;) {
-    std::size_t filled = 0;
-    for (; filled < spans.size() && y <= last_row; ++y) {
-      const double dy = y - place.pixel.y();
-      const double shift_x = place.pixel.x() + dy * bands[0].slope, shift_y = place.pixel.x() + dy * bands[1].slope;
-      const double from = std::max(std::max(bands[0].low + shift_x, bands[1].low + shift_y), 0.0);
-      const double to =
-          std::max(std::min(std::min(bands[0].high + shift_x, bands[1].high + shift_y), right_edge), -1.0);
-      const int first_col = CeilOf(std::min(from, right_edge + 1)), past = static_cast<int>(to + 1);
-      spans[filled] = {y, first_col, past - first_col};
-      filled += first_col < past;
-    }
-    for (std::size_t i = 0; i < filled; ++i) take_row(spans[i]);
+  CornerPart part{.x = static_cast<int>(place.pixel.x()), .y = static_cast<int>(place.pixel.y())};
+  part.corner_x = static_cast<float>(place.pixel.x() - part.x);
+  part.corner_y = static_cast<float>(place.pixel.y() - part.y);
+  part.first_row = first_row - part.y;
+  part.rows = last_row + 1 - first_row;
+  part.bands = region.Bands();
+  part.plane = *local;
+  part.thinning = ThinningOf(region, px_x, px_y, blur_px);
+  for (int axis = 0; axis < 2; ++axis) {
+    part.board_by_x[static_cast<std::size_t>(axis)] = static_cast<float>(region.board_by_pixel(axis, 0));
+    part.board_by_y[static_cast<std::size_t>(axis)] = static_cast<float>(region.board_by_pixel(axis, 1));
   }
-  for (int phase = 0; phase < 4; ++phase) lanes_.count(Lane(corner) + phase) = count[static_cast<std::size_t>(phase)];
+  TakePixels(part, rows, reader.width(), Lane(corner), lanes_);
 }
 
 }  // namespace chequer
