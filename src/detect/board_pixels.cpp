@@ -21,33 +21,39 @@ double OutwardReach(double px_per_cell, double blur_px) {
   return std::clamp(1 - (2.2 * blur_px + 0.5) / px_per_cell, 0.4, 0.9);
 }
 
-/// Nothing where the lens has no inverse. @param plane of the pixel. @param pixel_by_plane derivative there.
-std::optional<LocalPlane> PlaneAround(const Lens& lens, const Eigen::Vector2d& plane,
-                                      const Eigen::Matrix2d& pixel_by_plane, const Eigen::Vector2d& origin) {
-  LocalPlane local{};
-  const auto set = [](std::array<float, 2>& to, const Eigen::Vector2d& value) {
-    to = {static_cast<float>(value.x()), static_cast<float>(value.y())};
-  };
-  set(local.at, plane - origin);
-  if (!lens.calibrated()) {
-    local.by_x = {1, 0};
-    local.by_y = {0, 1};
-    return local;
-  }
-  if (!(pixel_by_plane.determinant() > 1e-6)) return std::nullopt;
-  const Eigen::Matrix2d by_pixel = pixel_by_plane.inverse();
-  // Change of the inverse Jacobian over a step of h pixels along x and along y.
-  constexpr double h = 2;
+/// How the derivative of the plane by the pixel changes, by a pixel along x and along y.
+struct Bend {
+  Eigen::Matrix2d by_x = Eigen::Matrix2d::Zero(), by_y = Eigen::Matrix2d::Zero();
+};
+
+/// By differences over a step along x and along y. Not finite where the lens has no inverse.
+Bend BendAround(const Lens& lens, const Eigen::Vector2d& plane, const Eigen::Matrix2d& plane_by_pixel) {
+  constexpr double kStep = 2;
   Eigen::Matrix2d at_x, at_y;
-  lens.ToImage(plane + h * by_pixel.col(0), &at_x);
-  lens.ToImage(plane + h * by_pixel.col(1), &at_y);
-  const Eigen::Matrix2d by_x = (at_x.inverse() - by_pixel) / h, by_y = (at_y.inverse() - by_pixel) / h;
-  set(local.by_x, by_pixel.col(0));
-  set(local.by_y, by_pixel.col(1));
-  set(local.by_xx, 0.5 * by_x.col(0));
-  set(local.by_xy, by_x.col(1));
-  set(local.by_yy, 0.5 * by_y.col(1));
-  return local;
+  lens.ToImage(plane + kStep * plane_by_pixel.col(0), &at_x);
+  lens.ToImage(plane + kStep * plane_by_pixel.col(1), &at_y);
+  return {(at_x.inverse() - plane_by_pixel) / kStep, (at_y.inverse() - plane_by_pixel) / kStep};
+}
+
+LocalPlane PlaneAround(const Eigen::Vector2d& from_origin, const Eigen::Matrix2d& plane_by_pixel, const Bend& bend) {
+  const auto values = [](const Eigen::Vector2d& value) {
+    return std::array<float, 2>{static_cast<float>(value.x()), static_cast<float>(value.y())};
+  };
+  return {.at = values(from_origin),
+          .by_x = values(plane_by_pixel.col(0)),
+          .by_y = values(plane_by_pixel.col(1)),
+          .by_xx = values(0.5 * bend.by_x.col(0)),
+          .by_xy = values(bend.by_x.col(1)),
+          .by_yy = values(0.5 * bend.by_y.col(1))};
+}
+
+/// The slope of a value along a line of `count` ≥ 3 points at the point `at`, by the values there and at the points
+/// beside it: exact for parabolas, at the line's ends too. @param step from a point's value to the next.
+Eigen::Matrix2d SlopeAt(const CornerPlace* place, int at, int count, int step) {
+  const auto value = [&](int steps) -> const Eigen::Matrix2d& { return place[steps * step].plane_by_pixel; };
+  if (at == 0) return 2 * value(1) - 1.5 * value(0) - 0.5 * value(2);
+  if (at == count - 1) return 1.5 * value(0) - 2 * value(-1) + 0.5 * value(-2);
+  return 0.5 * (value(1) - value(-1));
 }
 
 /// The part of the board around a corner, in cells from it, and how it lies in the image.
@@ -102,8 +108,11 @@ void BoardPixels::PlaceCorners(const Lens& lens, const BoardGeometry& geometry) 
   for (int corner = 0; corner < corners_; ++corner) {
     CornerPlace& place = places_[static_cast<std::size_t>(corner)];
     const BoardGeometry::Local local = geometry.At(place.board);
-    place.pixel = lens.ToImage(local.plane, &place.pixel_by_plane);
-    place.pixel_by_board = place.pixel_by_plane * local.plane_by_board;
+    Eigen::Matrix2d pixel_by_plane;
+    place.plane = local.plane;
+    place.pixel = lens.ToImage(local.plane, &pixel_by_plane);
+    place.plane_by_pixel = pixel_by_plane.inverse();
+    place.pixel_by_board = pixel_by_plane * local.plane_by_board;
   }
 }
 
@@ -125,18 +134,36 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
   int inside = 0;
   for (int corner = 0; corner < corners_; ++corner) {
     CornerPlace& place = places_[static_cast<std::size_t>(corner)];
-    place.inside = place.pixel.allFinite() && place.pixel_by_board.allFinite() && place.pixel.x() > 1 &&
-                   place.pixel.y() > 1 && place.pixel.x() < reader.width() - 2 &&
-                   place.pixel.y() < reader.height() - 2 && place.pixel_by_board.determinant() > 1;
+    place.inside = place.pixel.allFinite() && place.pixel_by_board.allFinite() && place.plane_by_pixel.allFinite() &&
+                   place.pixel.x() > 1 && place.pixel.y() > 1 && place.pixel.x() < reader.width() - 2 &&
+                   place.pixel.y() < reader.height() - 2 && place.pixel_by_board.determinant() > 1 &&
+                   place.plane_by_pixel.determinant() > 0;
+    inside += place.inside;
+  }
+  // Of a corner outside the image, the lens's model may say anything.
+  const bool neighbours_tell = inside == corners_ && size.rows > 3 && size.cols > 3;
+  for (int corner = 0; corner < corners_; ++corner) {
+    const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
     if (!place.inside) continue;
-    ++inside;
-    CollectCorner(reader, rows, lens, geometry, corner, blur_px);
+    Bend bend;
+    if (lens.calibrated() && neighbours_tell) {
+      const int row = corner / (size.cols - 1), col = corner % (size.cols - 1);
+      const Eigen::Matrix2d by_col = SlopeAt(&place, col, size.cols - 1, 1),
+                            by_row = SlopeAt(&place, row, size.rows - 1, size.cols - 1),
+                            board_by_pixel = place.pixel_by_board.inverse();
+      bend.by_x = by_col * board_by_pixel(0, 0) + by_row * board_by_pixel(1, 0);
+      bend.by_y = by_col * board_by_pixel(0, 1) + by_row * board_by_pixel(1, 1);
+    } else if (lens.calibrated()) {
+      bend = BendAround(lens, place.plane, place.plane_by_pixel);
+    }
+    if (!bend.by_x.allFinite() || !bend.by_y.allFinite()) continue;
+    CollectCorner(reader, rows, corner, PlaneAround(place.plane - origin_, place.plane_by_pixel, bend), blur_px);
   }
   return inside;
 }
 
-void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Rows& rows, const Lens& lens,
-                                const BoardGeometry& geometry, int corner, double blur_px) {
+void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Rows& rows, int corner,
+                                const LocalPlane& plane, double blur_px) {
   CornerPlace& place = places_[static_cast<std::size_t>(corner)];
   const int corner_row = corner / (size_.cols - 1), corner_col = corner % (size_.cols - 1);
   Region region;
@@ -148,9 +175,6 @@ void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Ro
   region.top = corner_row == 0 ? -out_y : -0.5;
   region.bottom = corner_row == size_.rows - 2 ? out_y : 0.5;
   place.middle = {(region.left + region.right) / 2, (region.top + region.bottom) / 2};
-  const std::optional<LocalPlane> local =
-      PlaneAround(lens, geometry.ToPlane(place.board), place.pixel_by_plane, origin_);
-  if (!local) return;
 
   double y_min = 1e9, y_max = -1e9;
   for (const double x : {region.left, region.right})
@@ -167,7 +191,7 @@ void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Ro
   part.first_row = first_row - part.y;
   part.rows = last_row + 1 - first_row;
   part.bands = region.Bands();
-  part.plane = *local;
+  part.plane = plane;
   part.thinning = ThinningOf(region, px_x, px_y, blur_px);
   for (int axis = 0; axis < 2; ++axis) {
     part.board_by_x[static_cast<std::size_t>(axis)] = static_cast<float>(region.board_by_pixel(axis, 0));

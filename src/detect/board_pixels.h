@@ -4,6 +4,7 @@
 #include <array>
 
 #include "detect/board_geometry.h"
+#include "detect/corner_pixels.h"
 #include "detect/light.h"
 #include "detect/photometric_kernel.h"
 
@@ -12,8 +13,8 @@ namespace chequer {
 /// Where a corner lies, and how the image lies around it.
 struct CornerPlace {
   Eigen::Vector2d board;           ///< cells
-  Eigen::Vector2d pixel;           ///< image
-  Eigen::Matrix2d pixel_by_plane;  ///< derivative there
+  Eigen::Vector2d plane, pixel;    ///< the same point on the plane and in the image
+  Eigen::Matrix2d plane_by_pixel;  ///< derivative there
   Eigen::Matrix2d pixel_by_board;
   /// Centre of the region whose pixels are the corner's, cells from it: off zero at the board's rim.
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
@@ -46,8 +47,8 @@ class BoardPixels {
 
  private:
   void RankCorners();
-  void CollectCorner(const LightReader& reader, const LightReader::Rows& rows, const Lens& lens,
-                     const BoardGeometry& geometry, int corner, double blur_px);
+  void CollectCorner(const LightReader& reader, const LightReader::Rows& rows, int corner, const LocalPlane& plane,
+                     double blur_px);
 
   MarkerSize size_;
   int corners_ = 0;

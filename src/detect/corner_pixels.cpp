@@ -129,57 +129,87 @@ void PutSome(const LightReader::Run& run, int count, const Keeps& keeps, PlaneWa
   }
 }
 
+/// A row of pixels.
+struct Row {
+  int x, y, pixels;
+  PlaneWalk walk;
+
+  HWY_INLINE int phase() const { return (x & 1) + 2 * (y & 1); }  ///< of the first pixel
+};
+
+/// What the rows of a part are put into.
+struct Target {
+  float* pixels;  ///< of the first lane
+  int capacity;
+  int count[4];  ///< by phase
+
+  HWY_INLINE Lanes From(int phase) const {
+    return {pixels + phase + count[phase] * LaneBlock::kNextPixel,
+            pixels + (phase ^ 1) + count[phase ^ 1] * LaneBlock::kNextPixel};
+  }
+  /// For whole goes.
+  HWY_INLINE bool HasRoom(const Row& row) const {
+    const int fuller = count[row.phase()] > count[row.phase() ^ 1] ? count[row.phase()] : count[row.phase() ^ 1];
+    return fuller + WholeGoes(row.pixels) / 2 <= capacity;
+  }
+};
+
+/// Puts a row with no more pixels than there is room for. The pixels after it, up to whole goes, are put too, as they
+/// need: they are not counted, and the next row overwrites them.
+template <bool kMean>
+HWY_INLINE void PutRow(const LightReader::Rows& rows, const Row& row, Target& target) {
+  const int phase = row.phase();
+  PutGoes<kMean>(rows.From(row.x, row.y), WholeGoes(row.pixels), row.walk, target.From(phase));
+  target.count[phase] += (row.pixels + 1) / 2;
+  target.count[phase ^ 1] += row.pixels / 2;
+}
+
+/// Puts as much of a row as there is room for. @param dx, dy of its first pixel from the corner.
+void PutRowOfFew(const CornerPart& part, const LightReader::Rows& rows, const Row& row, float dx, float dy,
+                 Target& target) {
+  const int phase = row.phase();
+  int &first_count = target.count[phase], &second_count = target.count[phase ^ 1];
+  const int room = 2 * (target.capacity - (first_count > second_count ? first_count : second_count));
+  const int pixels = row.pixels < room ? row.pixels : room;
+  const Keeper keeper{part.thinning,
+                      row.x,
+                      row.y,
+                      part.board_by_x[0] * dx + part.board_by_y[0] * dy,
+                      part.board_by_x[1] * dx + part.board_by_y[1] * dy,
+                      part.board_by_x[0],
+                      part.board_by_x[1]};
+  const LightReader::Run run = rows.From(row.x, row.y);
+  if (part.thinning.all || keeper.KeepsAll(row.pixels))
+    PutSome(
+        run, pixels, [](int) { return true; }, row.walk, target.From(phase), first_count, second_count);
+  else
+    PutSome(run, pixels, keeper, row.walk, target.From(phase), first_count, second_count);
+}
+
 void TakePart(const CornerPart& part, const LightReader::Rows& rows, int width, int lane, LaneBlock& block) {
-  float* const pixels = block.u_data() + block.Place(lane, 0);
-  int count[4] = {};  // by phase
+  Target target{block.u_data() + block.Place(lane, 0), block.capacity(), {}};
   const float change_u = 2 * part.plane.by_xx[0], change_v = 2 * part.plane.by_xx[1];
   Spans spans;
-  for (int first_row = 0; first_row < part.rows; first_row += kRowsTogether) {
-    FindSpans(part, part.first_row + first_row, static_cast<float>(-part.x), static_cast<float>(width - 1 - part.x),
+  for (int together = 0; together < part.rows; together += kRowsTogether) {
+    const int past = part.rows - together < kRowsTogether ? part.rows - together : kRowsTogether;
+    FindSpans(part, part.first_row + together, static_cast<float>(-part.x), static_cast<float>(width - 1 - part.x),
               spans);
-    const int together = part.rows - first_row < kRowsTogether ? part.rows - first_row : kRowsTogether;
-    for (int row = 0; row < together; ++row) {
-      const int in_row = spans.pixels[row];
-      if (in_row <= 0) continue;
-      const int x = part.x + spans.first[row], y = part.y + part.first_row + first_row + row;
-      // Of the row's first and second pixel, in turn.
-      const int phase = (x & 1) + 2 * (y & 1);
-      int &first_count = count[phase], &second_count = count[phase ^ 1];
-      const Lanes lanes{pixels + phase + first_count * LaneBlock::kNextPixel,
-                        pixels + (phase ^ 1) + second_count * LaneBlock::kNextPixel};
-      const LightReader::Run run = rows.From(x, y);
-      const PlaneWalk walk{spans.at[0][row],   spans.at[1][row], spans.step[0][row],
-                           spans.step[1][row], change_u,         change_v};
-      const int room = 2 * (block.capacity() - (first_count > second_count ? first_count : second_count));
-      const int in_room = in_row < room ? in_row : room;
-      if (!part.thinning.all) {
-        const float dx = static_cast<float>(spans.first[row]) - part.corner_x,
-                    dy = static_cast<float>(part.first_row + first_row + row) - part.corner_y;
-        const Keeper keeper{part.thinning,
-                            x,
-                            y,
-                            part.board_by_x[0] * dx + part.board_by_y[0] * dy,
-                            part.board_by_x[1] * dx + part.board_by_y[1] * dy,
-                            part.board_by_x[0],
-                            part.board_by_x[1]};
-        if (!keeper.KeepsAll(in_row)) {
-          PutSome(run, in_room, keeper, walk, lanes, first_count, second_count);
-          continue;
-        }
-      }
-      // Up to whole goes, what comes after the row is put too: it is not counted, and the next row overwrites it.
-      const int whole = WholeGoes(in_row);
-      if (whole > room || x + whole > width) {
-        PutSome(
-            run, in_room, [](int) { return true; }, walk, lanes, first_count, second_count);
+    for (int i = 0; i < past; ++i) {
+      if (spans.pixels[i] <= 0) continue;
+      const int from_y = part.first_row + together + i;
+      const Row row{part.x + spans.first[i],
+                    part.y + from_y,
+                    spans.pixels[i],
+                    {spans.at[0][i], spans.at[1][i], spans.step[0][i], spans.step[1][i], change_u, change_v}};
+      if (part.thinning.all && row.x + WholeGoes(row.pixels) <= width && target.HasRoom(row)) {
+        rows.are_means() ? PutRow<true>(rows, row, target) : PutRow<false>(rows, row, target);
         continue;
       }
-      run.is_mean() ? PutGoes<true>(run, whole, walk, lanes) : PutGoes<false>(run, whole, walk, lanes);
-      first_count += (in_row + 1) / 2;
-      second_count += in_row / 2;
+      PutRowOfFew(part, rows, row, static_cast<float>(spans.first[i]) - part.corner_x,
+                  static_cast<float>(from_y) - part.corner_y, target);
     }
   }
-  for (int phase = 0; phase < 4; ++phase) block.count(lane + phase) = count[phase];
+  for (int phase = 0; phase < 4; ++phase) block.count(lane + phase) = target.count[phase];
 }
 
 }  // namespace HWY_NAMESPACE

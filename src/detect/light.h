@@ -88,6 +88,8 @@ class LightReader {
   /// Rows of the image for those who read many: the format is asked for once.
   class Rows {
    public:
+    /// Of all runs, Run::is_mean().
+    bool are_means() const { return other_ != 0; }
     /// @pre the pixel lies in the image.
     Run From(int x, int y) const {
       const std::uint8_t* p = base_ + stride_ * y + step_ * x;
