@@ -14,7 +14,7 @@ struct BoardSystem;
 
 /// How much the board coordinates at a corner move by each parameter of the geometry, for a fixed pixel.
 struct CornerDerivative {
-  std::array<double, BoardGeometry::kParameters> x, y;
+  BoardGeometry::Parameters x, y;
 };
 
 /// A value for each parity of pixel coordinates: phase = parity of x + 2 · parity of y.

@@ -57,6 +57,45 @@ void BoardGeometry::Add(const Parameters& step) {
   for (int i = 0; i < kParameters; ++i) plane_from_board_(i / 3, i % 3) += step[i];
 }
 
+BoardGeometry::Parameters BoardGeometry::MoveByParameters(const Eigen::Vector2d& board, int axis) {
+  const double x = board.x(), y = board.y();
+  Parameters by;
+  if (axis == 0)
+    by << 1, x, y, 0, 0, 0, x * x, x * y;
+  else
+    by << 0, 0, 0, 1, x, y, x * y, y * y;
+  return by;
+}
+
+void BoardGeometry::MoveCoordinates(const Parameters& m) {
+  // A point (x, y, 1) comes to (I + A)(x, y, 1).
+  Eigen::Matrix3d moved;
+  moved << 1 + m[1], m[2], m[0], m[4], 1 + m[5], m[3], -m[6], -m[7], 1;
+  plane_from_board_ *= moved.inverse();
+  plane_from_board_ /= plane_from_board_(2, 2);
+}
+
+BoardGeometry::Information BoardGeometry::FromMoves(const Information& of_moves) const {
+  // A change δH of the homography H is the move A = μ I − H⁻¹ δH, with the μ that leaves A's last entry 0.
+  const Eigen::Matrix3d inverse = plane_from_board_.inverse();
+  Information moves = Information::Zero();
+  for (int i = 0; i < kParameters; ++i) {
+    const int row = i / 3, col = i % 3;
+    auto move = moves.col(i);
+    if (col < 2) {
+      move[1 + col] = -inverse(0, row);
+      move[4 + col] = -inverse(1, row);
+      move[6 + col] = inverse(2, row);
+    } else {
+      move[0] = -inverse(0, row);
+      move[3] = -inverse(1, row);
+      move[1] = move[5] = inverse(2, row);
+    }
+  }
+  const Information weighted = of_moves.lazyProduct(moves);
+  return moves.transpose().lazyProduct(weighted);
+}
+
 RigidTransform CameraFromMarker(const RigidTransform& camera_from_board) {
   // Half a turn about x.
   return {(camera_from_board.rotation * Eigen::Quaterniond(0, 1, 0, 0)).normalized(), camera_from_board.translation};

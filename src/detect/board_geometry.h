@@ -86,6 +86,17 @@ class BoardGeometry {
   /// Adds a step of the parameters.
   void Add(const Parameters& step);
 
+  // Another eight parameters, which keep the board's scale: small moves m of the board coordinates (x, y) of fixed
+  // points of the plane,
+  //   δx = m₀ + m₁ x + m₂ y + x (m₆ x + m₇ y),  δy = m₃ + m₄ x + m₅ y + y (m₆ x + m₇ y).
+
+  /// The derivative of the move of coordinate `axis` by the parameters.
+  static Parameters MoveByParameters(const Eigen::Vector2d& board, int axis);
+  /// Moves the coordinates of all points of the plane, to first order.
+  void MoveCoordinates(const Parameters& moves);
+  /// The information on parameters() that information on moves is.
+  Information FromMoves(const Information& of_moves) const;
+
  private:
   Eigen::Matrix3d plane_from_board_ = Eigen::Matrix3d::Identity();
 };

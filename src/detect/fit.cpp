@@ -15,7 +15,7 @@ constexpr int kMaxPasses = 8;
 constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
 /// Corners that move farther in one step were never on a board.
 constexpr double kRunawayPx = 3;
-/// Beyond it, the derivatives are taken anew.
+/// Beyond it, the corners are placed anew.
 constexpr double kFollowPx = 0.3;
 /// Standard deviations beyond which a pixel counts with less weight.
 constexpr float kRobustLimit = 4;
@@ -64,6 +64,8 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
     input_.stride = kFirstStrideKnown;
   }
   StartLevels(reader, start);
+  SetDerivatives();
+  SetPlaces();
   input_.saturation = kSaturation;
   return true;
 }
@@ -79,46 +81,33 @@ void PhotometricFit::StartLevels(const LightReader& reader, const Start& start) 
   noise_ = start.image ? start.image->noise : UnknownNoise(lightest);
 }
 
-void PhotometricFit::FollowGeometry() {
-  const BoardGeometry& geometry = result_.geometry;
-  // Moves of a board coordinate at a fixed pixel: −(d plane/d board)⁻¹ d plane/d parameters. Each coordinate's where
-  // the middle of the corner's pixels lies along its edge.
-  const auto moves = [&](const Eigen::Vector2d& board, int axis, std::array<double, 8>& out) {
-    const BoardGeometry::Local local = geometry.At(board);
-    const Eigen::RowVector2d by_plane = local.BoardByPlane(axis) / local.depth;
-    const double along_u = by_plane[0], along_v = by_plane[1];
-    const Eigen::Vector2d from_origin = local.plane - pixels_.origin();
-    const double along_depth = -(along_u * from_origin.x() + along_v * from_origin.y());
-    const double x = board.x(), y = board.y();
-    out = {-along_u * x, -along_u * y, -along_u,         -along_v * x,
-           -along_v * y, -along_v,     -along_depth * x, -along_depth * y};
-  };
+void PhotometricFit::SetDerivatives() {
+  // Each coordinate's where the middle of the corner's pixels lies along its edge.
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     const CornerPlace& place = pixels_.place(corner);
-    CornerDerivative& derivative = derivatives_[static_cast<std::size_t>(corner)];
-    moves(place.board + Eigen::Vector2d(0, place.middle.y()), 0, derivative.x);
-    moves(place.board + Eigen::Vector2d(place.middle.x(), 0), 1, derivative.y);
+    derivatives_[static_cast<std::size_t>(corner)] = {
+        BoardGeometry::MoveByParameters(place.board + Eigen::Vector2d(0, place.middle.y()), 0),
+        BoardGeometry::MoveByParameters(place.board + Eigen::Vector2d(place.middle.x(), 0), 1)};
   }
 }
 
-// The unknowns are the homography to plane coordinates from pixels_.origin(): far from the plane's own origin, moves of
-// its last row would look like moves of the others to three digits. The homography to the plane is that one moved back:
-// its first two rows have the origin's coordinates times the last one in them.
-
-BoardGeometry::Parameters PhotometricFit::FromOrigin(BoardGeometry::Parameters step) const {
-  const Eigen::Vector2d& origin = pixels_.origin();
-  for (int row = 0; row < 2; ++row)
-    for (int col = 0; col < 2; ++col) step[3 * row + col] += origin[row] * step[6 + col];
-  return step;
-}
-
-BoardGeometry::Information PhotometricFit::InPlane(BoardGeometry::Information information) const {
-  const Eigen::Vector2d& origin = pixels_.origin();
-  for (int row = 0; row < 2; ++row)
-    for (int col = 0; col < 2; ++col) information.col(6 + col) -= origin[row] * information.col(3 * row + col);
-  for (int row = 0; row < 2; ++row)
-    for (int col = 0; col < 2; ++col) information.row(6 + col) -= origin[row] * information.row(3 * row + col);
-  return information;
+void PhotometricFit::SetPlaces() {
+  LaneBlock& lanes = pixels_.lanes();
+  const auto set = [&](LaneBlock::Parameter which, int lane, double value) {
+    std::fill_n(lanes.parameter_data(which) + lane, 4, static_cast<float>(value));
+  };
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!pixels_.inside(corner)) continue;
+    const CornerPlace& place = pixels_.place(corner);
+    const Eigen::Matrix2d board_by_pixel = place.pixel_by_board.inverse();
+    const double px_x = 1 / board_by_pixel.row(0).norm(), px_y = 1 / board_by_pixel.row(1).norm();
+    const int lane = pixels_.Lane(corner);
+    set(LaneBlock::kCornerX, lane, place.board.x());
+    set(LaneBlock::kCornerY, lane, place.board.y());
+    set(LaneBlock::kPxPerCellX, lane, px_x);
+    set(LaneBlock::kPxPerCellY, lane, px_y);
+    set(LaneBlock::kCorrelation, lane, board_by_pixel.row(0).dot(board_by_pixel.row(1)) * px_x * px_y);
+  }
 }
 
 void PhotometricFit::SetLanes() {
@@ -128,32 +117,31 @@ void PhotometricFit::SetLanes() {
   board_from_plane /= board_from_plane(2, 2);
   for (int i = 0; i < 9; ++i) input_.board_from_plane[i] = static_cast<float>(board_from_plane(i / 3, i % 3));
   input_.blur_px = static_cast<float>(blur_px_);
+  PhaseValues floor, slope;
+  for (std::size_t phase = 0; phase < 4; ++phase) {
+    const std::size_t channel = static_cast<std::size_t>(channel_of_phase_[phase]);
+    floor[phase] = noise_.floor[channel];
+    slope[phase] = noise_.slope[channel];
+  }
   LaneBlock& lanes = pixels_.lanes();
-  const auto set = [&](LaneBlock::Parameter which, int lane, double value) {
-    std::fill_n(lanes.parameter_data(which) + lane, 4, static_cast<float>(value));
+  const auto set = [&](int which, int lane, const PhaseValues& values) {
+    std::copy(values.begin(), values.end(), lanes.parameter_data(which) + lane);
   };
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
-    const CornerPlace& place = pixels_.place(corner);
-    const Eigen::Matrix2d board_by_pixel = place.pixel_by_board.inverse();
-    const double length_x = board_by_pixel.row(0).norm(), length_y = board_by_pixel.row(1).norm();
     const int lane = pixels_.Lane(corner), cell = pixels_.Cell(corner);
-    set(LaneBlock::kCornerX, lane, place.board.x());
-    set(LaneBlock::kCornerY, lane, place.board.y());
-    set(LaneBlock::kPxPerCellX, lane, 1 / length_x);
-    set(LaneBlock::kPxPerCellY, lane, 1 / length_y);
-    set(LaneBlock::kCorrelation, lane, board_by_pixel.row(0).dot(board_by_pixel.row(1)) / (length_x * length_y));
     const std::array<int, 4> cells{cell, cell + 1, cell + size_.cols, cell + size_.cols + 1};
-    for (int i = 0; i < 4; ++i) {
-      const PhaseValues& level = levels_[static_cast<std::size_t>(cells[static_cast<std::size_t>(i)])];
-      std::copy(level.begin(), level.end(), lanes.parameter_data(LaneBlock::kL00 + i) + lane);
-    }
-    for (int phase = 0; phase < 4; ++phase) {
-      const std::size_t channel = static_cast<std::size_t>(channel_of_phase_[static_cast<std::size_t>(phase)]);
-      lanes.parameter_data(LaneBlock::kNoiseFloor)[lane + phase] = noise_.floor[channel];
-      lanes.parameter_data(LaneBlock::kNoiseSlope)[lane + phase] = noise_.slope[channel];
-    }
+    for (int i = 0; i < 4; ++i)
+      set(LaneBlock::kL00 + i, lane, levels_[static_cast<std::size_t>(cells[static_cast<std::size_t>(i)])]);
+    set(LaneBlock::kNoiseFloor, lane, floor);
+    set(LaneBlock::kNoiseSlope, lane, slope);
   }
+}
+
+Eigen::Vector2d PhotometricFit::MoveOf(int corner) const {
+  const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
+  const auto step = step_.head<BoardGeometry::kParameters>();
+  return {by.x.dot(step), by.y.dot(step)};
 }
 
 bool PhotometricFit::Step() {
@@ -167,7 +155,7 @@ bool PhotometricFit::Step() {
   gain_ = step_.dot(equations_.gradient());
   equations_.MoveLevels(step_, levels_);
   constexpr int kBlurUnknown = BoardGeometry::kParameters;
-  result_.geometry.Add(FromOrigin(step_.head<BoardGeometry::kParameters>()));
+  result_.geometry.MoveCoordinates(step_.head<BoardGeometry::kParameters>());
   const double blur = std::clamp(blur_px_ + step_[kBlurUnknown], std::max(kLeastBlur, 0.6 * blur_px_),
                                  std::min(kMostBlur, 1.6 * blur_px_));
   blur_change_ = std::abs(blur / blur_px_ - 1);
@@ -175,11 +163,7 @@ bool PhotometricFit::Step() {
   corner_move_px_ = 0;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
-    const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
-    Eigen::Vector2d move = Eigen::Vector2d::Zero();
-    for (int i = 0; i < BoardGeometry::kParameters; ++i)
-      move += step_[i] * Eigen::Vector2d(by.x[static_cast<std::size_t>(i)], by.y[static_cast<std::size_t>(i)]);
-    corner_move_px_ = std::max(corner_move_px_, (pixels_.place(corner).pixel_by_board * move).norm());
+    corner_move_px_ = std::max(corner_move_px_, (pixels_.place(corner).pixel_by_board * MoveOf(corner)).norm());
   }
   return true;
 }
@@ -279,10 +263,7 @@ void PhotometricFit::Finish() {
     result_.corner_used[i] = true;
     ++result_.corners_used;
     // What is left of the corner's own shift after the last step.
-    Eigen::Vector2d shift = information.inverse() * gradient;
-    for (int k = 0; k < BoardGeometry::kParameters; ++k)
-      shift -= step_[k] * Eigen::Vector2d(derivatives_[i].x[static_cast<std::size_t>(k)],
-                                          derivatives_[i].y[static_cast<std::size_t>(k)]);
+    const Eigen::Vector2d shift = information.inverse() * gradient - MoveOf(corner);
     shift_square += (place.pixel_by_board * shift).squaredNorm();
     shift_chi_square += shift.dot(information * shift);
     contrast += Contrast(corner);
@@ -297,9 +278,10 @@ void PhotometricFit::Finish() {
   constexpr int kBlurUnknown = BoardGeometry::kParameters;
   const BoardEquations::Matrix& normal = equations_.normal();
   const BoardGeometry::Parameters by_blur = normal.col(kBlurUnknown).head<BoardGeometry::kParameters>();
-  result_.information = InPlane((normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
-                                 by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
-                                std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9}));
+  result_.information =
+      result_.geometry.FromMoves((normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
+                                  by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
+                                 std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9}));
   result_.image = {noise_, blur_px_};
   result_.reprojection_rms_px = std::sqrt(shift_square / n);
   result_.signal_to_noise = contrast / n / std::max(std::sqrt(residual_square / std::max(residual_count, 1.0)), 1e-6);
@@ -313,7 +295,6 @@ void PhotometricFit::Finish() {
 
 const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& lens, const Start& start) {
   if (!Prepare(reader, lens, start)) return nullptr;
-  FollowGeometry();
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   input_.robust_limit = 1e9f;
   if (!Step() || corner_move_px_ > kRunawayPx) return nullptr;
@@ -323,7 +304,7 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   for (int pass = 1; pass < kMaxPasses; ++pass) {
     if (corner_move_px_ > kFollowPx) {
       pixels_.PlaceCorners(lens, result_.geometry);
-      FollowGeometry();
+      SetPlaces();
     }
     if (noise_known) input_.robust_limit = kRobustLimit;
     if (!Step() || corner_move_px_ > kRunawayPx) return nullptr;

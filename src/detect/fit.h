@@ -68,13 +68,13 @@ class PhotometricFit {
  private:
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start);
   void StartLevels(const LightReader& reader, const Start& start);
-  /// Takes the derivatives anew, where the corners were placed last.
-  void FollowGeometry();
-  /// A step of the unknowns as one of the homography to the plane, and the unknowns' information as that one's.
-  BoardGeometry::Parameters FromOrigin(BoardGeometry::Parameters step) const;
-  BoardGeometry::Information InPlane(BoardGeometry::Information information) const;
+  void SetDerivatives();
+  /// What the kernel is told of the corners' places, and of what changes with every step.
+  void SetPlaces();
   void SetLanes();
   bool Step();
+  /// Of the last step, in board coordinates.
+  Eigen::Vector2d MoveOf(int corner) const;
   void EvenOutShading(const Start& start);
   /// Between the light and the dark cells around a corner.
   double Contrast(int corner) const;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+
 namespace chequer {
 namespace {
 
@@ -26,6 +28,41 @@ TEST(BoardGeometry, DerivativesAreThoseOfTheMap) {
     const Eigen::Vector2d numeric = (plus.ToPlane(board) - minus.ToPlane(board)) / (2 * h);
     EXPECT_LT((by_parameters.col(k) - numeric).norm(), 1e-3 * (1 + numeric.norm())) << "parameter " << k;
     EXPECT_NEAR(plus.parameters()[k] - geometry.parameters()[k], h, 1e-12) << "parameter " << k;
+  }
+}
+
+TEST(BoardGeometry, MovesOfTheCoordinatesAreTheirDerivatives) {
+  Eigen::Matrix3d homography;
+  homography << 8, 1, 900, -1, 8, -500, 1e-3, -2e-3, 1;
+  const BoardGeometry geometry(homography);
+  const Eigen::Vector2d board(1.5, -2);
+  for (int k = 0; k < BoardGeometry::kParameters; ++k) {
+    constexpr double h = 1e-5;
+    BoardGeometry moved = geometry;
+    moved.MoveCoordinates(h * BoardGeometry::Parameters::Unit(k));
+    const Eigen::Vector2d now =
+        (moved.plane_from_board().inverse() * geometry.ToPlane(board).homogeneous()).hnormalized();
+    for (int axis = 0; axis < 2; ++axis)
+      EXPECT_NEAR((now - board)[axis] / h, BoardGeometry::MoveByParameters(board, axis)[k], 1e-3)
+          << "parameter " << k << ", coordinate " << axis;
+  }
+}
+
+TEST(BoardGeometry, InformationOnMovesIsThatOnTheHomography) {
+  Eigen::Matrix3d homography;
+  homography << 8, 1, 900, -1, 8, -500, 1e-3, -2e-3, 1;
+  const BoardGeometry geometry(homography);
+  BoardGeometry::Information of_moves = BoardGeometry::Information::Constant(0.1);
+  for (int i = 0; i < BoardGeometry::kParameters; ++i) of_moves(i, i) = 1 + i;
+  const BoardGeometry::Information information = geometry.FromMoves(of_moves);
+  // A step of the parameters weighs as much as the move that makes it.
+  for (int k = 0; k < BoardGeometry::kParameters; ++k) {
+    const BoardGeometry::Parameters move =
+        1e-6 * (BoardGeometry::Parameters::Unit(k) + BoardGeometry::Parameters::Constant(0.2));
+    BoardGeometry moved = geometry;
+    moved.MoveCoordinates(move);
+    const BoardGeometry::Parameters step = moved.parameters() - geometry.parameters();
+    EXPECT_NEAR(step.dot(information * step) / move.dot(of_moves * move), 1, 1e-3) << "parameter " << k;
   }
 }
 
