@@ -38,10 +38,18 @@ struct PhaseShares {
 
 /// A corner as it is added.
 struct CornerTerms {
-  const float* sums;          ///< of the corner's first lane
-  std::ptrdiff_t stride;      ///< from one kind of sum to the next
-  int cell_of[4];             ///< the four cells around it
-  const double *by_x, *by_y;  ///< moves of its board coordinates by the geometry's parameters
+  int lane;                              ///< its first
+  int cell_of[4];                        ///< the four cells around it
+  const double *by_x, *by_y;             ///< moves of its board coordinates by the geometry's parameters
+  const float *repeated_x, *repeated_y;  ///< each of them four times
+};
+
+/// Sums of lanes, kinds of them as of the kernel's.
+struct SumsOfLanes {
+  const float* data;
+  std::ptrdiff_t stride;  ///< from one kind of sum to the next: whole groups of lanes
+
+  const float* Of(int a, int b, int lane) const { return data + ProductSum(a, b) * stride + lane; }
 };
 
 }  // namespace chequer
@@ -52,7 +60,7 @@ namespace chequer {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using D4 = hn::CappedTag<double, 4>;
+using DParameters = hn::CappedTag<double, BoardSystem::kColumns - 2>;
 /// Of one phase each, and of as many groups of four phases as vectors hold.
 using DPhases = hn::CappedTag<float, 4>;
 using DGroups = hn::CappedTag<float, 16>;
@@ -63,90 +71,123 @@ HWY_INLINE hn::Vec<DGroups> Repeat(DGroups d, const float* phases, int at) {
   return kGroupLanes < 4 ? hn::LoadU(d, phases + at % 4) : hn::LoadDup128(d, phases);
 }
 
-/// Adds what a corner says of geometry and blur alone.
-void AddShape(const CornerTerms& corner, BoardSystem& system) {
-  constexpr int kParameters = BoardSystem::kColumns - 2, kBlurColumn = kParameters, kResidualColumn = kParameters + 1;
-  const auto sum = [&](int a, int b) HWY_ATTR {
-    const float* s = corner.sums + ProductSum(a, b) * corner.stride;
-    return static_cast<double>((s[0] + s[1]) + (s[2] + s[3]));
-  };
-  const double xx = sum(kShiftX, kShiftX), xy = sum(kShiftX, kShiftY), yy = sum(kShiftY, kShiftY);
-  const double x_blur = sum(kShiftX, kBlur), y_blur = sum(kShiftY, kBlur);
-  const double x_residual = sum(kShiftX, kResidual), y_residual = sum(kShiftY, kResidual);
-  const D4 d;
-  const int step = static_cast<int>(hn::Lanes(d));
-  for (int a = 0; a < kParameters; ++a) {
-    const double ax = corner.by_x[a], ay = corner.by_y[a];
-    const auto along_x = hn::Set(d, xx * ax + xy * ay), along_y = hn::Set(d, xy * ax + yy * ay);
-    double* HWY_RESTRICT row = system.normal[a];
-    for (int b = 0; b < kParameters; b += step)
-      hn::StoreU(hn::MulAdd(along_x, hn::LoadU(d, corner.by_x + b),
-                            hn::MulAdd(along_y, hn::LoadU(d, corner.by_y + b), hn::LoadU(d, row + b))),
-                 d, row + b);
-    row[kBlurColumn] += x_blur * ax + y_blur * ay;
-    row[kResidualColumn] += x_residual * ax + y_residual * ay;
-  }
-  system.normal[kBlurColumn][kBlurColumn] += sum(kBlur, kBlur);
-  system.normal[kBlurColumn][kResidualColumn] += sum(kBlur, kResidual);
-  system.normal[kResidualColumn][kResidualColumn] += sum(kResidual, kResidual);
-}
-
-/// Each phase's sum becomes that of its channel.
-HWY_INLINE void MergePhases(const CornerTerms& corner, int sum, const PhaseShares& shares, float* merged) {
-  const float* s = corner.sums + sum * corner.stride;
+/// `to` becomes the sums of the channels: each phase's sum becomes that of all phases that share its channel.
+void MergeKind(const float* HWY_RESTRICT from, const PhaseShares& shares, std::ptrdiff_t lanes,
+               float* HWY_RESTRICT to) {
 #if HWY_TARGET == HWY_SCALAR
-  float half[4];
-  for (int k = 0; k < 4; ++k) half[k] = s[k] + shares.opposite[k] * s[3 - k];
-  for (int k = 0; k < 4; ++k) merged[k] = half[k] + shares.beside * half[k ^ 1];
+  for (std::ptrdiff_t lane = 0; lane < lanes; lane += 4) {
+    const float* s = from + lane;
+    float half[4];
+    for (int k = 0; k < 4; ++k) half[k] = s[k] + shares.opposite[k] * s[3 - k];
+    for (int k = 0; k < 4; ++k) to[lane + k] = half[k] + shares.beside * half[k ^ 1];
+  }
 #else
-  const hn::FixedTag<float, 4> d;
-  const auto sums = hn::LoadU(d, s);
-  const auto half = hn::MulAdd(hn::LoadU(d, shares.opposite), hn::Reverse(d, sums), sums);
-  hn::StoreU(hn::MulAdd(hn::Set(d, shares.beside), hn::Shuffle2301(half), half), d, merged);
+  const DGroups d;
+  const auto opposite = hn::LoadDup128(d, shares.opposite), beside = hn::Set(d, shares.beside);
+  for (std::ptrdiff_t lane = 0; lane < lanes; lane += kGroupLanes) {
+    const auto sums = hn::LoadU(d, from + lane);
+    const auto half = hn::MulAdd(opposite, hn::Reverse4(d, sums), sums);
+    hn::StoreU(hn::MulAdd(beside, hn::Shuffle2301(half), half), d, to + lane);
+  }
 #endif
 }
 
+/// Of all products: those with a level by channel, the others over all phases.
+void MergePhases(const SumsOfLanes& sums, const PhaseShares& shares, float* merged) {
+  constexpr PhaseShares kAll{{1, 1, 1, 1}, 1};
+  const auto is_level = [](int column) { return column >= kLevel00 && column <= kLevel11; };
+  for (int a = 0; a < kLaneColumns; ++a)
+    for (int b = a; b < kLaneColumns; ++b)
+      MergeKind(sums.Of(a, b, 0), is_level(a) || is_level(b) ? shares : kAll, sums.stride,
+                merged + ProductSum(a, b) * sums.stride);
+}
+
+/// Adds what the corners say of geometry and blur alone.
+void AddShapes(const CornerTerms* corners, int count, const SumsOfLanes& merged, BoardSystem& system) {
+  constexpr int kParameters = BoardSystem::kColumns - 2, kBlurColumn = kParameters, kResidualColumn = kParameters + 1;
+  const DParameters d;
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(DParameters())), kVectors = kParameters / kLanes;
+  // The vectors of a row's upper triangle.
+  hn::Vec<DParameters> rows[static_cast<std::size_t>(kParameters * kVectors)];
+  hn::Vec<DParameters> by_blur[static_cast<std::size_t>(kVectors)], by_residual[static_cast<std::size_t>(kVectors)];
+  for (auto& row : rows) row = hn::Zero(d);
+  for (int k = 0; k < kVectors; ++k) by_blur[k] = by_residual[k] = hn::Zero(d);
+  double blur = 0, blur_residual = 0, residual = 0;
+  for (const CornerTerms* corner = corners; corner < corners + count; ++corner) {
+    const auto sum = [&](int a, int b) { return static_cast<double>(*merged.Of(a, b, corner->lane)); };
+    const double xx = sum(kShiftX, kShiftX), xy = sum(kShiftX, kShiftY), yy = sum(kShiftY, kShiftY);
+    hn::Vec<DParameters> x[static_cast<std::size_t>(kVectors)], y[static_cast<std::size_t>(kVectors)];
+    for (int k = 0; k < kVectors; ++k) {
+      x[k] = hn::LoadU(d, corner->by_x + k * kLanes);
+      y[k] = hn::LoadU(d, corner->by_y + k * kLanes);
+      by_blur[k] = hn::MulAdd(hn::Set(d, sum(kShiftX, kBlur)), x[k],
+                              hn::MulAdd(hn::Set(d, sum(kShiftY, kBlur)), y[k], by_blur[k]));
+      by_residual[k] = hn::MulAdd(hn::Set(d, sum(kShiftX, kResidual)), x[k],
+                                  hn::MulAdd(hn::Set(d, sum(kShiftY, kResidual)), y[k], by_residual[k]));
+    }
+    for (int a = 0; a < kParameters; ++a) {
+      const double ax = corner->by_x[a], ay = corner->by_y[a];
+      const auto along_x = hn::Set(d, xx * ax + xy * ay), along_y = hn::Set(d, xy * ax + yy * ay);
+      for (int k = a / kLanes; k < kVectors; ++k) {
+        auto& row = rows[a * kVectors + k];
+        row = hn::MulAdd(along_x, x[k], hn::MulAdd(along_y, y[k], row));
+      }
+    }
+    blur += sum(kBlur, kBlur);
+    blur_residual += sum(kBlur, kResidual);
+    residual += sum(kResidual, kResidual);
+  }
+  double by[2][kParameters];
+  for (int k = 0; k < kVectors; ++k) {
+    for (int a = 0; a < kParameters; ++a) hn::StoreU(rows[a * kVectors + k], d, system.normal[a] + k * kLanes);
+    hn::StoreU(by_blur[k], d, by[0] + k * kLanes);
+    hn::StoreU(by_residual[k], d, by[1] + k * kLanes);
+  }
+  for (int a = 0; a < kParameters; ++a)
+    system.normal[a][kBlurColumn] = by[0][a], system.normal[a][kResidualColumn] = by[1][a];
+  system.normal[kBlurColumn][kBlurColumn] = blur;
+  system.normal[kBlurColumn][kResidualColumn] = blur_residual;
+  system.normal[kResidualColumn][kResidualColumn] = residual;
+}
+
 /// Adds a corner's levels.
-void AddLevels(const CornerTerms& corner, const PhaseShares& shares, BoardSystem& system) {
+void AddLevels(const CornerTerms& corner, const SumsOfLanes& merged, BoardSystem& system) {
   constexpr int kParameters = BoardSystem::kColumns - 2, kBlurAt = 4 * kParameters, kResidualAt = kBlurAt + 4;
   const DPhases d;
   const DGroups groups;
   const int step = static_cast<int>(hn::Lanes(d));
-  HWY_ALIGN float merged[4][kLaneColumns][4];
-  for (int a = 0; a < 4; ++a) {
-    for (int b = 0; b < kLevel00; ++b) MergePhases(corner, ProductSum(kLevel00 + a, b), shares, merged[a][b]);
-    for (int b = kLevel00 + a; b < kLaneColumns; ++b)
-      MergePhases(corner, ProductSum(kLevel00 + a, b), shares, merged[a][b]);
-  }
-  HWY_ALIGN float by_x[4 * kParameters], by_y[4 * kParameters];
-  for (int column = 0; column < kParameters; ++column)
-    for (int part = 0; part < 4; part += step) {
-      hn::StoreU(hn::Set(d, static_cast<float>(corner.by_x[column])), d, by_x + 4 * column + part);
-      hn::StoreU(hn::Set(d, static_cast<float>(corner.by_y[column])), d, by_y + 4 * column + part);
-    }
   const auto add = [&](const float* values, float* to) HWY_ATTR {
     for (int part = 0; part < 4; part += step)
       hn::StoreU(hn::Add(hn::LoadU(d, to + part), hn::LoadU(d, values + part)), d, to + part);
   };
   for (int a = 0; a < 4; ++a) {
-    const int cell = corner.cell_of[a];
+    const int cell = corner.cell_of[a], level = kLevel00 + a;
     for (int b = a; b < 4; ++b)
-      add(merged[a][kLevel00 + b], system.matrix + cell * system.matrix_row + 4 * (corner.cell_of[b] - cell));
+      add(merged.Of(level, kLevel00 + b, corner.lane),
+          system.matrix + cell * system.matrix_row + 4 * (corner.cell_of[b] - cell));
     float* HWY_RESTRICT to = system.right + cell * BoardSystem::kRightRow;
+    const float *x = merged.Of(level, kShiftX, corner.lane), *y = merged.Of(level, kShiftY, corner.lane);
     for (int at = 0; at < 4 * kParameters; at += kGroupLanes) {
       const auto along_x =
-          hn::MulAdd(Repeat(groups, merged[a][kShiftX], at), hn::LoadU(groups, by_x + at), hn::LoadU(groups, to + at));
-      hn::StoreU(hn::MulAdd(Repeat(groups, merged[a][kShiftY], at), hn::LoadU(groups, by_y + at), along_x), groups,
+          hn::MulAdd(Repeat(groups, x, at), hn::LoadU(groups, corner.repeated_x + at), hn::LoadU(groups, to + at));
+      hn::StoreU(hn::MulAdd(Repeat(groups, y, at), hn::LoadU(groups, corner.repeated_y + at), along_x), groups,
                  to + at);
     }
-    add(merged[a][kBlur], to + kBlurAt);
-    add(merged[a][kResidual], to + kResidualAt);
+    add(merged.Of(level, kBlur, corner.lane), to + kBlurAt);
+    add(merged.Of(level, kResidual, corner.lane), to + kResidualAt);
   }
 }
 
-void AddCorner(const CornerTerms& corner, const PhaseShares& shares, BoardSystem& system) {
-  AddShape(corner, system);
-  AddLevels(corner, shares, system);
+/// One over the square root, to single precision.
+HWY_INLINE hn::Vec<DPhases> InverseRoot(DPhases d, hn::Vec<DPhases> x) {
+#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
+  return hn::Div(hn::Set(d, 1.0f), hn::Sqrt(x));
+#else
+  // The hardware's estimate and a step of Newton's: what follows waits for it.
+  const auto estimate = hn::ApproximateReciprocalSqrt(x);
+  const auto half = hn::Mul(hn::Mul(x, hn::Set(d, 0.5f)), estimate);
+  return hn::Mul(estimate, hn::NegMulAdd(half, estimate, hn::Set(d, 1.5f)));
+#endif
 }
 
 /// matrix becomes its Cholesky factor L with the inverses of the diagonal in the diagonal's place, right becomes
@@ -163,8 +204,9 @@ void Factor(float least, BoardSystem& system) {
     // What the columns before leave of this one. Below the matrix and its band stand zeros.
     for (int at = 0; at < column_floats; at += kGroupLanes) {
       auto sum = hn::LoadU(groups, column + at);
-      const float* before = column - system.matrix_row + 4;
-      for (int i = 1; i <= above; ++i, before += 4 - system.matrix_row)
+      // The column just before last, as it has only just been found.
+      const float* before = column + above * (4 - system.matrix_row);
+      for (int i = above; i > 0; --i, before += system.matrix_row - 4)
         sum = hn::NegMulAdd(Repeat(groups, before, at), hn::LoadU(groups, before + at), sum);
       hn::StoreU(sum, groups, column + at);
     }
@@ -172,15 +214,15 @@ void Factor(float least, BoardSystem& system) {
     for (int part = 0; part < 4; part += step) {
       const auto floor = hn::Set(d, least);
       const auto pivot = hn::Max(hn::Add(hn::LoadU(d, column + part), floor), floor);
-      hn::StoreU(hn::Div(hn::Set(d, 1.0f), hn::Sqrt(pivot)), d, inverse + part);
+      hn::StoreU(InverseRoot(d, pivot), d, inverse + part);
     }
     for (int at = 0; at < column_floats; at += kGroupLanes)
       hn::StoreU(hn::Mul(hn::LoadU(groups, column + at), Repeat(groups, inverse, at)), groups, column + at);
     for (int part = 0; part < 4; ++part) column[part] = inverse[part];
     for (int at = 0; at < BoardSystem::kRightRow; at += kGroupLanes) {
       auto sum = hn::LoadU(groups, right + at);
-      const float *factor = column - system.matrix_row + 4, *before = right - BoardSystem::kRightRow;
-      for (int i = 1; i <= above; ++i, factor += 4 - system.matrix_row, before -= BoardSystem::kRightRow)
+      const float *factor = column + above * (4 - system.matrix_row), *before = right - above * BoardSystem::kRightRow;
+      for (int i = above; i > 0; --i, factor += system.matrix_row - 4, before += BoardSystem::kRightRow)
         sum = hn::NegMulAdd(Repeat(groups, factor, at), hn::LoadU(groups, before + at), sum);
       hn::StoreU(hn::Mul(sum, Repeat(groups, inverse, at)), groups, right + at);
     }
@@ -192,26 +234,38 @@ void Eliminate(BoardSystem& system) {
   const DGroups d;
   using V = hn::Vec<DGroups>;
   constexpr int kColumns = BoardSystem::kColumns, kVectors = BoardSystem::kRightRow / kGroupLanes;
-  for (int a = 0; a < kColumns; ++a) {
+  // Two columns at a time: the sums of one wait for each other.
+  for (int a = 0; a < kColumns; a += 2) {
     // Those that hold column a and what follows.
     const int first = 4 * a / kGroupLanes;
-    V sum[static_cast<std::size_t>(kVectors)];
-    for (int k = 0; k < kVectors; ++k) sum[k] = hn::Zero(d);
+    V sum[2][static_cast<std::size_t>(kVectors)];
+    for (int k = 0; k < kVectors; ++k) sum[0][k] = sum[1][k] = hn::Zero(d);
     const float* HWY_RESTRICT right = system.right;
     for (int cell = 0; cell < system.cells; ++cell, right += BoardSystem::kRightRow)
-      for (int k = first; k < kVectors; ++k)
-        sum[k] = hn::MulAdd(Repeat(d, right + 4 * a, k * kGroupLanes), hn::LoadU(d, right + k * kGroupLanes), sum[k]);
+      for (int k = first; k < kVectors; ++k) {
+        const V values = hn::LoadU(d, right + k * kGroupLanes);
+        for (int i = 0; i < 2; ++i)
+          sum[i][k] = hn::MulAdd(Repeat(d, right + 4 * (a + i), k * kGroupLanes), values, sum[i][k]);
+      }
     HWY_ALIGN float products[BoardSystem::kRightRow];
-    for (int k = first; k < kVectors; ++k)
-      hn::StoreU(hn::Mul(sum[k], Repeat(d, system.phase_weight, k * kGroupLanes)), d, products + k * kGroupLanes);
-    for (int b = a; b < kColumns; ++b) {
-      const float* p = products + 4 * b;
-      system.normal[a][b] -= static_cast<double>((p[0] + p[1]) + (p[2] + p[3]));
+    for (int i = 0; i < 2; ++i) {
+      for (int k = first; k < kVectors; ++k)
+        hn::StoreU(hn::Mul(sum[i][k], Repeat(d, system.phase_weight, k * kGroupLanes)), d, products + k * kGroupLanes);
+      for (int b = a + i; b < kColumns; ++b) {
+        const float* p = products + 4 * b;
+        system.normal[a + i][b] -= static_cast<double>((p[0] + p[1]) + (p[2] + p[3]));
+      }
     }
   }
 }
 
-void Solve(float least, BoardSystem& system) {
+/// @param merged room for what `sums` has.
+void Solve(const CornerTerms* corners, int count, const SumsOfLanes& sums, const PhaseShares& shares, float least,
+           float* merged, BoardSystem& system) {
+  MergePhases(sums, shares, merged);
+  const SumsOfLanes of_channels{merged, sums.stride};
+  AddShapes(corners, count, of_channels, system);
+  for (int i = 0; i < count; ++i) AddLevels(corners[i], of_channels, system);
   Factor(least, system);
   Eliminate(system);
 }
@@ -228,7 +282,7 @@ void SolveBack(const float* unknowns, BoardSystem& system) {
       for (int c = 0; c < kColumns - 1; ++c)
         sum = hn::NegMulAdd(hn::LoadU(d, right + 4 * c), hn::Set(d, unknowns[c]), sum);
       const float* column = system.matrix + j * system.matrix_row + part;
-      for (int e = 1; e <= system.band && j + e < system.cells; ++e)
+      for (int e = system.cells - 1 - j < system.band ? system.cells - 1 - j : system.band; e > 0; --e)
         sum = hn::NegMulAdd(hn::LoadU(d, column + 4 * e), hn::LoadU(d, right + e * BoardSystem::kRightRow), sum);
       hn::StoreU(hn::Mul(sum, hn::LoadU(d, column)), d, right);
     }
@@ -250,13 +304,14 @@ namespace {
 
 static_assert(BoardSystem::kColumns == BoardEquations::kUnknowns + 1);
 
-HWY_EXPORT(AddCorner);
 HWY_EXPORT(Solve);
 HWY_EXPORT(SolveBack);
 
 /// Added to the diagonal of the levels, whose entries count pixels over their variance: cells that nothing has seen
 /// stay where they are.
 constexpr float kLeastInformation = 1e-3f;
+/// Floats of a corner's derivatives when each is there for four phases.
+constexpr int kRepeated = 2 * 4 * BoardGeometry::kParameters;
 
 /// Each phase's own channel of a mosaic, or one for all.
 PhaseShares SharesOf(int red_phase, float* phase_weight) {
@@ -300,6 +355,15 @@ BoardSystem BoardEquations::System() const {
   return system;
 }
 
+void BoardEquations::SetDerivatives(std::span<const CornerDerivative> derivatives) {
+  derivatives_ = derivatives;
+  repeated_.resize(derivatives.size() * kRepeated);
+  auto to = repeated_.begin();
+  for (const CornerDerivative& by : derivatives)
+    for (const BoardGeometry::Parameters* axis : {&by.x, &by.y})
+      for (const double value : *axis) to = std::fill_n(to, 4, static_cast<float>(value));
+}
+
 void BoardEquations::Assemble(const Input& input) {
   const BoardPixels& pixels = *input.pixels;
   const MarkerSize size = pixels.size();
@@ -307,19 +371,23 @@ void BoardEquations::Assemble(const Input& input) {
   BoardSystem system = System();
   const PhaseShares shares = SharesOf(input.red_phase, system.phase_weight);
   const LaneBlock& lanes = pixels.lanes();
+  std::array<CornerTerms, kMaxCorners> corners;
+  int count = 0;
   for (int corner = 0; corner < pixels.corners(); ++corner) {
     if (!input.used[static_cast<std::size_t>(corner)]) continue;
-    const CornerDerivative& by = input.derivatives[static_cast<std::size_t>(corner)];
+    const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
+    const float* repeated = repeated_.data() + corner * kRepeated;
     const int cell = pixels.Cell(corner);
-    HWY_DYNAMIC_DISPATCH(AddCorner)
-    ({.sums = lanes.sum_data(0) + pixels.Lane(corner),
-      .stride = lanes.padded(),
-      .cell_of = {cell, cell + 1, cell + size.cols, cell + size.cols + 1},
-      .by_x = by.x.data(),
-      .by_y = by.y.data()},
-     shares, system);
+    corners[static_cast<std::size_t>(count++)] = {.lane = pixels.Lane(corner),
+                                                  .cell_of = {cell, cell + 1, cell + size.cols, cell + size.cols + 1},
+                                                  .by_x = by.x.data(),
+                                                  .by_y = by.y.data(),
+                                                  .repeated_x = repeated,
+                                                  .repeated_y = repeated + kRepeated / 2};
   }
-  HWY_DYNAMIC_DISPATCH(Solve)(kLeastInformation, system);
+  merged_.resize(static_cast<std::size_t>(kProductSums * lanes.padded()));
+  HWY_DYNAMIC_DISPATCH(Solve)
+  (corners.data(), count, {lanes.sum_data(0), lanes.padded()}, shares, kLeastInformation, merged_.data(), system);
   for (int a = 0; a < kUnknowns; ++a) {
     for (int b = a; b < kUnknowns; ++b) normal_(a, b) = normal_(b, a) = system.normal[a][b];
     gradient_[a] = system.normal[a][kUnknowns];

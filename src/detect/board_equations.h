@@ -33,13 +33,14 @@ class BoardEquations {
 
   struct Input {
     const BoardPixels* pixels = nullptr;
-    /// By corner; `used` leaves corners out.
-    std::span<const CornerDerivative> derivatives;
+    /// By corner: leaves corners out.
     std::span<const bool> used;
     /// Phase of the red pixels of a mosaic; −1 if all phases are one channel.
     int red_phase = -1;
   };
 
+  /// By corner; they must outlive the calls of Assemble().
+  void SetDerivatives(std::span<const CornerDerivative> derivatives);
   /// From the sums of the lanes.
   void Assemble(const Input& input);
 
@@ -57,6 +58,9 @@ class BoardEquations {
 
   int cells_ = 0, band_ = 0, matrix_row_ = 0;
   std::vector<float> floats_;
+  std::span<const CornerDerivative> derivatives_;
+  std::vector<float> repeated_;  ///< the derivatives, each as often as there are phases
+  std::vector<float> merged_;    ///< the products of the lanes' columns, by channel
   /// Within floats_, by cell: entries of the matrix's column, from the diagonal down, and of the right-hand sides; four
   /// phases each. Single precision, as the sums that they are made of.
   float *matrix_ = nullptr, *right_ = nullptr;

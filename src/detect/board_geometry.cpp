@@ -59,11 +59,13 @@ void BoardGeometry::Add(const Parameters& step) {
 
 BoardGeometry::Parameters BoardGeometry::MoveByParameters(const Eigen::Vector2d& board, int axis) {
   const double x = board.x(), y = board.y();
-  Parameters by;
-  if (axis == 0)
-    by << 1, x, y, 0, 0, 0, x * x, x * y;
-  else
-    by << 0, 0, 0, 1, x, y, x * y, y * y;
+  Parameters by = Parameters::Zero();
+  const int first = axis == 0 ? 0 : 3;
+  by[first] = 1;
+  by[first + 1] = x;
+  by[first + 2] = y;
+  by[6] = board[axis] * x;
+  by[7] = board[axis] * y;
   return by;
 }
 

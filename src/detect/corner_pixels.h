@@ -34,9 +34,9 @@ struct CornerPart {
   int x = 0, y = 0;                  ///< a pixel beside the corner
   float corner_x = 0, corner_y = 0;  ///< the corner from there
   int first_row = 0, rows = 0;       ///< counted from y; all in the image
-  std::array<Band, 2> bands;         ///< that cross in it
-  LocalPlane plane;                  ///< around the corner
-  Thinning thinning;
+  std::array<Band, 2> bands{};       ///< that cross in it
+  LocalPlane plane{};                ///< around the corner
+  Thinning thinning{};
   std::array<float, 2> board_by_x{}, board_by_y{};  ///< cells a pixel, for the thinning
 };
 

@@ -89,6 +89,7 @@ void PhotometricFit::SetDerivatives() {
         BoardGeometry::MoveByParameters(place.board + Eigen::Vector2d(0, place.middle.y()), 0),
         BoardGeometry::MoveByParameters(place.board + Eigen::Vector2d(place.middle.x(), 0), 1)};
   }
+  equations_.SetDerivatives(std::span(derivatives_).first(static_cast<std::size_t>(pixels_.corners())));
 }
 
 void PhotometricFit::SetPlaces() {
@@ -147,7 +148,7 @@ Eigen::Vector2d PhotometricFit::MoveOf(int corner) const {
 bool PhotometricFit::Step() {
   SetLanes();
   AccumulateLanes(input_, pixels_.lanes());
-  equations_.Assemble({.pixels = &pixels_, .derivatives = derivatives_, .used = used_, .red_phase = red_phase_});
+  equations_.Assemble({.pixels = &pixels_, .used = used_, .red_phase = red_phase_});
   const Eigen::LLT<BoardEquations::Matrix> solver(equations_.normal());
   if (solver.info() != Eigen::Success) return false;
   step_ = solver.solve(equations_.gradient());

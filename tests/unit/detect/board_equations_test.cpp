@@ -91,7 +91,8 @@ TEST_P(BoardEquationsTest, SolvesAsADenseSolverDoes) {
   const Eigen::VectorXd solution = normal.llt().solve(dense.transpose() * residual);
 
   BoardEquations equations;
-  equations.Assemble({.pixels = &pixels_, .derivatives = derivatives_, .used = used_, .red_phase = red});
+  equations.SetDerivatives(derivatives_);
+  equations.Assemble({.pixels = &pixels_, .used = used_, .red_phase = red});
   const BoardEquations::Vector step = equations.normal().llt().solve(equations.gradient());
   EXPECT_LT((step - solution.head<BoardEquations::kUnknowns>()).norm(), 1e-4);
   EXPECT_NEAR(equations.chi_square() - step.dot(equations.gradient()), (residual - dense * solution).squaredNorm(),
