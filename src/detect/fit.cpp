@@ -1,11 +1,11 @@
 #include "detect/fit.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "detect/shading.h"
+#include "detect/small_cholesky.h"
 
 namespace chequer {
 namespace {
@@ -149,9 +149,9 @@ bool PhotometricFit::Step() {
   SetLanes();
   AccumulateLanes(input_, pixels_.lanes());
   equations_.Assemble({.pixels = &pixels_, .used = used_, .red_phase = red_phase_});
-  const Eigen::LLT<BoardEquations::Matrix> solver(equations_.normal());
-  if (solver.info() != Eigen::Success) return false;
-  step_ = solver.solve(equations_.gradient());
+  const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
+  if (!solver.positive()) return false;
+  step_ = solver.Solve(equations_.gradient());
   if (!step_.allFinite()) return false;
   gain_ = step_.dot(equations_.gradient());
   equations_.MoveLevels(step_, levels_);

@@ -1,94 +1,123 @@
 #include "detect/plane_pose.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "detect/small_cholesky.h"
+
 namespace chequer {
 namespace {
 
 using Parameters = BoardGeometry::Parameters;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
-using ByPose = HomographyByPose;
 
 constexpr int kMaxSteps = 12;
-/// A step that explains so little more, as a share of what is unexplained plus one, ends the descent.
-constexpr double kSettled = 1e-6;
+/// A step that will explain so little more, as a share of what is unexplained plus one, ends the descent: it moves the
+/// pose by a hundredth of its standard deviation.
+constexpr double kSettled = 1e-4;
 
-/// The homography's parameters of a pose: focal · cell · [r₁ r₂ t/cell] over its last entry t_z.
-Parameters Homography(const RigidTransform& pose, double cell_m, double focal, ByPose* by_pose) {
-  const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
-  const Eigen::Vector3d& t = pose.translation;
-  const double w = 1 / t.z(), scale[3] = {focal * w, focal * w, w};
-  Parameters h;
-  for (int row = 0; row < 3; ++row) {
-    h[3 * row] = scale[row] * cell_m * rotation(row, 0);
-    h[3 * row + 1] = scale[row] * cell_m * rotation(row, 1);
-    if (row < 2) h[3 * row + 2] = scale[row] * t[row];
-  }
-  by_pose->setZero();
-  for (int row = 0; row < 3; ++row) {
+/// The homography of a pose: focal · cell · [r₁ r₂ t/cell] over its last entry t_z; and its derivative.
+struct PosedHomography {
+  PosedHomography(const RigidTransform& pose, double cell_m, double focal)
+      : inverse_depth(1 / pose.translation.z()), scale(focal * inverse_depth, focal * inverse_depth, inverse_depth) {
+    const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
     for (int col = 0; col < 2; ++col) {
-      // A small turn θ moves a column r by θ × r.
-      const Eigen::Vector3d r = scale[row] * cell_m * rotation.col(col);
-      const int i = 3 * row + col;
-      const int next = (row + 1) % 3, last = (row + 2) % 3;
-      (*by_pose)(i, 3 + next) = r[last];
-      (*by_pose)(i, 3 + last) = -r[next];
+      side[col] = cell_m * rotation.col(col);
+      Set(col, scale.cwiseProduct(side[col]), h);
     }
-    if (row < 2) (*by_pose)(3 * row + 2, row) = scale[row];
+    for (int row = 0; row < 2; ++row) h[3 * row + 2] = scale[row] * pose.translation[row];
   }
-  by_pose->col(2) = -w * h;
-  return h;
-}
 
-/// Levenberg and Marquardt's descent; χ² is infinite if the board came behind the camera.
-PlanePose Descend(RigidTransform pose, const MeasuredHomography& measured, double cell_m, double focal) {
-  PlanePose best{pose, Matrix6d::Identity(), std::numeric_limits<double>::infinity()};
-  const Parameters target = measured.geometry.parameters();
-  Matrix6d normal;
-  Vector6d gradient;
-  double damping = 0;
-  for (int step = 0; step < kMaxSteps; ++step) {
-    if (!(pose.translation.z() > 1e-9)) break;
-    ByPose by_pose;
-    const Parameters residual = target - Homography(pose, cell_m, focal, &by_pose);
-    const Parameters weighted = measured.information.lazyProduct(residual);
-    const double chi_square = residual.dot(weighted);
-    if (chi_square < best.chi_square) {
-      const bool settled = best.chi_square - chi_square < kSettled * (chi_square + 1);
-      // Eigen's products of that size are made for larger ones.
-      const ByPose weighted_by_pose = measured.information.lazyProduct(by_pose);
-      normal = by_pose.transpose().lazyProduct(weighted_by_pose);
-      gradient = by_pose.transpose().lazyProduct(weighted);
-      best.camera_from_board = pose;
-      best.chi_square = chi_square;
-      if (settled) break;
-      damping /= 10;
-    } else {
-      // Back to the best pose, with a shorter step.
-      damping = std::max(10 * damping, 1e-3);
-      if (damping > 1e3) break;
-    }
-    Matrix6d damped = normal;
-    damped.diagonal() *= 1 + damping;
-    const Vector6d move = damped.llt().solve(gradient);
-    if (!move.allFinite()) break;
-    pose.translation = best.camera_from_board.translation + move.head<3>();
-    pose.rotation = (RotationFromVector(move.tail<3>()) * best.camera_from_board.rotation).normalized();
+  /// How the parameters move with x, y, z, θx, θy or θz. A small turn θ moves a side r by θ × r.
+  Parameters By(int of_pose) const {
+    if (of_pose == 2) return -inverse_depth * h;
+    Parameters by = Parameters::Zero();
+    if (of_pose < 2)
+      by[3 * of_pose + 2] = scale[of_pose];
+    else
+      for (int col = 0; col < 2; ++col)
+        Set(col, scale.cwiseProduct(Eigen::Vector3d::Unit(of_pose - 3).cross(side[col])), by);
+    return by;
   }
-  if (std::isfinite(best.chi_square)) best.covariance = normal.llt().solve(Matrix6d::Identity());
-  return best;
-}
+  /// The derivative's transpose times a vector.
+  Vector6d Back(const Parameters& v) const {
+    Vector6d back;
+    back << scale[0] * v[2], scale[1] * v[5], -inverse_depth * h.dot(v), 0, 0, 0;
+    for (int col = 0; col < 2; ++col)
+      back.tail<3>() += side[col].cross(scale.cwiseProduct(Eigen::Vector3d(v[col], v[3 + col], v[6 + col])));
+    return back;
+  }
+
+  double inverse_depth;
+  Eigen::Vector3d scale, side[2];
+  Parameters h;
+
+ private:
+  static void Set(int col, const Eigen::Vector3d& values, Parameters& of) {
+    for (int row = 0; row < 3; ++row) of[3 * row + col] = values[row];
+  }
+};
+
+/// Levenberg and Marquardt's descent.
+class Descent {
+ public:
+  /// The pose's χ² is infinite if the board came behind the camera.
+  Descent(RigidTransform pose, const MeasuredHomography& measured, double cell_m, double focal)
+      : pose_{pose, Matrix6d::Identity(), std::numeric_limits<double>::infinity()} {
+    const Parameters target = measured.geometry.parameters();
+    Vector6d gradient;
+    double damping = 0;
+    for (int step = 0; step < kMaxSteps; ++step) {
+      if (!(pose.translation.z() > 1e-9)) break;
+      const PosedHomography at(pose, cell_m, focal);
+      const Parameters residual = target - at.h, weighted = measured.information.lazyProduct(residual);
+      const double chi_square = residual.dot(weighted);
+      if (chi_square < pose_.chi_square) {
+        for (int k = 0; k < 6; ++k)
+          normal_.col(k) = at.Back(k < 2 ? at.scale[k] * measured.information.col(3 * k + 2)
+                                         : Parameters(measured.information.lazyProduct(at.By(k))));
+        gradient = at.Back(weighted);
+        pose_.camera_from_board = pose;
+        pose_.chi_square = chi_square;
+        damping /= 10;
+      } else {
+        // Back to the best pose, with a shorter step.
+        damping = std::max(10 * damping, 1e-3);
+        if (damping > 1e3) break;
+      }
+      Matrix6d damped = normal_;
+      damped.diagonal() *= 1 + damping;
+      const Vector6d move = SmallCholesky<6>(damped).Solve(gradient);
+      if (!move.allFinite()) break;
+      pose.translation = pose_.camera_from_board.translation + move.head<3>();
+      pose.rotation = (RotationFromVector(move.tail<3>()) * pose_.camera_from_board.rotation).normalized();
+      const double gain = gradient.dot(move);
+      if (gain >= kSettled * (pose_.chi_square + 1)) continue;
+      pose_.camera_from_board = pose;
+      pose_.chi_square -= gain;
+      break;
+    }
+  }
+
+  /// Without its covariance.
+  const PlanePose& pose() const { return pose_; }
+  Matrix6d Covariance() const { return SmallCholesky<6>(normal_).Inverse(); }
+
+ private:
+  PlanePose pose_;
+  Matrix6d normal_ = Matrix6d::Identity();
+};
 
 }  // namespace
 
 Parameters HomographyOfPose(const RigidTransform& camera_from_board, double cell_m, double focal,
                             HomographyByPose* by_pose) {
-  return Homography(camera_from_board, cell_m, focal, by_pose);
+  const PosedHomography at(camera_from_board, cell_m, focal);
+  for (int k = 0; k < 6; ++k) by_pose->col(k) = at.By(k);
+  return at.h;
 }
 
 std::optional<std::array<PlanePose, 2>> PlanePoses(const MeasuredHomography& measured, double cell_m, double focal) {
@@ -111,18 +140,19 @@ std::optional<std::array<PlanePose, 2>> PlanePoses(const MeasuredHomography& mea
   if (-r.col(0).dot(r.col(1)) < 0) b1 = -b1;
   // γ is the size of a cell over the distance along the line of sight.
   const Eigen::Vector3d translation = cell_m / gamma * Eigen::Vector3d(p.x(), p.y(), 1).normalized();
-  std::array<PlanePose, 2> poses;
-  for (std::size_t i = 0; i < 2; ++i) {
-    const double sign = i == 0 ? 1 : -1;
+  const auto descend = [&](double sign) {
     Eigen::Matrix3d rotation;
     rotation.col(0) << r(0, 0), r(1, 0), sign * b0;
     rotation.col(1) << r(0, 1), r(1, 1), sign * b1;
     rotation.col(2) = rotation.col(0).cross(rotation.col(1));
     const RigidTransform start{Eigen::Quaterniond(Eigen::Matrix3d(to_sight * rotation)).normalized(), translation};
-    poses[i] = Descend(start, measured, cell_m, focal);
-  }
-  if (poses[1].chi_square < poses[0].chi_square) std::swap(poses[0], poses[1]);
-  if (!std::isfinite(poses[0].chi_square)) return std::nullopt;
+    return Descent(start, measured, cell_m, focal);
+  };
+  const std::array<Descent, 2> descents{descend(1), descend(-1)};
+  const std::size_t better = descents[1].pose().chi_square < descents[0].pose().chi_square ? 1 : 0;
+  if (!std::isfinite(descents[better].pose().chi_square)) return std::nullopt;
+  std::array<PlanePose, 2> poses{descents[better].pose(), descents[1 - better].pose()};
+  poses[0].covariance = descents[better].Covariance();
   return poses;
 }
 

@@ -26,7 +26,7 @@ BoardGeometry::Parameters HomographyOfPose(const RigidTransform& camera_from_boa
 /// A pose with how well it explains a homography.
 struct PlanePose {
   RigidTransform camera_from_board;  ///< metres
-  /// Of (x, y, z, θx, θy, θz) as in MarkerPose::covariance.
+  /// Of (x, y, z, θx, θy, θz) as in MarkerPose::covariance; of the better one alone.
   Matrix6d covariance;
   double chi_square = 0;  ///< distance from the homography, by its information
 };
@@ -34,7 +34,7 @@ struct PlanePose {
 /// The two poses in which a board looks nearly the same (Collins and Bartoli 2014, IPPE), each moved to where it
 /// explains the measured homography best: six parameters instead of eight,
 /// by least squares with its information, which holds all that the image says. The better one first. Nothing for a
-/// degenerate or mirrored homography. 3.7 µs. @param cell_m side of a cell. @param focal of the plane, pixels.
+/// degenerate or mirrored homography. 2 µs. @param cell_m side of a cell. @param focal of the plane, pixels.
 std::optional<std::array<PlanePose, 2>> PlanePoses(const MeasuredHomography& measured, double cell_m, double focal);
 
 }  // namespace chequer

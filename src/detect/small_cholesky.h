@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+
+namespace chequer {
+
+/// The Cholesky factor of a small positive definite matrix: loops of known lengths, a third of the cost of Eigen's,
+/// which are made for larger ones.
+template <int kSize>
+class SmallCholesky {
+ public:
+  using Matrix = Eigen::Matrix<double, kSize, kSize>;
+  using Vector = Eigen::Matrix<double, kSize, 1>;
+
+  /// From the lower triangle.
+  explicit SmallCholesky(const Matrix& matrix) {
+    for (int col = 0; col < kSize; ++col) {
+      double pivot = matrix(col, col);
+      for (int k = 0; k < col; ++k) pivot -= factor_[col][k] * factor_[col][k];
+      positive_ &= pivot > 0;
+      inverse_[col] = 1 / std::sqrt(pivot);
+      for (int row = col + 1; row < kSize; ++row) {
+        double value = matrix(row, col);
+        for (int k = 0; k < col; ++k) value -= factor_[row][k] * factor_[col][k];
+        factor_[row][col] = value * inverse_[col];
+      }
+    }
+  }
+
+  /// Whether the matrix is positive definite: nothing else is of use if not.
+  bool positive() const { return positive_; }
+
+  Vector Solve(Vector x) const {
+    for (int row = 0; row < kSize; ++row) {
+      for (int k = 0; k < row; ++k) x[row] -= factor_[row][k] * x[k];
+      x[row] *= inverse_[row];
+    }
+    for (int row = kSize - 1; row >= 0; --row) {
+      for (int k = row + 1; k < kSize; ++k) x[row] -= factor_[k][row] * x[k];
+      x[row] *= inverse_[row];
+    }
+    return x;
+  }
+
+  Matrix Inverse() const {
+    Matrix inverse;
+    for (int col = 0; col < kSize; ++col) inverse.col(col) = Solve(Vector::Unit(col));
+    return inverse;
+  }
+
+ private:
+  double factor_[kSize][kSize];  ///< below the diagonal
+  double inverse_[kSize];        ///< of the diagonal
+  bool positive_ = true;
+};
+
+}  // namespace chequer
