@@ -94,9 +94,10 @@ Thinning ThinningOf(const Region& region, double px_x, double px_y, double blur_
 }  // namespace
 
 void BoardPixels::RankCorners() {
-  // Lanes that are evaluated together should have as many pixels: corners of the rim have more.
+  // Lanes that are evaluated together should have as many pixels: corners of the rim have more. Those left over that do
+  // not fill a vector should have few.
   int next = 0;
-  for (int rims = 0; rims <= 4; ++rims)
+  for (int rims = 4; rims >= 0; --rims)
     for (int corner = 0; corner < corners_; ++corner) {
       const int row = corner / (size_.cols - 1), col = corner % (size_.cols - 1);
       const int at = (row == 0) + (row == size_.rows - 2) + (col == 0) + (col == size_.cols - 2);

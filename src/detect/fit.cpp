@@ -298,10 +298,12 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   if (!Prepare(reader, lens, start)) return nullptr;
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   input_.robust_limit = 1e9f;
+  input_.tell_dark = false;
   if (!Step() || corner_move_px_ > kRunawayPx) return nullptr;
   EvenOutShading(start);
   input_.stride = 1;
   bool noise_known = start.image != nullptr;
+  input_.tell_dark = !noise_known;
   for (int pass = 1; pass < kMaxPasses; ++pass) {
     if (corner_move_px_ > kFollowPx) {
       pixels_.PlaceCorners(lens, result_.geometry);
@@ -311,8 +313,8 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
     if (!Step() || corner_move_px_ > kRunawayPx) return nullptr;
     const bool changed = FindHiddenCorners();
     if (noise_known && !changed && corner_move_px_ < kSettledPx && blur_change_ < kSettledBlur) break;
-    EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
-    noise_known = true;
+    if (input_.tell_dark) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
+    noise_known = input_.tell_dark = true;
   }
   Finish();
   if (result_.corners_used < kFewestCorners || !result_.information.allFinite()) return nullptr;

@@ -109,6 +109,7 @@ struct KernelInput {
   float blur_px = 1;               ///< standard deviation of the Gaussian, pixels
   float saturation = 1;            ///< light from which on a pixel only says "at least that much"
   float robust_limit = 1e9f;       ///< residuals beyond so many standard deviations count with less weight (Huber)
+  bool tell_dark = true;           ///< else all pixels count as light ones, whose Σ of the model is not told
   int stride = 1;                  ///< every how many of a lane's pixels are used, ≥ 1
 };
 

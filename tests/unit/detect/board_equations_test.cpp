@@ -25,7 +25,7 @@ class BoardEquationsTest : public testing::TestWithParam<int> {
     used_.fill(true);
     used_[3] = false;
     for (CornerDerivative& by : derivatives_)
-      for (std::size_t k = 0; k < BoardGeometry::kParameters; ++k) by.x[k] = value_(random_), by.y[k] = value_(random_);
+      for (int k = 0; k < BoardGeometry::kParameters; ++k) by.x[k] = value_(random_), by.y[k] = value_(random_);
     FillLanes();
   }
 
@@ -53,8 +53,7 @@ class BoardEquationsTest : public testing::TestWithParam<int> {
         const Eigen::MatrixXd& rows = rows_[static_cast<std::size_t>(pixels_.Lane(corner) + phase)];
         Eigen::MatrixXd block = Eigen::MatrixXd::Zero(rows.rows(), unknowns);
         for (int k = 0; k < BoardGeometry::kParameters; ++k)
-          block.col(k) = rows.col(kShiftX) * by.x[static_cast<std::size_t>(k)] +
-                         rows.col(kShiftY) * by.y[static_cast<std::size_t>(k)];
+          block.col(k) = rows.col(kShiftX) * by.x[k] + rows.col(kShiftY) * by.y[k];
         block.col(BoardGeometry::kParameters) = rows.col(kBlur);
         const int cell = pixels_.Cell(corner),
                   first = BoardEquations::kUnknowns + channel_of_phase[static_cast<std::size_t>(phase)] * kCells;
