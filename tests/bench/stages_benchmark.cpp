@@ -108,14 +108,14 @@ Stages& Prepared() {
 double CellM() { return kSideM / 6; }
 
 /// Where the fit of a board starts.
-PhotometricFit::Start StartOf(const AnchoredBoard& board, const NoiseModel* noise) {
+PhotometricFit::Start StartOf(const AnchoredBoard& board, const ImageTraits* image) {
   return {.size = board.size,
           .geometry = BoardGeometry(board.plane_from_board),
           .blur_px = 0.8 * static_cast<double>(board.scale),
           .light = board.light,
           .saturated = board.saturated,
           .covered = board.covered,
-          .noise = noise};
+          .image = image};
 }
 
 /// All boards fitted, the first one telling the noise.
@@ -124,7 +124,7 @@ std::vector<FittedBoard> FitAll(const Stages& stages) {
   std::vector<FittedBoard> fitted;
   for (const AnchoredBoard& board : stages.boards)
     if (const FittedBoard* result =
-            fit.Fit(stages.reader, stages.lens, StartOf(board, fitted.empty() ? nullptr : &fitted.front().noise)))
+            fit.Fit(stages.reader, stages.lens, StartOf(board, fitted.empty() ? nullptr : &fitted.front().image)))
       fitted.push_back(*result);
   return fitted;
 }
@@ -189,11 +189,11 @@ BENCHMARK(Anchor)->Unit(benchmark::kMicrosecond);
 
 void Fit(benchmark::State& state) {
   const Stages& stages = Prepared();
-  const NoiseModel noise = FitAll(stages).at(0).noise;
+  const ImageTraits image = FitAll(stages).at(0).image;
   PhotometricFit fit;
   for (auto _ : state) {
     for (const AnchoredBoard& board : stages.boards)
-      benchmark::DoNotOptimize(fit.Fit(stages.reader, stages.lens, StartOf(board, &noise)));
+      benchmark::DoNotOptimize(fit.Fit(stages.reader, stages.lens, StartOf(board, &image)));
   }
   CountBoards(state, stages.boards.size());
 }
