@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <cstddef>
 
 namespace chequer {
 
@@ -50,8 +51,9 @@ class SmallCholesky {
   }
 
  private:
-  double factor_[kSize][kSize];  ///< below the diagonal
-  double inverse_[kSize];        ///< of the diagonal
+  static constexpr std::size_t kCount = kSize;
+  double factor_[kCount][kCount];  ///< below the diagonal
+  double inverse_[kCount];         ///< of the diagonal
   bool positive_ = true;
 };
 
