@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <tuple>
 
 #include "detect/median.h"
 
@@ -97,8 +98,25 @@ void BoardFinder::TryWindows(int pattern, bool turned, const LightReader& reader
     Refuse({.pattern = pattern, .corners = {}, .covered = {}}, Refusal::kFewCorners, most, std::ceil(least));
   // A board that is seen in part still has nearly all the corners that there are.
   const bool one_board = all.cols < 2 * window.cols && all.rows < 2 * window.rows;
-  for (const auto& [count, at] : windows_)
-    if (!one_board || count > kLeastOfMost * most) TryWindow(pattern, at, turned, reader);
+  // What is beyond doubt spares the others around it, which have fewer corners for the most part.
+  std::sort(windows_.begin(), windows_.end(), [](const auto& a, const auto& b) {
+    return std::tuple(-a.first, a.second.y, a.second.x) < std::tuple(-b.first, b.second.y, b.second.x);
+  });
+  const std::size_t before = placements_.size();
+  for (const auto& [count, at] : windows_) {
+    if (one_board && count <= kLeastOfMost * most) break;
+    const bool is_spared =
+        std::any_of(placements_.begin() + static_cast<std::ptrdiff_t>(before), placements_.end(),
+                    [&](const Placement& other) { return IsBeyondDoubt(other) && SharesCells(other.corners, at); });
+    if (!is_spared) TryWindow(pattern, at, turned, reader);
+  }
+}
+
+bool BoardFinder::IsBeyondDoubt(const Placement& placement) const {
+  const Lattice::Window& window = placement.corners;
+  const int border = BorderLength(patterns_[static_cast<std::size_t>(placement.pattern)].size);
+  return lattice_.Count(window) == window.cols * window.rows && placement.border_seen == border &&
+         placement.border_matches == border;
 }
 
 bool BoardFinder::Build(const Placement& placement, const LightReader& reader, const Lens& lens, AnchoredBoard& board) {
@@ -123,8 +141,17 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
   const int cos = kCos[static_cast<std::size_t>(placement.turn)], sin = kSin[static_cast<std::size_t>(placement.turn)];
   const Eigen::Matrix2d board_from_lattice = (Eigen::Matrix2d() << cos, sin, -sin, cos).finished();
   board.box = {};
+  for (const PointPair& pair : pairs_) board.box.Add(static_cast<float>(pair.to.x()), static_cast<float>(pair.to.y()));
+  // Where all corners agree, what the lens does to a few points of their homography tells as much as to all of them.
+  if (static_cast<int>(pairs_.size()) == window.cols * window.rows) {
+    pairs_.clear();
+    for (const double y : {0.0, 0.5, 1.0})
+      for (const double x : {0.0, 0.5, 1.0}) {
+        const Eigen::Vector2d at(window.x + x * (window.cols - 1), window.y + y * (window.rows - 1));
+        pairs_.push_back({at, (image_from_lattice_ * at.homogeneous()).hnormalized()});
+      }
+  }
   for (PointPair& pair : pairs_) {
-    board.box.Add(static_cast<float>(pair.to.x()), static_cast<float>(pair.to.y()));
     pair.from = board_from_lattice * (pair.from - center);
     const auto plane = lens.ToPlane(pair.to);
     if (!plane) return Refuse(placement, Refusal::kNotPlane, 0, 0);

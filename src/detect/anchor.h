@@ -99,6 +99,12 @@ class BoardFinder {
 
   void TryWindows(int pattern, bool turned, const LightReader& reader);
   void TryWindow(int pattern, const Lattice::Window& window, bool turned, const LightReader& reader);
+  /// All its corners were found, and all its border shows what it should: by chance, one in a million does.
+  bool IsBeyondDoubt(const Placement& placement) const;
+  /// Whether the footprints around the corners of two windows overlap.
+  static bool SharesCells(const Lattice::Window& a, const Lattice::Window& b) {
+    return a.x < b.x + b.cols + 1 && b.x < a.x + a.cols + 1 && a.y < b.y + b.rows + 1 && b.y < a.y + a.rows + 1;
+  }
   bool FitWindow(const Lattice::Window& window, std::vector<PointPair>* pairs);
   std::optional<Place> PlaceByHomography(int x, int y) const;
   std::optional<Place> PlaceByNeighbours(int x, int y) const;

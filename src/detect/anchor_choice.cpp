@@ -23,21 +23,17 @@ constexpr double kLeastLead = 3;
 void BoardFinder::TakeBest(const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards) {
   std::sort(placements_.begin(), placements_.end(),
             [](const Placement& a, const Placement& b) { return a.score > b.score; });
-  // Footprints overlap if they share a cell.
-  const auto overlap = [](const Lattice::Window& a, const Lattice::Window& b) {
-    return a.x < b.x + b.cols + 1 && b.x < a.x + a.cols + 1 && a.y < b.y + b.rows + 1 && b.y < a.y + a.rows + 1;
-  };
   taken_.clear();
   for (std::size_t i = 0; i < placements_.size(); ++i) {
     const auto overlaps_taken = [&](std::size_t k) {
       return std::any_of(taken_.begin(), taken_.end(),
-                         [&](std::size_t t) { return overlap(placements_[t].corners, placements_[k].corners); });
+                         [&](std::size_t t) { return SharesCells(placements_[t].corners, placements_[k].corners); });
     };
     if (overlaps_taken(i)) continue;
     bool rivalled = false;
     for (std::size_t k = i + 1; k < placements_.size() && !rivalled; ++k)
       rivalled = placements_[k].score > placements_[i].score - kLeastLead &&
-                 overlap(placements_[i].corners, placements_[k].corners) && !overlaps_taken(k);
+                 SharesCells(placements_[i].corners, placements_[k].corners) && !overlaps_taken(k);
     if (rivalled) {
       Refuse(placements_[i], Refusal::kRivalled, 0, 0);
       continue;
