@@ -117,6 +117,12 @@ void BoardPixels::PlaceCorners(const Lens& lens, const BoardGeometry& geometry) 
   }
 }
 
+Eigen::Matrix3d BoardPixels::BoardFromPlane(const BoardGeometry& geometry) const {
+  const Eigen::Matrix3d to_origin = (Eigen::Matrix3d() << 1, 0, origin_.x(), 0, 1, origin_.y(), 0, 0, 1).finished();
+  const Eigen::Matrix3d board_from_plane = geometry.plane_from_board().inverse() * to_origin;
+  return board_from_plane / board_from_plane(2, 2);
+}
+
 int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize size, const BoardGeometry& geometry,
                          double blur_px) {
   if (corners_ == 0 || !(size == size_)) {

@@ -42,6 +42,10 @@ class BoardPixels {
   }
   /// Of the lanes' plane coordinates.
   const Eigen::Vector2d& origin() const { return origin_; }
+  /// Moves all pixels' plane coordinates alike.
+  void MoveOrigin(const Eigen::Vector2d& by) { origin_ += by; }
+  /// The homography from them to the board, its last entry 1.
+  Eigen::Matrix3d BoardFromPlane(const BoardGeometry& geometry) const;
   LaneBlock& lanes() { return lanes_; }
   const LaneBlock& lanes() const { return lanes_; }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "detect/shading.h"
 #include "detect/small_cholesky.h"
 
 namespace chequer {
@@ -13,6 +12,15 @@ namespace {
 constexpr int kMaxPasses = 8;
 /// A step that moves corners and blur less ends the fit: the errors left are those of its square and cube.
 constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
+/// A blur so much above what the pixels were chosen for asks for others.
+constexpr double kWiderBlur = 1.2;
+/// Passes until what is done to the light (see fit_light.cpp) has settled too.
+constexpr int kPassesOfLight = 4;
+/// The same where light is taken out of the pixels, in turns with the steps: what is left then is of first order.
+constexpr int kMostPassesOfLight = 24;
+constexpr double kSettledLightPx = 0.002;
+/// Corners that lie farther off than a flat board's: the ink may have spread.
+constexpr double kOffPx = 0.06;
 /// Corners that move farther in one step were never on a board.
 constexpr double kRunawayPx = 3;
 /// Beyond it, the corners are placed anew.
@@ -49,6 +57,8 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
   for (int phase = 0; phase < 4; ++phase)
     channel_of_phase_[static_cast<std::size_t>(phase)] = reader.ChannelOf(phase & 1, phase >> 1);
   blur_px_ = start.blur_px;
+  bent_light_ = fit_ink_ = ink_moves_ = false;
+  ink_spread_ = 0;
   result_.geometry = start.geometry;
   if (pixels_.Collect(reader, lens, size_, start.geometry, blur_px_) < kFewestCorners) return false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
@@ -112,10 +122,7 @@ void PhotometricFit::SetPlaces() {
 }
 
 void PhotometricFit::SetLanes() {
-  const Eigen::Vector2d& origin = pixels_.origin();
-  const Eigen::Matrix3d to_origin = (Eigen::Matrix3d() << 1, 0, origin.x(), 0, 1, origin.y(), 0, 0, 1).finished();
-  Eigen::Matrix3d board_from_plane = result_.geometry.plane_from_board().inverse() * to_origin;
-  board_from_plane /= board_from_plane(2, 2);
+  const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(result_.geometry);
   for (int i = 0; i < 9; ++i) input_.board_from_plane[i] = static_cast<float>(board_from_plane(i / 3, i % 3));
   input_.blur_px = static_cast<float>(blur_px_);
   PhaseValues floor, slope;
@@ -222,21 +229,6 @@ bool PhotometricFit::FindHiddenCorners() {
   return changed;
 }
 
-void PhotometricFit::EvenOutShading(const Start& start) {
-  const auto per_cell =
-      FindShading(size_, levels_, start.saturated, channels_ == 3 ? 4 : 1, channels_ == 3 ? 3 - red_phase_ : -1);
-  if (!per_cell) return;
-  // The same gradient over plane coordinates, taken out of every pixel; levels then are those at the board's centre.
-  const Eigen::Vector2d per_px = result_.geometry.PlaneByBoard({0, 0}).inverse().transpose() * *per_cell;
-  EvenOutLanes(static_cast<float>(per_px.x()), static_cast<float>(per_px.y()), input_.saturation, pixels_.lanes());
-  for (int row = 0; row < size_.rows; ++row)
-    for (int col = 0; col < size_.cols; ++col) {
-      const Eigen::Vector2d at(col + 0.5 - 0.5 * size_.cols, row + 0.5 - 0.5 * size_.rows);
-      const float scale = static_cast<float>(std::exp(-per_cell->dot(at)));
-      for (float& level : levels_[static_cast<std::size_t>(row * size_.cols + col)]) level *= scale;
-    }
-}
-
 void PhotometricFit::Finish() {
   const LaneBlock& lanes = pixels_.lanes();
   double weight = 0, residual_square = 0, residual_count = 0, contrast = 0, shift_square = 0, shift_chi_square = 0;
@@ -294,29 +286,62 @@ void PhotometricFit::Finish() {
   }
 }
 
+bool PhotometricFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
+  const int most = take_out_ ? kMostPassesOfLight : kMaxPasses;
+  const double settled_px = take_out_ ? kSettledLightPx : kSettledPx;
+  input_.tell_dark = !noise_known || take_out_;
+  for (int pass = 1; pass < most; ++pass) {
+    if (corner_move_px_ > kFollowPx) {
+      pixels_.PlaceCorners(lens, result_.geometry);
+      SetPlaces();
+    }
+    input_.robust_limit = noise_known ? kRobustLimit : 1e9f;
+    if (take_out_) TakeOutLight();
+    if (!Step() || corner_move_px_ > kRunawayPx) return false;
+    const bool changed = FindHiddenCorners();
+    // What is done to the light follows the fit by a pass or two.
+    const bool follows = (pass < kPassesOfLight && (take_out_ || bent_light_ || AnyHidden())) || ink_moves_;
+    if (noise_known && !changed && !follows && corner_move_px_ < settled_px && blur_change_ < kSettledBlur) break;
+    if (pass > 1 && pass < kPassesOfLight && (bent_light_ || take_out_ || AnyHidden())) {
+      if (take_out_) far_cells_.PutBack(pixels_);
+      FindHiddenCells();
+      EvenOutShading(start);
+    }
+    if (input_.tell_dark) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
+    noise_known = input_.tell_dark = true;
+  }
+  return true;
+}
+
 const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& lens, const Start& start) {
   if (!Prepare(reader, lens, start)) return nullptr;
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   input_.robust_limit = 1e9f;
   input_.tell_dark = false;
   if (!Step() || corner_move_px_ > kRunawayPx) return nullptr;
-  EvenOutShading(start);
-  input_.stride = 1;
-  bool noise_known = start.image != nullptr;
-  input_.tell_dark = !noise_known;
-  for (int pass = 1; pass < kMaxPasses; ++pass) {
-    if (corner_move_px_ > kFollowPx) {
-      pixels_.PlaceCorners(lens, result_.geometry);
-      SetPlaces();
-    }
-    if (noise_known) input_.robust_limit = kRobustLimit;
+  // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
+  for (double chosen_for = start.blur_px; blur_px_ > kWiderBlur * chosen_for;) {
+    chosen_for = blur_px_;
+    if (pixels_.Collect(reader, lens, size_, result_.geometry, blur_px_) < kFewestCorners) return nullptr;
+    SetDerivatives();
+    SetPlaces();
     if (!Step() || corner_move_px_ > kRunawayPx) return nullptr;
-    const bool changed = FindHiddenCorners();
-    if (noise_known && !changed && corner_move_px_ < kSettledPx && blur_change_ < kSettledBlur) break;
-    if (input_.tell_dark) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
-    noise_known = input_.tell_dark = true;
   }
+  hidden_cells_.assign(start.covered.begin(), start.covered.end());
+  EvenOutShading(start);
+  take_out_ = FarCells::Matter(pixels_, blur_px_);
+  if (take_out_) far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
+  input_.stride = 1;
+  if (!Settle(lens, start, start.image != nullptr)) return nullptr;
   Finish();
+  if (result_.reprojection_rms_px > kOffPx) {
+    if (!take_out_) far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
+    if (StartInk()) {
+      blur_px_ = std::min(blur_px_, start.blur_px);
+      if (!Settle(lens, start, true)) return nullptr;
+      Finish();
+    }
+  }
   if (result_.corners_used < kFewestCorners || !result_.information.allFinite()) return nullptr;
   return &result_;
 }

@@ -10,8 +10,10 @@
 #include "detect/board_equations.h"
 #include "detect/board_geometry.h"
 #include "detect/board_pixels.h"
+#include "detect/far_cells.h"
 #include "detect/light.h"
 #include "detect/noise_model.h"
+#include "detect/shading.h"
 
 namespace chequer {
 
@@ -45,6 +47,8 @@ struct FittedBoard {
 /// bound, 0.0025 px for the centre of a board of 8 px cells: side_by_side prints how near, case by case. What no model
 /// of a plane knows (bent paper, what is left of the lens) widens the information instead. 40 µs a board of 7.8 px
 /// cells, growing with its pixels.
+/// Where the light is bent, cells are small against the blur, or ink has spread, the pixels' light is corrected between
+/// the steps (shading.h, far_cells.h): up to 0.5 ms.
 class PhotometricFit {
  public:
   struct Start {
@@ -76,8 +80,20 @@ class PhotometricFit {
   /// Of the last step, in board coordinates.
   Eigen::Vector2d MoveOf(int corner) const;
   void EvenOutShading(const Start& start);
+  void EvenOutPixels(const Shading& shading);
+  /// Those beside corners that are not used.
+  void FindHiddenCells();
+  bool AnyHidden() const;
   /// Between the light and the dark cells around a corner.
   double Contrast(int corner) const;
+  /// What is known by now, for far_cells_.
+  FarCells::Known Known() const;
+  void TakeOutLight();
+  /// Ink that has spread moves the edges of a line to either side by turns: from here on, that is fitted too.
+  /// Whether it is so.
+  bool StartInk();
+  /// Steps until nothing moves any more.
+  bool Settle(const Lens& lens, const Start& start, bool noise_known);
   bool FindHiddenCorners();
   void Finish();
 
@@ -92,6 +108,11 @@ class PhotometricFit {
   std::array<bool, kMaxCorners> usable_{}, used_{};
   std::vector<PhaseValues> levels_;
   NoiseModel noise_;
+  FarCells far_cells_;
+  bool take_out_ = false, fit_ink_ = false, ink_moves_ = false, bent_light_ = false;
+  double ink_spread_ = 0, last_ink_step_ = 0;  ///< cells
+  int ink_steps_ = 0;
+  std::vector<std::uint8_t> hidden_cells_;  ///< scratch
   double blur_px_ = 1;
   BoardEquations::Vector step_;
   double gain_ = 0;            ///< of the last step: how much Σ w r² falls by it

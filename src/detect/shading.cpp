@@ -1,6 +1,8 @@
 #include "detect/shading.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 
 namespace chequer {
@@ -10,49 +12,135 @@ namespace {
 constexpr float kLeastLevel = 1e-4f, kMostLevel = 0.97f;
 /// A steeper gradient, per cell, is no shading: something lies over the board.
 constexpr double kMostPerCell = 0.2;
+/// The same for one that may be bent.
+constexpr double kMostPerCellBent = 0.5;
+/// A bent shading is tried where the slope is steeper than that per cell and the spread about it, as a share of the
+/// light, larger than what noise leaves in levels.
+constexpr double kSteep = 0.03, kUneven = 0.007;
+/// It has to explain all but this of the slope's sum of squares.
+constexpr double kBentLeaves = 0.25;
+/// A bent shading falls no lower, as a share of the light at the centre.
+constexpr double kLeastLight = 0.05;
+constexpr int kSteps = 4;
 
-/// Sums of a linear regression with an offset of its own.
+/// Sums of a linear regression with an offset of its own, over kTerms terms.
+template <int kTerms>
 struct Group {
-  double n = 0, x = 0, y = 0, value = 0, xx = 0, xy = 0, yy = 0, x_value = 0, y_value = 0;
+  using Terms = Eigen::Matrix<double, kTerms, 1>;
+  using Products = Eigen::Matrix<double, kTerms, kTerms>;
 
-  void Add(double at_x, double at_y, double v) {
-    n += 1, x += at_x, y += at_y, value += v;
-    xx += at_x * at_x, xy += at_x * at_y, yy += at_y * at_y;
-    x_value += at_x * v, y_value += at_y * v;
+  double n = 0, value = 0, value_square = 0;
+  Terms terms = Terms::Zero(), by_value = Terms::Zero();
+  Products products = Products::Zero();
+
+  void Add(const Terms& at, double v) {
+    n += 1;
+    value += v;
+    value_square += v * v;
+    terms += at;
+    by_value += v * at;
+    products += at * at.transpose();
   }
 };
 
+/// Least squares over groups of cells, the offsets eliminated.
+template <int kTerms>
+struct Regression {
+  using Sums = Group<kTerms>;
+
+  typename Sums::Products normal = Sums::Products::Zero();
+  typename Sums::Terms right = Sums::Terms::Zero();
+  double square = 0;  ///< of the values about their groups' means
+  double freedom = 0;
+
+  void Add(const Sums& g) {
+    if (g.n < 4) return;
+    normal += g.products - g.terms * g.terms.transpose() / g.n;
+    right += g.by_value - g.terms * g.value / g.n;
+    square += g.value_square - g.value * g.value / g.n;
+    freedom += g.n - 1;
+  }
+};
+
+/// Calls add(saturation, x, y, level) for the light cells that tell of a phase.
+template <class Visit>
+void VisitCells(const ShadedCells& cells, int phase, const Visit& visit) {
+  for (int row = 0; row < cells.size.rows; ++row)
+    for (int col = 0; col < cells.size.cols; ++col) {
+      if (IsDark(row, col)) continue;
+      const std::size_t cell = static_cast<std::size_t>(row * cells.size.cols + col);
+      if (cells.saturated[cell] && phase == cells.blue_phase) continue;
+      if (!cells.hidden.empty() && cells.hidden[cell]) continue;
+      const float level = cells.levels[cell][static_cast<std::size_t>(phase)];
+      if (level < kLeastLevel || level > kMostLevel) continue;
+      visit(cells.saturated[cell] != 0, col + 0.5 - 0.5 * cells.size.cols, row + 0.5 - 0.5 * cells.size.rows, level);
+    }
+}
+
+/// terms(x, y) are a cell's, value(x, y, level) what they are to explain.
+template <int kTerms, class Terms, class Value>
+Regression<kTerms> Regress(const ShadedCells& cells, const Terms& terms, const Value& value) {
+  Regression<kTerms> regression;
+  for (int phase = 0; phase < cells.phases; ++phase) {
+    std::array<Group<kTerms>, 2> groups;  // by saturation
+    VisitCells(cells, phase, [&](bool saturated, double x, double y, float level) {
+      groups[saturated].Add(terms(x, y), value(x, y, static_cast<double>(level)));
+    });
+    for (const Group<kTerms>& group : groups) regression.Add(group);
+  }
+  return regression;
+}
+
+using Bent = Eigen::Matrix<double, 5, 1>;
+
+double LightOf(const Bent& bent, double x, double y) {
+  return 1 + bent.dot((Bent() << x, y, x * x, x * y, y * y).finished());
+}
+
+bool IsLight(const Bent& bent, MarkerSize size) {
+  for (const double x : {-0.5, 0.0, 0.5})
+    for (const double y : {-0.5, 0.0, 0.5})
+      if (!(LightOf(bent, x * size.cols, y * size.rows) > kLeastLight)) return false;
+  return true;
+}
+
+/// Gauss and Newton's descent from the slope. Nothing if it leaves more than `most_square`.
+std::optional<Shading> FindBent(const ShadedCells& cells, const Eigen::Vector2d& slope, double most_square) {
+  Bent bent;
+  bent << slope, slope.x() * slope.x() / 2, slope.x() * slope.y(), slope.y() * slope.y() / 2;
+  for (int step = 0; step <= kSteps; ++step) {
+    if (!bent.allFinite() || !IsLight(bent, cells.size)) return std::nullopt;
+    const auto regression = Regress<5>(
+        cells,
+        [&](double x, double y) -> Bent {
+          return (Bent() << x, y, x * x, x * y, y * y).finished() / LightOf(bent, x, y);
+        },
+        [&](double x, double y, double level) { return std::log(level) - std::log(LightOf(bent, x, y)); });
+    if (step == kSteps) {
+      if (regression.square > most_square || bent.head<2>().norm() > kMostPerCellBent) return std::nullopt;
+      return Shading{bent.head<2>(), bent.tail<3>(), true};
+    }
+    const Eigen::LLT<Eigen::Matrix<double, 5, 5>> solver(regression.normal);
+    if (regression.freedom < 10 || solver.info() != Eigen::Success) return std::nullopt;
+    bent += solver.solve(regression.right);
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
-std::optional<Eigen::Vector2d> FindShading(MarkerSize size, std::span<const PhaseValues> levels,
-                                           std::span<const std::uint8_t> saturated, int phases, int blue_phase) {
-  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d right = Eigen::Vector2d::Zero();
-  for (int phase = 0; phase < phases; ++phase) {
-    std::array<Group, 2> groups;  // by saturation
-    for (int row = 0; row < size.rows; ++row)
-      for (int col = 0; col < size.cols; ++col) {
-        if (IsDark(row, col)) continue;
-        const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-        if (saturated[cell] && phase == blue_phase) continue;
-        const float level = levels[cell][static_cast<std::size_t>(phase)];
-        if (level < kLeastLevel || level > kMostLevel) continue;
-        groups[saturated[cell] != 0].Add(col + 0.5 - 0.5 * size.cols, row + 0.5 - 0.5 * size.rows,
-                                         std::log(static_cast<double>(level)));
-      }
-    for (const Group& g : groups) {
-      if (g.n < 4) continue;
-      normal(0, 0) += g.xx - g.x * g.x / g.n;
-      normal(0, 1) += g.xy - g.x * g.y / g.n;
-      normal(1, 1) += g.yy - g.y * g.y / g.n;
-      right += Eigen::Vector2d(g.x_value - g.x * g.value / g.n, g.y_value - g.y * g.value / g.n);
-    }
-  }
-  normal(1, 0) = normal(0, 1);
-  if (!(normal.determinant() > 1)) return std::nullopt;
-  const Eigen::Vector2d per_cell = normal.inverse() * right;
-  if (!per_cell.allFinite() || per_cell.norm() > kMostPerCell) return std::nullopt;
-  return per_cell;
+std::optional<Shading> FindShading(const ShadedCells& cells) {
+  const auto regression = Regress<2>(
+      cells, [](double x, double y) { return Eigen::Vector2d(x, y); },
+      [](double, double, double level) { return std::log(level); });
+  if (!(regression.normal.determinant() > 1)) return std::nullopt;
+  const Eigen::Vector2d slope = regression.normal.inverse() * regression.right;
+  if (!slope.allFinite()) return std::nullopt;
+  const double square = regression.square - slope.dot(regression.right);
+  if (slope.norm() > kSteep && square > kUneven * kUneven * regression.freedom)
+    if (const auto bent = FindBent(cells, slope, kBentLeaves * square)) return bent;
+  if (slope.norm() > kMostPerCell) return std::nullopt;
+  return Shading{slope, Eigen::Vector3d::Zero(), false};
 }
 
 }  // namespace chequer

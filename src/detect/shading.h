@@ -1,7 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -10,11 +10,41 @@
 
 namespace chequer {
 
-/// The gradient of the light over a board: log light per cell, along x and y; by least squares over the levels of the
-/// light cells, with an ink of its own for each phase and saturation. Nothing where the cells do not determine it or
-/// differ too much for the model.
-/// @param levels, saturated by cell, row by row. @param blue_phase phase that hardly sees yellow, −1 for none.
-std::optional<Eigen::Vector2d> FindShading(MarkerSize size, std::span<const PhaseValues> levels,
-                                           std::span<const std::uint8_t> saturated, int phases, int blue_phase);
+/// How the light falls off over a board, over that at its centre.
+struct Shading {
+  /// Change per cell along x and y, at the centre.
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+  /// Of x², xy and y²; only of a light that is `bent`.
+  Eigen::Vector3d bend = Eigen::Vector3d::Zero();
+  bool bent = false;
+
+  /// At a point of the board: a polynomial of the light where it is bent (exact where the light falls linearly), else
+  /// the exponential function of the slope, which a weak gradient cannot be told from.
+  double At(double x, double y) const {
+    const double linear = slope.x() * x + slope.y() * y;
+    return bent ? 1 + linear + bend[0] * x * x + bend[1] * x * y + bend[2] * y * y : std::exp(linear);
+  }
+  /// Its derivative there. @pre the light is bent.
+  Eigen::Vector2d SlopeAt(double x, double y) const {
+    return slope + Eigen::Vector2d(2 * bend[0] * x + bend[1] * y, bend[1] * x + 2 * bend[2] * y);
+  }
+};
+
+/// What FindShading looks at, cell by cell, row by row.
+struct ShadedCells {
+  MarkerSize size;
+  std::span<const PhaseValues> levels;
+  std::span<const std::uint8_t> saturated;
+  /// Cells that something else shines through, or nothing at all; may be empty.
+  std::span<const std::uint8_t> hidden;
+  int phases = 1;       ///< that differ
+  int blue_phase = -1;  ///< that hardly sees yellow, −1 for none
+};
+
+/// The light over a board, by least squares over the logarithms of the light cells' levels, with an ink of its own for
+/// each phase and saturation. A slope suffices mostly; where it leaves more than a few percent unexplained, a bent
+/// shading is tried, and taken if it explains them. Nothing where the cells do not determine it or differ too much for
+/// the model. 1 µs; 5 µs where it is bent.
+std::optional<Shading> FindShading(const ShadedCells& cells);
 
 }  // namespace chequer

@@ -1,0 +1,190 @@
+#include "detect/far_cells.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace chequer {
+namespace {
+
+/// Of the blur over a cell's shorter way across: the edges beyond are half a cell away from a corner's farthest pixels.
+constexpr double kLeastBlurOfCell = 0.14;
+/// The table of the normal distribution's integral: from −5.5 to 5.5 standard deviations.
+constexpr float kTableEnd = 5.5f, kTableSteps = 64;
+/// How far beyond the rim the light beside the board is looked up, cells, and half the width of the window.
+constexpr double kBeside = 0.75, kBesideHalf = 0.25;
+
+/// Of the derivative by the ink's spread, cells.
+constexpr float kSpreadStep = 0.01f;
+
+/// Shares of the four cells along one axis, from the one before the corner's two on.
+using Shares = std::array<float, 4>;
+
+}  // namespace
+
+FarCells::FarCells() {
+  const int entries = static_cast<int>(2 * kTableEnd * kTableSteps) + 2;
+  for (int i = 0; i < entries; ++i) {
+    const double x = static_cast<double>(i) / kTableSteps - kTableEnd;
+    integral_.push_back(static_cast<float>(0.5 * std::erfc(-x * M_SQRT1_2)));
+  }
+}
+
+float FarCells::Integral(float deviations) const {
+  const float at = (std::clamp(deviations, -kTableEnd, kTableEnd) + kTableEnd) * kTableSteps;
+  const std::size_t i = static_cast<std::size_t>(at);
+  return integral_[i] + (at - static_cast<float>(i)) * (integral_[i + 1] - integral_[i]);
+}
+
+bool FarCells::Matter(const BoardPixels& pixels, double blur_px) {
+  for (int corner = 0; corner < pixels.corners(); ++corner) {
+    if (!pixels.inside(corner)) continue;
+    const Eigen::Matrix2d& pixel_by_board = pixels.place(corner).pixel_by_board;
+    const double across =
+        pixel_by_board.determinant() / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
+    if (blur_px > kLeastBlurOfCell * across) return true;
+  }
+  return false;
+}
+
+void FarCells::Start(const LightReader& reader, const Lens& lens, const BoardGeometry& geometry,
+                     const std::array<int, 4>& channel_of_phase, const BoardPixels& pixels) {
+  const LaneBlock& lanes = pixels.lanes();
+  taken_.assign(static_cast<std::size_t>(lanes.lanes() * lanes.capacity()), 0.0f);
+  const int rows = pixels.size().rows + 2, cols = pixels.size().cols + 2;
+  beside_.resize(static_cast<std::size_t>(rows * cols));
+  for (int row = 0; row < rows; ++row)
+    for (int col = 0; col < cols; ++col) {
+      if (row > 0 && col > 0 && row < rows - 1 && col < cols - 1) continue;
+      const auto along = [](int i, int count) {
+        const double middle = i + 0.5 - 0.5 * count, rim = 0.5 * count - 1;
+        return std::clamp(middle, -rim - kBeside, rim + kBeside);
+      };
+      const Eigen::Vector2d board(along(col, cols), along(row, rows));
+      Eigen::Matrix2d pixel_by_plane;
+      const Eigen::Vector2d pixel = lens.ToImage(geometry.ToPlane(board), &pixel_by_plane);
+      const double half_px =
+          kBesideHalf * std::sqrt(std::abs((pixel_by_plane * geometry.PlaneByBoard(board)).determinant()));
+      const Eigen::Vector3f light =
+          reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px));
+      for (std::size_t phase = 0; phase < 4; ++phase)
+        beside_[static_cast<std::size_t>(row * cols + col)][phase] =
+            reader.channels() == 3 ? light[channel_of_phase[phase]] : 0.5f * (light[0] + light[1]);
+    }
+}
+
+Eigen::Vector2f FarCells::Around::From(float u, float v) const {
+  return (board_from_plane * Eigen::Vector3f(u, v, 1)).hnormalized() - corner;
+}
+
+FarCells::Around FarCells::AroundCorner(const Known& known, const BoardPixels& pixels, int corner) const {
+  const MarkerSize size = pixels.size();
+  const CornerPlace& place = pixels.place(corner);
+  const Eigen::Matrix2d board_by_pixel = place.pixel_by_board.inverse();
+  Around around;
+  around.board_from_plane = pixels.BoardFromPlane(*known.geometry).cast<float>();
+  around.corner = place.board.cast<float>();
+  around.scale_x = static_cast<float>(1 / (board_by_pixel.row(0).norm() * known.blur_px));
+  around.scale_y = static_cast<float>(1 / (board_by_pixel.row(1).norm() * known.blur_px));
+  const int row = corner / (size.cols - 1), col = corner % (size.cols - 1), cols = size.cols + 2;
+  around.falling = IsDark(row, col);
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c)
+      around.light[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] =
+          cells_[static_cast<std::size_t>((row + r) * cols + col + c)];
+  return around;
+}
+
+float FarCells::Near(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const {
+  const auto light = [&](std::size_t row, std::size_t col) {
+    return around.light[1 + row][1 + col][static_cast<std::size_t>(phase)];
+  };
+  // Mirrored so that the dark cells are those up left and down right.
+  const std::size_t left = around.falling ? 0 : 1, right = 1 - left;
+  const float x = (around.falling ? from.x() : -from.x()), y = from.y();
+  const float at_right = Integral((x - spread) * around.scale_x), at_left = Integral((-x - spread) * around.scale_x);
+  const float below = Integral((y - spread) * around.scale_y), above = Integral((-y - spread) * around.scale_y);
+  const float both = (1 - at_right - at_left) * (1 - below - above);
+  return light(0, right) * at_right * above + light(1, left) * at_left * below +
+         light(0, left) * ((1 - at_right) * (1 - below) - both / 2) +
+         light(1, right) * ((1 - at_left) * (1 - above) - both / 2);
+}
+
+float FarCells::Far(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const {
+  const auto shares = [&](float x, float scale, Shares& all, Shares& near) {
+    const float before = Integral((x + 1) * scale), here = Integral(x * scale), after = Integral((x - 1) * scale);
+    all = {1 - before, before - here, here - after, after};
+    near = {0, 1 - here, here, 0};
+  };
+  Shares all_x, near_x, all_y, near_y;
+  shares(from.x(), around.scale_x, all_x, near_x);
+  shares(from.y(), around.scale_y, all_y, near_y);
+  float far = 0;
+  for (std::size_t row = 0; row < 4; ++row)
+    for (std::size_t col = 0; col < 4; ++col)
+      far += (all_y[row] * all_x[col] - near_y[row] * near_x[col]) *
+             around.light[row][col][static_cast<std::size_t>(phase)];
+  return spread == 0 ? far : far + Near(around, phase, from, spread) - Near(around, phase, from, 0);
+}
+
+void FarCells::TakeOut(const Known& known, BoardPixels& pixels) {
+  const MarkerSize size = pixels.size();
+  cells_ = beside_;
+  for (int row = 0; row < size.rows; ++row)
+    std::copy_n(known.levels.begin() + row * size.cols, size.cols, cells_.begin() + (row + 1) * (size.cols + 2) + 1);
+  const float spread = static_cast<float>(known.ink_spread);
+  LaneBlock& lanes = pixels.lanes();
+  for (int corner = 0; corner < pixels.corners(); ++corner) {
+    if (!pixels.inside(corner)) continue;
+    const Around around = AroundCorner(known, pixels, corner);
+    for (int phase = 0; phase < 4; ++phase) {
+      const int lane = pixels.Lane(corner) + phase;
+      for (int i = 0; i < lanes.count(lane); ++i) {
+        const std::size_t at = lanes.Place(lane, i);
+        float& light = lanes.light_data()[at];
+        if (light >= known.saturation) continue;
+        const float far = Far(around, phase, around.From(lanes.u_data()[at], lanes.v_data()[at]), spread);
+        float& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
+        light += taken - far;
+        taken = far;
+      }
+    }
+  }
+}
+
+void FarCells::PutBack(BoardPixels& pixels) {
+  LaneBlock& lanes = pixels.lanes();
+  for (int lane = 0; lane < lanes.lanes(); ++lane)
+    for (int i = 0; i < lanes.count(lane); ++i) {
+      float& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
+      lanes.light_data()[lanes.Place(lane, i)] += taken;
+      taken = 0;
+    }
+}
+
+double FarCells::MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const {
+  const float spread = static_cast<float>(known.ink_spread);
+  const LaneBlock& lanes = pixels.lanes();
+  double slope_residual = 0, slope_square = 0;
+  for (int corner = 0; corner < pixels.corners(); ++corner) {
+    if (!used[static_cast<std::size_t>(corner)]) continue;
+    const Around around = AroundCorner(known, pixels, corner);
+    for (int phase = 0; phase < 4; ++phase) {
+      const int lane = pixels.Lane(corner) + phase;
+      for (int i = 0; i < lanes.count(lane); ++i) {
+        const std::size_t at = lanes.Place(lane, i);
+        if (lanes.light_data()[at] >= known.saturation) continue;
+        const Eigen::Vector2f from = around.From(lanes.u_data()[at], lanes.v_data()[at]);
+        const float slope =
+            (Near(around, phase, from, spread + kSpreadStep) - Near(around, phase, from, spread - kSpreadStep)) /
+            (2 * kSpreadStep);
+        slope_residual += slope * (lanes.light_data()[at] - Near(around, phase, from, 0));
+        slope_square += slope * slope;
+      }
+    }
+  }
+  return slope_square > 0 ? slope_residual / slope_square : 0;
+}
+
+}  // namespace chequer

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "detect/board_equations.h"
+#include "detect/board_geometry.h"
+#include "detect/board_pixels.h"
+#include "detect/light.h"
+
+namespace chequer {
+
+/// What the photometric model leaves out: a corner's pixels also hold light of the cells beyond the four around it, and
+/// at the rim of what lies beside the board. That matters where the blur is not small against a cell, from half the
+/// distance of three standard deviations on: there the light is computed from the cells' levels, and from the image
+/// beside the board, and taken out of the pixels. So is what ink has spread over, which moves edges to either side by
+/// turns. Keeps its memory.
+class FarCells {
+ public:
+  FarCells();
+
+  /// Whether there is something to take out.
+  static bool Matter(const BoardPixels& pixels, double blur_px);
+
+  /// Begins with pixels that nothing was taken out of. @param channel_of_phase 0 … 2 by parity of x + 2 · parity of y.
+  void Start(const LightReader& reader, const Lens& lens, const BoardGeometry& geometry,
+             const std::array<int, 4>& channel_of_phase, const BoardPixels& pixels);
+
+  /// What is known of a board by now.
+  struct Known {
+    const BoardGeometry* geometry = nullptr;
+    double blur_px = 1;
+    /// By how much dark cells grow into light ones on each side, cells.
+    double ink_spread = 0;
+    /// By cell, row by row.
+    std::span<const PhaseValues> levels;
+    /// Light from which on pixels stay as they are.
+    float saturation = 1;
+  };
+  /// Takes out what is known by now, instead of what was taken out before.
+  void TakeOut(const Known& known, BoardPixels& pixels);
+  /// Puts back what was taken out.
+  void PutBack(BoardPixels& pixels);
+  /// By how much the ink spreads more than is known, by a least squares step of that alone over the pixels as they were
+  /// left by TakeOut(). @param used by corner.
+  double MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const;
+
+ private:
+  /// The cells around a corner, and how its pixels lie among them.
+  struct Around {
+    Eigen::Matrix3f board_from_plane;
+    Eigen::Vector2f corner;
+    float scale_x = 1, scale_y = 1;  ///< standard deviations of the blur a cell
+    bool falling = false;            ///< dark are the cells up left and down right
+    std::array<std::array<PhaseValues, 4>, 4> light;
+
+    /// Of a pixel, cells from the corner.
+    Eigen::Vector2f From(float u, float v) const;
+  };
+  Around AroundCorner(const Known& known, const BoardPixels& pixels, int corner) const;
+  /// Of a pixel that lies there, cells from the corner: what the model leaves out, and what it has.
+  float Far(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const;
+  float Near(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const;
+  /// Integral of the normal distribution, to 1e-5.
+  float Integral(float deviations) const;
+
+  std::vector<float> integral_;      ///< table
+  std::vector<PhaseValues> cells_;   ///< with a ring of what lies beside the board
+  std::vector<PhaseValues> beside_;  ///< the same; only the ring is told
+  std::vector<float> taken_;         ///< by lane and pixel
+};
+
+}  // namespace chequer

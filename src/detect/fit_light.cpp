@@ -1,0 +1,122 @@
+// Of PhotometricFit: what is done to the pixels' light before they are fitted.
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "detect/fit.h"
+#include "detect/shading.h"
+
+namespace chequer {
+namespace {
+
+/// No pixel is brightened more.
+constexpr double kLeastShading = 0.02;
+/// Ink spreads over no more of a cell.
+constexpr double kMostInkSpread = 0.3;
+/// A first step that is shorter has other reasons: of a spread of half a pixel it is 0.29 px, of motion or noise 0.01.
+constexpr double kLeastInkSpreadPx = 0.1;
+/// The spread over that step, as levels and blur have taken up the rest: measured.
+constexpr double kFirstInkStep = 1.75;
+/// Steps that fall more slowly are not trusted to go on as they do.
+constexpr double kMostStepRatio = 0.93;
+/// Its last step, cells.
+constexpr double kSettledInkSpread = 0.0001;
+
+}  // namespace
+
+void PhotometricFit::EvenOutShading(const Start& start) {
+  const auto shading = FindShading({.size = size_,
+                                    .levels = levels_,
+                                    .saturated = start.saturated,
+                                    .hidden = hidden_cells_,
+                                    .phases = channels_ == 3 ? 4 : 1,
+                                    .blue_phase = channels_ == 3 ? 3 - red_phase_ : -1});
+  if (!shading) return;
+  bent_light_ |= shading->bent;
+  // Taken out of every pixel; levels then are those in the light of the board's centre. As the lens blurs what is
+  // already shaded, more light comes to a pixel from its lighter side: it shows what lies σ² ∇log(light) away.
+  if (shading->bent) {
+    EvenOutPixels(*shading);
+  } else {
+    const Eigen::Vector2d per_px = result_.geometry.PlaneByBoard({0, 0}).inverse().transpose() * shading->slope;
+    pixels_.MoveOrigin(blur_px_ * blur_px_ * per_px);
+    EvenOutLanes(static_cast<float>(per_px.x()), static_cast<float>(per_px.y()), input_.saturation, pixels_.lanes());
+  }
+  for (int row = 0; row < size_.rows; ++row)
+    for (int col = 0; col < size_.cols; ++col) {
+      const float scale =
+          static_cast<float>(1 / shading->At(col + 0.5 - 0.5 * size_.cols, row + 0.5 - 0.5 * size_.rows));
+      for (float& level : levels_[static_cast<std::size_t>(row * size_.cols + col)]) level *= scale;
+    }
+}
+
+void PhotometricFit::EvenOutPixels(const Shading& shading) {
+  const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(result_.geometry);
+  const Eigen::Matrix2d board_by_plane = result_.geometry.PlaneByBoard({0, 0}).inverse().transpose();
+  LaneBlock& lanes = pixels_.lanes();
+  for (int lane = 0; lane < lanes.lanes(); ++lane)
+    for (int i = 0; i < lanes.count(lane); ++i) {
+      const std::size_t at = lanes.Place(lane, i);
+      float &u = lanes.u_data()[at], &v = lanes.v_data()[at], &light = lanes.light_data()[at];
+      if (light >= input_.saturation) continue;
+      const Eigen::Vector2d board = (board_from_plane * Eigen::Vector3d(u, v, 1)).hnormalized();
+      const double share = std::max(shading.At(board.x(), board.y()), kLeastShading);
+      light /= static_cast<float>(share);
+      const Eigen::Vector2d shift =
+          blur_px_ * blur_px_ / share * (board_by_plane * shading.SlopeAt(board.x(), board.y()));
+      u += static_cast<float>(shift.x());
+      v += static_cast<float>(shift.y());
+    }
+}
+
+void PhotometricFit::TakeOutLight() {
+  FarCells::Known known = Known();
+  far_cells_.TakeOut(known, pixels_);
+  if (!fit_ink_) return;
+  const double more = far_cells_.MoreInkSpread(known, used_, pixels_);
+  // Levels and blur follow slowly: every third step is as long as all that would follow (Aitken).
+  const double ratio = last_ink_step_ != 0 ? more / last_ink_step_ : 0;
+  const bool leaps = ++ink_steps_ % 3 == 0 && ratio > 0 && ratio < kMostStepRatio;
+  const double step = leaps ? more / (1 - ratio) : more;
+  last_ink_step_ = leaps ? 0 : more;
+  ink_moves_ = std::abs(step) > kSettledInkSpread;
+  ink_spread_ = std::clamp(ink_spread_ + step, -kMostInkSpread, kMostInkSpread);
+  known.ink_spread = ink_spread_;
+  far_cells_.TakeOut(known, pixels_);
+}
+
+bool PhotometricFit::StartInk() {
+  far_cells_.TakeOut(Known(), pixels_);
+  const double cell_px = std::sqrt(std::abs(pixels_.place(pixels_.corners() / 2).pixel_by_board.determinant()));
+  const double more = far_cells_.MoreInkSpread(Known(), used_, pixels_);
+  if (std::abs(more) * cell_px < kLeastInkSpreadPx) return false;
+  ink_spread_ = std::clamp(kFirstInkStep * more, -kMostInkSpread, kMostInkSpread);
+  last_ink_step_ = 0;
+  ink_steps_ = 0;
+  take_out_ = fit_ink_ = true;
+  return true;
+}
+
+FarCells::Known PhotometricFit::Known() const {
+  return {.geometry = &result_.geometry,
+          .blur_px = blur_px_,
+          .ink_spread = ink_spread_,
+          .levels = levels_,
+          .saturation = input_.saturation};
+}
+
+bool PhotometricFit::AnyHidden() const {
+  return std::any_of(used_.begin(), used_.begin() + pixels_.corners(), [](bool used) { return !used; });
+}
+
+void PhotometricFit::FindHiddenCells() {
+  hidden_cells_.assign(levels_.size(), 0);
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (used_[static_cast<std::size_t>(corner)]) continue;
+    const int cell = pixels_.Cell(corner);
+    for (const int at : {cell, cell + 1, cell + size_.cols, cell + size_.cols + 1})
+      hidden_cells_[static_cast<std::size_t>(at)] = 1;
+  }
+}
+
+}  // namespace chequer

@@ -1,0 +1,77 @@
+// Whether the covariances of poses are what the errors are: conditions of the simulator in which the plain model of a
+// board, as printed and evenly lit, sharp against its cells and wholly in view, does not hold.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cctype>
+#include <string>
+
+#include "chequer/detector.h"
+#include "simulate/stress.h"
+
+namespace chequer {
+namespace {
+
+constexpr int kFrames = 10;
+
+struct Condition {
+  const char* tag;  ///< of a stress case
+  double most;      ///< normalised squared errors average, per dimension
+};
+
+void PrintTo(const Condition& condition, std::ostream* out) { *out << condition.tag; }
+
+class HonestCovariance : public testing::TestWithParam<Condition> {};
+
+/// e² over what the covariance says of it, per dimension.
+double Normalised(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
+  return error.dot(covariance.inverse() * error) / 3;
+}
+
+TEST_P(HonestCovariance, ErrorsAreAsLargeAsTheirCovariances) {
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  double position = 0, orientation = 0;
+  int poses = 0;
+  for (std::uint64_t seed = 8000; seed < 8000 + kFrames; ++seed) {
+    const std::vector<StressCase> cases = StressCases(code, seed);
+    const auto stress =
+        std::find_if(cases.begin(), cases.end(), [](const StressCase& s) { return s.tag == GetParam().tag; });
+    ASSERT_NE(stress, cases.end()) << "no condition " << GetParam().tag;
+    DetectorOptions options;
+    options.families = {{.code = code, .side_m = stress->scene.markers[0].side_m, .roster = {}}};
+    options.camera = stress->options.camera;
+    const RigidTransform& truth = stress->scene.markers[0].camera_from_marker;
+    for (const MarkerPose& marker : Detector(options).Detect(Render(stress->scene, stress->options, seed).view())) {
+      const Eigen::Quaterniond turn = truth.rotation * marker.camera_from_marker.rotation.conjugate();
+      position += Normalised(truth.translation - marker.camera_from_marker.translation,
+                             marker.covariance.topLeftCorner<3, 3>());
+      orientation += Normalised(VectorFromRotation(turn.normalized()), marker.covariance.bottomRightCorner<3, 3>());
+      ++poses;
+    }
+  }
+  ASSERT_GE(poses, kFrames - 2);
+  // Thirty squares of a standard normal average 1 ± 0.26.
+  for (const double mean : {position / poses, orientation / poses}) {
+    EXPECT_GT(mean, 0.3);
+    EXPECT_LT(mean, GetParam().most);
+  }
+}
+
+std::string ConditionName(const testing::TestParamInfo<Condition>& condition) {
+  std::string name = condition.param.tag;
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Stress, HonestCovariance,
+                         testing::Values(Condition{"side_px=48", 1.8}, Condition{"psf_px=1", 1.8},
+                                         Condition{"psf_px=2", 1.8}, Condition{"psf_px=3", 2.5},
+                                         Condition{"gradient=0.5", 1.8}, Condition{"gradient=0.7", 1.8},
+                                         Condition{"gradient=0.9", 2.2}, Condition{"occluded=0.1", 1.8},
+                                         Condition{"occluded=0.2", 2.2}, Condition{"ink_spread=0.05", 2.5}),
+                         ConditionName);
+
+}  // namespace
+}  // namespace chequer

@@ -1,0 +1,85 @@
+#include "detect/shading.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace chequer {
+namespace {
+
+constexpr MarkerSize kShadedSize{6, 6};
+constexpr double kWhiteInk = 0.4, kYellowInk = 0.3, kDarkInk = 0.02;
+
+/// A board in a light that falls as told by light(x, y); every second light cell is yellow.
+struct ShadedBoard {
+  template <class Light>
+  explicit ShadedBoard(const Light& light) {
+    for (int row = 0; row < kShadedSize.rows; ++row)
+      for (int col = 0; col < kShadedSize.cols; ++col) {
+        saturated.push_back(static_cast<std::uint8_t>(col % 2));
+        const double ink = IsDark(row, col) ? kDarkInk : col % 2 ? kYellowInk : kWhiteInk;
+        levels.emplace_back().fill(static_cast<float>(ink * light(col - 2.5, row - 2.5)));
+      }
+  }
+  ShadedCells Cells() const {
+    return {.size = kShadedSize, .levels = levels, .saturated = saturated, .hidden = hidden};
+  }
+
+  std::vector<PhaseValues> levels;
+  std::vector<std::uint8_t> saturated, hidden;
+};
+
+TEST(Shading, FindsAWeakGradient) {
+  const ShadedBoard board([](double x, double y) { return std::exp(0.02 * x - 0.01 * y); });
+  const auto shading = FindShading(board.Cells());
+  ASSERT_TRUE(shading);
+  EXPECT_FALSE(shading->bent);
+  EXPECT_NEAR(shading->slope.x(), 0.02, 1e-6);
+  EXPECT_NEAR(shading->slope.y(), -0.01, 1e-6);
+}
+
+TEST(Shading, FindsALightThatFallsLinearly) {
+  // From 1 at one rim to 0.1 at the other: an exponential function would miss it by 40 %.
+  const auto light = [](double x, double y) { return 0.55 * (1 - 0.22 * x - 0.05 * y); };
+  const auto shading = FindShading(ShadedBoard(light).Cells());
+  ASSERT_TRUE(shading);
+  EXPECT_TRUE(shading->bent);
+  for (const double x : {-3.0, 0.0, 2.5})
+    for (const double y : {-3.0, 1.0, 3.0}) {
+      EXPECT_NEAR(shading->At(x, y), light(x, y) / light(0, 0), 1e-4) << x << ' ' << y;
+      EXPECT_NEAR(shading->SlopeAt(x, y).x(), -0.22, 1e-4);
+    }
+}
+
+TEST(Shading, FindsABentLight) {
+  const auto light = [](double x, double y) { return 1 - 0.1 * x + 0.012 * x * x - 0.01 * x * y; };
+  const auto shading = FindShading(ShadedBoard(light).Cells());
+  ASSERT_TRUE(shading);
+  EXPECT_NEAR(shading->At(2, 2), light(2, 2), 1e-4);
+  EXPECT_NEAR(shading->At(-2, 1), light(-2, 1), 1e-4);
+}
+
+TEST(Shading, DoesNotTakeACoverForShade) {
+  ShadedBoard board([](double, double) { return 1.0; });
+  board.hidden.assign(board.levels.size(), 0);
+  for (std::size_t cell = 0; cell < 6; ++cell) {
+    board.levels[cell].fill(0.15f);
+    board.hidden[cell] = 1;
+  }
+  const auto shading = FindShading(board.Cells());
+  ASSERT_TRUE(shading);
+  EXPECT_LT(shading->slope.norm(), 1e-6);
+  board.hidden.clear();
+  const auto covered = FindShading(board.Cells());
+  EXPECT_TRUE(!covered || covered->slope.norm() > 0.05) << "the test's cover is none";
+}
+
+TEST(Shading, SaysNothingOfCellsThatDoNotTell) {
+  ShadedBoard board([](double, double) { return 1.0; });
+  board.hidden.assign(board.levels.size(), 1);
+  EXPECT_FALSE(FindShading(board.Cells()));
+}
+
+}  // namespace
+}  // namespace chequer
