@@ -190,6 +190,9 @@ HWY_INLINE hn::Vec<DPhases> InverseRoot(DPhases d, hn::Vec<DPhases> x) {
 #endif
 }
 
+/// Of a level's own information, what its neighbours leave of it at least: single precision tells no less.
+constexpr float kLeastShareLeft = 1e-5f;
+
 /// matrix becomes its Cholesky factor L with the inverses of the diagonal in the diagonal's place, right becomes
 /// L⁻¹ right.
 void Factor(float least, BoardSystem& system) {
@@ -201,6 +204,11 @@ void Factor(float least, BoardSystem& system) {
     float* HWY_RESTRICT column = system.matrix + j * system.matrix_row;
     float* HWY_RESTRICT right = system.right + j * BoardSystem::kRightRow;
     const int above = j < band ? j : band;
+    // A level that few pixels tell apart from its neighbours' leaves next to nothing, or less by rounding.
+    HWY_ALIGN float least_pivot[4];
+    for (int part = 0; part < 4; part += step)
+      hn::StoreU(hn::MulAdd(hn::LoadU(d, column + part), hn::Set(d, kLeastShareLeft), hn::Set(d, least)), d,
+                 least_pivot + part);
     // What the columns before leave of this one. Below the matrix and its band stand zeros.
     for (int at = 0; at < column_floats; at += kGroupLanes) {
       auto sum = hn::LoadU(groups, column + at);
@@ -212,8 +220,8 @@ void Factor(float least, BoardSystem& system) {
     }
     HWY_ALIGN float inverse[4];
     for (int part = 0; part < 4; part += step) {
-      const auto floor = hn::Set(d, least);
-      const auto pivot = hn::Max(hn::Add(hn::LoadU(d, column + part), floor), floor);
+      const auto pivot =
+          hn::Max(hn::Add(hn::LoadU(d, column + part), hn::Set(d, least)), hn::LoadU(d, least_pivot + part));
       hn::StoreU(InverseRoot(d, pivot), d, inverse + part);
     }
     for (int at = 0; at < column_floats; at += kGroupLanes)
