@@ -13,6 +13,9 @@ constexpr float kMostRatio = 1.6f;
 /// How much a step of the lattice may differ from the one before it, as a share of it.
 constexpr float kMostChange = 0.2f;
 
+/// So far from an edge, px, half a pixel does not matter.
+constexpr float kFarFromEdge = 2;
+
 /// Steps in the lattice along directions 0 … 3.
 constexpr std::array<int, 4> kStepX{1, 0, -1, 0};
 constexpr std::array<int, 4> kStepY{0, 1, 0, -1};
@@ -25,15 +28,24 @@ bool EdgeIsThere(const DetectionPlane& detection, const Corner& a, const Corner&
   const float least = 0.2f * std::min(a.contrast, b.contrast);
   const Eigen::Vector2f origin = a.position - Eigen::Vector2f::Constant(detection.offset_px);
   const float right = static_cast<float>(plane.width() - 1), bottom = static_cast<float>(plane.height() - 1);
-  const auto at = [&](float x, float y) {
-    return plane.Bilinear(std::min(std::max(x, 0.0f), right), std::min(std::max(y, 0.0f), bottom));
-  };
   const float out_x = reach * lighter.x(), out_y = reach * lighter.y();
-  for (const float part : {0.5f, 0.3f, 0.7f}) {
-    const float x = origin.x() + part * along.x(), y = origin.y() + part * along.y();
-    if (at(x + out_x, y + out_y) - at(x - out_x, y - out_y) < least) return false;
-  }
-  return true;
+  // All places together: nearly every link that is asked for has its edge, and memory is waited for once.
+  const auto least_step = [&](const auto& value_at) {
+    const auto at = [&](float x, float y) {
+      return value_at(std::min(std::max(x, 0.0f), right), std::min(std::max(y, 0.0f), bottom));
+    };
+    float least_of_all = std::numeric_limits<float>::max();
+    for (const float part : {0.3f, 0.5f, 0.7f}) {
+      const float x = origin.x() + part * along.x(), y = origin.y() + part * along.y();
+      least_of_all = std::min(least_of_all, at(x + out_x, y + out_y) - at(x - out_x, y - out_y));
+    }
+    return least_of_all;
+  };
+  const auto nearest = [&](float x, float y) {
+    return static_cast<float>(plane.at(static_cast<int>(x + 0.5f), static_cast<int>(y + 0.5f)));
+  };
+  const auto between = [&](float x, float y) { return plane.Bilinear(x, y); };
+  return (reach >= kFarFromEdge ? least_step(nearest) : least_step(between)) >= least;
 }
 
 }  // namespace
@@ -68,10 +80,15 @@ void GridLinker::KeepEdges(const DetectionPlane& plane, const std::vector<Corner
 
 void GridLinker::KeepSquares(const std::vector<Corner>& corners) {
   // Chance corners link to a board's rim as often as not, but hardly ever close a square with it.
-  const auto length = [&](int a, int b) {
-    return (corners[static_cast<std::size_t>(a)].position - corners[static_cast<std::size_t>(b)].position).norm();
+  const auto square_of_length = [&](int a, int b) {
+    return (corners[static_cast<std::size_t>(a)].position - corners[static_cast<std::size_t>(b)].position)
+        .squaredNorm();
   };
-  const auto similar = [](float a, float b) { return a < kMostRatio * b && b < kMostRatio * a; };
+  const auto similar = [&](int a, int b, int c, int d) {
+    const float one = square_of_length(a, b), other = square_of_length(c, d);
+    constexpr float kMost = kMostRatio * kMostRatio;
+    return one < kMost * other && other < kMost * one;
+  };
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
     Links& at = links_[static_cast<std::size_t>(i)];
     unsigned linked = 0;
@@ -80,14 +97,16 @@ void GridLinker::KeepSquares(const std::vector<Corner>& corners) {
     for (unsigned rays = linked & (linked >> 1 | linked << 3); rays != 0; rays &= rays - 1) {
       const std::size_t k = static_cast<std::size_t>(std::countr_zero(rays)), next = (k + 1) % 4;
       const int a = at.corner[k], b = at.corner[next];
+      // Each square once, as links are mutual: from its first corner.
+      if (a < i || b < i) continue;
       // The ray back from a lies opposite to direction k; the one that runs along direction k + 1 is three on from it.
       const std::size_t ray_a = static_cast<std::size_t>(at.ray[k] + 3) % 4,
                         ray_b = static_cast<std::size_t>(at.ray[next] + 1) % 4;
       Links& links_a = links_[static_cast<std::size_t>(a)];
       Links& links_b = links_[static_cast<std::size_t>(b)];
       const int c = links_a.corner[ray_a];
-      if (c < 0 || c != links_b.corner[ray_b]) continue;
-      if (!similar(length(i, a), length(b, c)) || !similar(length(i, b), length(a, c))) continue;
+      if (c < i || c != links_b.corner[ray_b]) continue;
+      if (!similar(i, a, b, c) || !similar(i, b, a, c)) continue;
       at.squares = static_cast<std::uint8_t>(at.squares | 1u << k | 1u << next);
       links_a.squares = static_cast<std::uint8_t>(links_a.squares | 1u << at.ray[k] | 1u << ray_a);
       links_b.squares = static_cast<std::uint8_t>(links_b.squares | 1u << at.ray[next] | 1u << ray_b);

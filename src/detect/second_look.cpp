@@ -103,7 +103,10 @@ std::optional<SecondLook::Place> SecondLook::FindPlace() {
       side * Eigen::Vector2f(static_cast<float>(fullest % cols) + 0.5f, static_cast<float>(fullest / cols) + 0.5f);
   place.spread.setConstant(side / 2);
   // From the fullest tile on, as far as the points go on.
-  for (int i = 0; i < 6; ++i) place = Gather(points_, place);
+  for (int i = 0, before = -1; i < 6 && place.count != before; ++i) {
+    before = place.count;
+    place = Gather(points_, place);
+  }
   if (place.count < kFewestPoints || place.spread[0] > kMostSpread) {
     std::erase_if(points_, [&](const StrongPoint& point) { return tile_of(point) == fullest; });
     place.count = 0;
