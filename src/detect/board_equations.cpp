@@ -155,26 +155,31 @@ void AddLevels(const CornerTerms& corner, const SumsOfLanes& merged, BoardSystem
   constexpr int kParameters = BoardSystem::kColumns - 2, kBlurAt = 4 * kParameters, kResidualAt = kBlurAt + 4;
   const DPhases d;
   const DGroups groups;
-  const int step = static_cast<int>(hn::Lanes(d));
-  const auto add = [&](const float* values, float* to) HWY_ATTR {
-    for (int part = 0; part < 4; part += step)
+  constexpr int kStep = static_cast<int>(hn::MaxLanes(DPhases()));
+  // Copies, which no store can change.
+  const SumsOfLanes sums{merged.data + corner.lane, merged.stride};
+  const float *by_x = corner.repeated_x, *by_y = corner.repeated_y;
+  float *const matrix = system.matrix, *const right = system.right;
+  const int matrix_row = system.matrix_row;
+  const int cell_of[4] = {corner.cell_of[0], corner.cell_of[1], corner.cell_of[2], corner.cell_of[3]};
+  const auto add = [&](const float* HWY_RESTRICT values, float* HWY_RESTRICT to) HWY_ATTR {
+    for (int part = 0; part < 4; part += kStep)
       hn::StoreU(hn::Add(hn::LoadU(d, to + part), hn::LoadU(d, values + part)), d, to + part);
   };
+  HWY_UNROLL(4)
   for (int a = 0; a < 4; ++a) {
-    const int cell = corner.cell_of[a], level = kLevel00 + a;
+    const int cell = cell_of[a], level = kLevel00 + a;
+    HWY_UNROLL(4)
     for (int b = a; b < 4; ++b)
-      add(merged.Of(level, kLevel00 + b, corner.lane),
-          system.matrix + cell * system.matrix_row + 4 * (corner.cell_of[b] - cell));
-    float* HWY_RESTRICT to = system.right + cell * BoardSystem::kRightRow;
-    const float *x = merged.Of(level, kShiftX, corner.lane), *y = merged.Of(level, kShiftY, corner.lane);
+      add(sums.Of(level, kLevel00 + b, 0), matrix + cell * matrix_row + 4 * (cell_of[b] - cell));
+    float* HWY_RESTRICT to = right + cell * BoardSystem::kRightRow;
+    const float *x = sums.Of(level, kShiftX, 0), *y = sums.Of(level, kShiftY, 0);
     for (int at = 0; at < 4 * kParameters; at += kGroupLanes) {
-      const auto along_x =
-          hn::MulAdd(Repeat(groups, x, at), hn::LoadU(groups, corner.repeated_x + at), hn::LoadU(groups, to + at));
-      hn::StoreU(hn::MulAdd(Repeat(groups, y, at), hn::LoadU(groups, corner.repeated_y + at), along_x), groups,
-                 to + at);
+      const auto along_x = hn::MulAdd(Repeat(groups, x, at), hn::LoadU(groups, by_x + at), hn::LoadU(groups, to + at));
+      hn::StoreU(hn::MulAdd(Repeat(groups, y, at), hn::LoadU(groups, by_y + at), along_x), groups, to + at);
     }
-    add(merged.Of(level, kBlur, corner.lane), to + kBlurAt);
-    add(merged.Of(level, kResidual, corner.lane), to + kResidualAt);
+    add(sums.Of(level, kBlur, 0), to + kBlurAt);
+    add(sums.Of(level, kResidual, 0), to + kResidualAt);
   }
 }
 
@@ -198,28 +203,31 @@ constexpr float kLeastShareLeft = 1e-5f;
 void Factor(float least, BoardSystem& system) {
   const DPhases d;
   const DGroups groups;
-  const int step = static_cast<int>(hn::Lanes(d)), band = system.band;
+  constexpr int kStep = static_cast<int>(hn::MaxLanes(DPhases())), kRightVectors = BoardSystem::kRightRow / kGroupLanes;
+  const int band = system.band, cells = system.cells, matrix_row = system.matrix_row;
   const int column_floats = (4 * (band + 1) + kGroupLanes - 1) / kGroupLanes * kGroupLanes;
-  for (int j = 0; j < system.cells; ++j) {
-    float* HWY_RESTRICT column = system.matrix + j * system.matrix_row;
-    float* HWY_RESTRICT right = system.right + j * BoardSystem::kRightRow;
+  float* HWY_RESTRICT column = system.matrix;
+  float* HWY_RESTRICT right = system.right;
+  for (int j = 0; j < cells; ++j, column += matrix_row, right += BoardSystem::kRightRow) {
     const int above = j < band ? j : band;
+    const std::ptrdiff_t to_next = matrix_row - 4;
+    const float* factors = column - above * to_next;
     // A level that few pixels tell apart from its neighbours' leaves next to nothing, or less by rounding.
     HWY_ALIGN float least_pivot[4];
-    for (int part = 0; part < 4; part += step)
+    for (int part = 0; part < 4; part += kStep)
       hn::StoreU(hn::MulAdd(hn::LoadU(d, column + part), hn::Set(d, kLeastShareLeft), hn::Set(d, least)), d,
                  least_pivot + part);
     // What the columns before leave of this one. Below the matrix and its band stand zeros.
     for (int at = 0; at < column_floats; at += kGroupLanes) {
       auto sum = hn::LoadU(groups, column + at);
       // The column just before last, as it has only just been found.
-      const float* before = column + above * (4 - system.matrix_row);
-      for (int i = above; i > 0; --i, before += system.matrix_row - 4)
+      const float* before = factors;
+      for (int i = 0; i < above; ++i, before += to_next)
         sum = hn::NegMulAdd(Repeat(groups, before, at), hn::LoadU(groups, before + at), sum);
       hn::StoreU(sum, groups, column + at);
     }
     HWY_ALIGN float inverse[4];
-    for (int part = 0; part < 4; part += step) {
+    for (int part = 0; part < 4; part += kStep) {
       const auto pivot =
           hn::Max(hn::Add(hn::LoadU(d, column + part), hn::Set(d, least)), hn::LoadU(d, least_pivot + part));
       hn::StoreU(InverseRoot(d, pivot), d, inverse + part);
@@ -227,44 +235,56 @@ void Factor(float least, BoardSystem& system) {
     for (int at = 0; at < column_floats; at += kGroupLanes)
       hn::StoreU(hn::Mul(hn::LoadU(groups, column + at), Repeat(groups, inverse, at)), groups, column + at);
     for (int part = 0; part < 4; ++part) column[part] = inverse[part];
-    for (int at = 0; at < BoardSystem::kRightRow; at += kGroupLanes) {
-      auto sum = hn::LoadU(groups, right + at);
-      const float *factor = column + above * (4 - system.matrix_row), *before = right - above * BoardSystem::kRightRow;
-      for (int i = above; i > 0; --i, factor += system.matrix_row - 4, before += BoardSystem::kRightRow)
-        sum = hn::NegMulAdd(Repeat(groups, factor, at), hn::LoadU(groups, before + at), sum);
-      hn::StoreU(hn::Mul(sum, Repeat(groups, inverse, at)), groups, right + at);
+    hn::Vec<DGroups> sums[static_cast<std::size_t>(kRightVectors)];
+    for (int k = 0; k < kRightVectors; ++k) sums[k] = hn::LoadU(groups, right + k * kGroupLanes);
+    const float *factor = factors, *before = right - above * BoardSystem::kRightRow;
+    for (int i = 0; i < above; ++i, factor += to_next, before += BoardSystem::kRightRow)
+      for (int k = 0; k < kRightVectors; ++k)
+        sums[k] = hn::NegMulAdd(Repeat(groups, factor, k * kGroupLanes), hn::LoadU(groups, before + k * kGroupLanes),
+                                sums[k]);
+    for (int k = 0; k < kRightVectors; ++k)
+      hn::StoreU(hn::Mul(sums[k], Repeat(groups, inverse, k * kGroupLanes)), groups, right + k * kGroupLanes);
+  }
+}
+
+/// Takes the products of the half-solved right-hand sides' columns kColumn and kColumn + 1 with those that follow off
+/// normal: two at a time, as the sums of one wait for each other.
+template <int kColumn>
+void EliminateColumns(BoardSystem& system) {
+  const DGroups d;
+  using V = hn::Vec<DGroups>;
+  // Of vectors that hold these columns and what follows.
+  constexpr int kFirst = 4 * kColumn / kGroupLanes, kVectors = BoardSystem::kRightRow / kGroupLanes - kFirst;
+  V sums[2 * static_cast<std::size_t>(kVectors)];
+  for (V& sum : sums) sum = hn::Zero(d);
+  const float* right = system.right;
+  for (int left = system.cells; left > 0; --left, right += BoardSystem::kRightRow)
+    for (int k = 0; k < kVectors; ++k) {
+      const int at = (kFirst + k) * kGroupLanes;
+      const V values = hn::LoadU(d, right + at);
+      for (int i = 0; i < 2; ++i)
+        sums[2 * k + i] = hn::MulAdd(Repeat(d, right + 4 * (kColumn + i), at), values, sums[2 * k + i]);
+    }
+  HWY_ALIGN float products[BoardSystem::kRightRow];
+  for (int i = 0; i < 2; ++i) {
+    for (int k = 0; k < kVectors; ++k) {
+      const int at = (kFirst + k) * kGroupLanes;
+      hn::StoreU(hn::Mul(sums[2 * k + i], Repeat(d, system.phase_weight, at)), d, products + at);
+    }
+    for (int b = kColumn + i; b < BoardSystem::kColumns; ++b) {
+      const float* p = products + 4 * b;
+      system.normal[kColumn + i][b] -= static_cast<double>((p[0] + p[1]) + (p[2] + p[3]));
     }
   }
 }
 
-/// normal −= Σ over cells and channels of the half-solved right-hand sides' products.
 void Eliminate(BoardSystem& system) {
-  const DGroups d;
-  using V = hn::Vec<DGroups>;
-  constexpr int kColumns = BoardSystem::kColumns, kVectors = BoardSystem::kRightRow / kGroupLanes;
-  // Two columns at a time: the sums of one wait for each other.
-  for (int a = 0; a < kColumns; a += 2) {
-    // Those that hold column a and what follows.
-    const int first = 4 * a / kGroupLanes;
-    V sum[2][static_cast<std::size_t>(kVectors)];
-    for (int k = 0; k < kVectors; ++k) sum[0][k] = sum[1][k] = hn::Zero(d);
-    const float* HWY_RESTRICT right = system.right;
-    for (int cell = 0; cell < system.cells; ++cell, right += BoardSystem::kRightRow)
-      for (int k = first; k < kVectors; ++k) {
-        const V values = hn::LoadU(d, right + k * kGroupLanes);
-        for (int i = 0; i < 2; ++i)
-          sum[i][k] = hn::MulAdd(Repeat(d, right + 4 * (a + i), k * kGroupLanes), values, sum[i][k]);
-      }
-    HWY_ALIGN float products[BoardSystem::kRightRow];
-    for (int i = 0; i < 2; ++i) {
-      for (int k = first; k < kVectors; ++k)
-        hn::StoreU(hn::Mul(sum[i][k], Repeat(d, system.phase_weight, k * kGroupLanes)), d, products + k * kGroupLanes);
-      for (int b = a + i; b < kColumns; ++b) {
-        const float* p = products + 4 * b;
-        system.normal[a + i][b] -= static_cast<double>((p[0] + p[1]) + (p[2] + p[3]));
-      }
-    }
-  }
+  static_assert(BoardSystem::kColumns == 10);
+  EliminateColumns<0>(system);
+  EliminateColumns<2>(system);
+  EliminateColumns<4>(system);
+  EliminateColumns<6>(system);
+  EliminateColumns<8>(system);
 }
 
 /// @param merged room for what `sums` has.
@@ -393,7 +413,8 @@ void BoardEquations::Assemble(const Input& input) {
                                                   .repeated_x = repeated,
                                                   .repeated_y = repeated + kRepeated / 2};
   }
-  merged_.resize(static_cast<std::size_t>(kProductSums * lanes.padded()));
+  lanes_ = lanes.padded();
+  merged_.resize(static_cast<std::size_t>(kProductSums * lanes_));
   HWY_DYNAMIC_DISPATCH(Solve)
   (corners.data(), count, {lanes.sum_data(0), lanes.padded()}, shares, kLeastInformation, merged_.data(), system);
   for (int a = 0; a < kUnknowns; ++a) {

@@ -44,6 +44,11 @@ class BoardEquations {
   /// From the sums of the lanes.
   void Assemble(const Input& input);
 
+  /// A product of columns that are no levels, over all phases of the corner whose first lane that is.
+  double SumOf(int a, int b, int lane) const {
+    return double{merged_[static_cast<std::size_t>(ProductSum(a, b) * lanes_ + lane)]};
+  }
+
   /// What is left for geometry and blur when the levels follow them: JᵀWJ, JᵀWr and Σ w r².
   const Matrix& normal() const { return normal_; }
   const Vector& gradient() const { return gradient_; }
@@ -56,7 +61,7 @@ class BoardEquations {
   void Prepare(MarkerSize size);
   BoardSystem System() const;
 
-  int cells_ = 0, band_ = 0, matrix_row_ = 0;
+  int cells_ = 0, band_ = 0, matrix_row_ = 0, lanes_ = 0;
   std::vector<float> floats_;
   std::span<const CornerDerivative> derivatives_;
   std::vector<float> repeated_;  ///< the derivatives, each as often as there are phases

@@ -237,20 +237,16 @@ void PhotometricFit::Finish() {
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!used_[static_cast<std::size_t>(corner)]) continue;
     const CornerPlace& place = pixels_.place(corner);
-    Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
-    Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
-    for (int phase = 0; phase < 4; ++phase) {
-      const int lane = pixels_.Lane(corner) + phase;
+    const int first = pixels_.Lane(corner);
+    for (int lane = first; lane < first + 4; ++lane) {
       weight += lanes.sum(kWeight, lane);
       residual_square += lanes.sum(kDarkSquare, lane) + lanes.sum(kLightSquare, lane);
       residual_count += lanes.sum(kDarkCount, lane) + lanes.sum(kLightCount, lane);
-      information(0, 0) += lanes.sum(ProductSum(kShiftX, kShiftX), lane);
-      information(0, 1) += lanes.sum(ProductSum(kShiftX, kShiftY), lane);
-      information(1, 1) += lanes.sum(ProductSum(kShiftY, kShiftY), lane);
-      gradient[0] += lanes.sum(ProductSum(kShiftX, kResidual), lane);
-      gradient[1] += lanes.sum(ProductSum(kShiftY, kResidual), lane);
     }
-    information(1, 0) = information(0, 1);
+    const auto sum = [&](int a, int b) { return equations_.SumOf(a, b, first); };
+    Eigen::Matrix2d information;
+    information << sum(kShiftX, kShiftX), sum(kShiftX, kShiftY), sum(kShiftX, kShiftY), sum(kShiftY, kShiftY);
+    const Eigen::Vector2d gradient(sum(kShiftX, kResidual), sum(kShiftY, kResidual));
     if (!(information.determinant() > 0)) continue;
     const std::size_t i = static_cast<std::size_t>(corner);
     result_.corner_used[i] = true;

@@ -92,21 +92,24 @@ void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
 bool Identifier::HideOffColour(MarkerSize size, const std::vector<std::uint8_t>& border) {
   // Shares of the three channels, which shading leaves alone, of the light cells: white and yellow as the border has
   // them.
-  const auto shares = [&](std::size_t cell) -> Eigen::Vector3f {
+  shares_.resize(light_.size());
+  for (std::size_t cell = 0; cell < light_.size(); ++cell) {
     const Eigen::Vector3f light = light_[cell].cwiseQuotient(white_).cwiseMax(0);
-    return light / std::max(light.sum(), 1e-6f);
-  };
+    shares_[cell] = light / std::max(light.sum(), 1e-6f);
+  }
   std::array<Eigen::Vector3f, 2> middle;
   for (const std::uint8_t saturated : std::array<std::uint8_t, 2>{0, 1}) {
+    known_.clear();
+    for (int row = 0; row < size.rows; ++row)
+      for (int col = 0; col < size.cols; ++col) {
+        const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+        if (IsBorder(size, row, col) && !IsDark(row, col) && !hidden_[cell] && border[cell] == saturated)
+          known_.push_back(cell);
+      }
+    if (known_.empty()) return false;
     for (int channel = 0; channel < 3; ++channel) {
       values_.clear();
-      for (int row = 0; row < size.rows; ++row)
-        for (int col = 0; col < size.cols; ++col) {
-          const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-          if (IsBorder(size, row, col) && !IsDark(row, col) && !hidden_[cell] && border[cell] == saturated)
-            values_.push_back(shares(cell)[channel]);
-        }
-      if (values_.empty()) return false;
+      for (const std::size_t cell : known_) values_.push_back(shares_[cell][channel]);
       const auto half = values_.begin() + static_cast<std::ptrdiff_t>(values_.size() / 2);
       std::nth_element(values_.begin(), half, values_.end());
       middle[saturated][channel] = *half;
@@ -118,7 +121,7 @@ bool Identifier::HideOffColour(MarkerSize size, const std::vector<std::uint8_t>&
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
       if (IsDark(row, col) || hidden_[cell]) continue;
-      const Eigen::Vector3f share = shares(cell);
+      const Eigen::Vector3f& share = shares_[cell];
       if (std::min((share - middle[0]).norm(), (share - middle[1]).norm()) <= most) continue;
       hidden_[cell] = 1;
       found = true;

@@ -66,9 +66,11 @@ class Identifier {
   std::vector<Eigen::Vector3f> light_;
   std::vector<CellColour> colours_;
   std::vector<std::uint8_t> hidden_;
-  Eigen::Vector3f white_;      ///< light of the border's white cells
-  std::vector<float> values_;  ///< scratch
-  std::vector<int> doubtful_;  ///< cells, scratch
+  Eigen::Vector3f white_;                ///< light of the border's white cells
+  std::vector<Eigen::Vector3f> shares_;  ///< of the three channels in a cell's light, scratch
+  std::vector<std::size_t> known_;       ///< cells of one ink, scratch
+  std::vector<float> values_;            ///< scratch
+  std::vector<int> doubtful_;            ///< cells, scratch
   std::vector<float> log_likelihood_;
   /// Of light (0) and dark (1) cells: means of unsaturated and saturated border cells, and the spread about them.
   struct Class {

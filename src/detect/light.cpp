@@ -146,13 +146,18 @@ void LightReader::Prefetch(const PixelBox& box) const {
 Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {
   x = std::clamp(x, 0.0f, static_cast<float>(width() - 1));
   y = std::clamp(y, 0.0f, static_cast<float>(height() - 1));
-  int x0 = static_cast<int>(std::ceil(x - half_px)), x1 = static_cast<int>(std::floor(x + half_px));
-  int y0 = static_cast<int>(std::ceil(y - half_px)), y1 = static_cast<int>(std::floor(y + half_px));
+  // Rounded without the library, whose functions cost a call where the processor may be of any age. What lies left of
+  // or above the image is cut off below.
+  const auto ceil = [](float at) {
+    const int whole = static_cast<int>(at);
+    return whole + (static_cast<float>(whole) < at);
+  };
+  int x0 = ceil(x - half_px), x1 = static_cast<int>(x + half_px);
+  int y0 = ceil(y - half_px), y1 = static_cast<int>(y + half_px);
   const bool bayer = IsBayer(image_.format());
-  if (x1 < x0 + (bayer ? 1 : 0))
-    x0 = static_cast<int>(bayer ? std::floor(x) : std::floor(x + 0.5f)), x1 = x0 + (bayer ? 1 : 0);
-  if (y1 < y0 + (bayer ? 1 : 0))
-    y0 = static_cast<int>(bayer ? std::floor(y) : std::floor(y + 0.5f)), y1 = y0 + (bayer ? 1 : 0);
+  const int more = bayer ? 1 : 0;
+  if (x1 < x0 + more) x0 = static_cast<int>(bayer ? x : x + 0.5f), x1 = x0 + more;
+  if (y1 < y0 + more) y0 = static_cast<int>(bayer ? y : y + 0.5f), y1 = y0 + more;
   if (x1 > width() - 1) x0 -= x1 - (width() - 1), x1 = width() - 1;
   if (y1 > height() - 1) y0 -= y1 - (height() - 1), y1 = height() - 1;
   x0 = std::max(x0, 0);

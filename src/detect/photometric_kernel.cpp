@@ -137,14 +137,18 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
     V weight_sum = zero, fit_square = zero, fit_light = zero, fit_count = zero;
     V dark_square = zero, dark_light = zero, dark_count = zero;
     int in_chunk = 0;
-    std::size_t at = block.Place(first, 0);
-    const std::size_t next = static_cast<std::size_t>(input.stride * LaneBlock::kNextPixel);
-    for (int k = 0; k < most; k += input.stride, at += next) {
+    // Copies, which no store can change.
+    const bool tell_dark = input.tell_dark;
+    const int stride = input.stride;
+    const float *u_at = block.u_data() + block.Place(first, 0), *v_at = block.v_data() + block.Place(first, 0),
+                *light_at = block.light_data() + block.Place(first, 0);
+    for (int k = 0; k < most; k += stride, u_at += stride * LaneBlock::kNextPixel,
+             v_at += stride * LaneBlock::kNextPixel, light_at += stride * LaneBlock::kNextPixel) {
       const auto inside = hn::Lt(hn::Set(d, static_cast<float>(k)), count);
       // Beyond a lane's count an earlier board's pixels may stand, which this homography may send to infinity.
-      const V u = hn::IfThenElseZero(inside, hn::LoadU(d, block.u_data() + at));
-      const V v = hn::IfThenElseZero(inside, hn::LoadU(d, block.v_data() + at));
-      const V light = hn::LoadU(d, block.light_data() + at);
+      const V u = hn::IfThenElseZero(inside, hn::LoadU(d, u_at));
+      const V v = hn::IfThenElseZero(inside, hn::LoadU(d, v_at));
+      const V light = hn::LoadU(d, light_at);
 
       const V w = Reciprocal(d, hn::MulAdd(h[6], u, hn::MulAdd(h[7], v, h[8])));
       const V x = hn::MulSub(hn::MulAdd(h[0], u, hn::MulAdd(h[1], v, h[2])), w, corner_x);
@@ -205,7 +209,7 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
       const V square = hn::Mul(residual, residual);
       fit_square = hn::MulAdd(square, fits, fit_square);
       fit_count = hn::Add(fits, fit_count);
-      if (input.tell_dark) {
+      if (tell_dark) {
         const V dark = hn::IfThenElseZero(hn::Lt(model, middle), fits);
         fit_light = hn::MulAdd(model, fits, fit_light);
         dark_square = hn::MulAdd(square, dark, dark_square);
