@@ -34,7 +34,7 @@ struct PlanePose {
 /// The two poses in which a board looks nearly the same (Collins and Bartoli 2014, IPPE), each moved to where it
 /// explains the measured homography best: six parameters instead of eight,
 /// by least squares with its information, which holds all that the image says. The better one first. Nothing for a
-/// degenerate or mirrored homography. 2 µs. @param cell_m side of a cell. @param focal of the plane, pixels.
+/// degenerate or mirrored homography. 2.6 µs. @param cell_m side of a cell. @param focal of the plane, pixels.
 std::optional<std::array<PlanePose, 2>> PlanePoses(const MeasuredHomography& measured, double cell_m, double focal);
 
 }  // namespace chequer

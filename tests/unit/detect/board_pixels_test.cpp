@@ -1,0 +1,81 @@
+#include "detect/board_pixels.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <utility>
+
+namespace chequer {
+namespace {
+
+constexpr MarkerSize kBoard{6, 6};
+constexpr int kImageWidth = 640, kImageHeight = 480;
+
+CameraModel BentCamera() {
+  CameraModel camera;
+  camera.width = kImageWidth;
+  camera.height = kImageHeight;
+  camera.fx = 620;
+  camera.fy = 615;
+  camera.cx = 322;
+  camera.cy = 238;
+  camera.kind = CameraModel::Kind::kBrownConrady;
+  camera.distortion = {-0.32, 0.11, 0.001, -0.0005, 0};
+  return camera;
+}
+
+/// A board turned and a little tilted, its centre at that pixel.
+BoardGeometry BoardAt(const Lens& lens, double x, double y, double cell_px) {
+  const Eigen::Vector2d centre = *lens.ToPlane({x, y});
+  Eigen::Matrix3d h;
+  h << 0.9 * cell_px, -0.4 * cell_px, centre.x(), 0.4 * cell_px, 0.8 * cell_px, centre.y(), 0.002, -0.001, 1;
+  return BoardGeometry(h);
+}
+
+/// Collects from an image of noise and looks whether every pixel stands where it belongs; returns how many there are.
+/// @param most_px how far off it may stand.
+std::size_t CollectAndCheck(double x, double y, double cell_px, double most_px) {
+  std::vector<std::uint8_t> bytes(kImageWidth * kImageHeight);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>((i * 2654435761u) >> 24);
+  const Plane plane{bytes.data(), kImageWidth};
+  const ImageView image(PixelFormat::kBayerRg8, kImageWidth, kImageHeight, {&plane, 1});
+  std::array<float, 256> table;
+  for (std::size_t i = 0; i < table.size(); ++i) table[i] = static_cast<float>(i);
+  const Lens lens(BentCamera());
+  BoardPixels pixels;
+  pixels.Collect(LightReader(image, table), lens, kBoard, BoardAt(lens, x, y, cell_px), 0.8);
+  const LaneBlock& lanes = pixels.lanes();
+  std::set<std::pair<int, int>> seen;
+  double farthest = 0;
+  for (int lane = 0; lane < lanes.lanes(); ++lane)
+    for (int i = 0; i < lanes.count(lane); ++i) {
+      const std::size_t at = lanes.Place(lane, i);
+      const Eigen::Vector2d on_plane = pixels.origin() + Eigen::Vector2d(lanes.u_data()[at], lanes.v_data()[at]);
+      const Eigen::Vector2d pixel = lens.ToImage(on_plane);
+      const int px = static_cast<int>(std::lround(pixel.x())), py = static_cast<int>(std::lround(pixel.y()));
+      farthest = std::max(farthest, (pixel - Eigen::Vector2d(px, py)).norm());
+      EXPECT_EQ((px & 1) + 2 * (py & 1), lane % 4) << "phase of pixel " << px << ", " << py;
+      EXPECT_EQ(lanes.light_data()[at], table[bytes[static_cast<std::size_t>(py * kImageWidth + px)]])
+          << "light of pixel " << px << ", " << py;
+      seen.emplace(px, py);
+    }
+  EXPECT_LT(farthest, most_px) << "px off where the lens has the pixel";
+  return seen.size();
+}
+
+TEST(BoardPixels, LieWhereTheLensHasThem) {
+  // Near the image's corner the lens bends most. What a parabola around each corner leaves grows as the cube of a cell.
+  EXPECT_GT(CollectAndCheck(90, 80, 8, 1e-3), 1200u);
+  EXPECT_GT(CollectAndCheck(320, 240, 8, 1e-3), 1200u);
+  EXPECT_GT(CollectAndCheck(500, 400, 14, 3e-3), 3500u);
+}
+
+TEST(BoardPixels, OfABoardOverTheEdgeAreThoseOfTheImage) {
+  const std::size_t whole = CollectAndCheck(300, 200, 10, 2e-3), part = CollectAndCheck(8, 200, 10, 2e-3);
+  EXPECT_GT(part, whole / 4);
+  EXPECT_LT(part, 3 * whole / 4);
+}
+
+}  // namespace
+}  // namespace chequer
