@@ -386,10 +386,11 @@ BoardSystem BoardEquations::System() const {
 void BoardEquations::SetDerivatives(std::span<const CornerDerivative> derivatives) {
   derivatives_ = derivatives;
   repeated_.resize(derivatives.size() * kRepeated);
-  auto to = repeated_.begin();
+  float* to = repeated_.data();
   for (const CornerDerivative& by : derivatives)
     for (const BoardGeometry::Parameters* axis : {&by.x, &by.y})
-      for (const double value : *axis) to = std::fill_n(to, 4, static_cast<float>(value));
+      for (int k = 0; k < BoardGeometry::kParameters; ++k, to += 4)
+        to[0] = to[1] = to[2] = to[3] = static_cast<float>((*axis)[k]);
 }
 
 void BoardEquations::Assemble(const Input& input) {

@@ -61,14 +61,19 @@ void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
       hidden_[static_cast<std::size_t>(cell)] = 0;
   }
   // Of them, those that stand out from their neighbours as their class should.
-  const auto value = [&](int cell) {
-    const Eigen::Vector3f& light = light_[static_cast<std::size_t>(cell)];
-    return std::sqrt(std::max(light[0] + light[1], 0.0f));
-  };
-  std::array<GaussianSum, 2> classes;
-  for (int cell = 0; cell < size.rows * size.cols; ++cell)
-    if (!hidden_[static_cast<std::size_t>(cell)]) classes[IsDark(cell / size.cols, cell % size.cols)].Add(value(cell));
-  const double contrast = classes[0].Get().mean - classes[1].Get().mean;
+  values_.clear();
+  for (const Eigen::Vector3f& light : light_) values_.push_back(std::sqrt(std::max(light[0] + light[1], 0.0f)));
+  const auto value = [&](int cell) { return double{values_[static_cast<std::size_t>(cell)]}; };
+  std::array<double, 2> sums{};
+  std::array<int, 2> cells{};
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col) {
+      const int cell = row * size.cols + col;
+      if (hidden_[static_cast<std::size_t>(cell)]) continue;
+      sums[IsDark(row, col)] += value(cell);
+      ++cells[IsDark(row, col)];
+    }
+  const double contrast = sums[0] / std::max(cells[0], 1) - sums[1] / std::max(cells[1], 1);
   doubtful_.clear();
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
