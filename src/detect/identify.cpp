@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "detect/cover.h"
+#include "detect/other_placements.h"
 
 namespace chequer {
 namespace {
@@ -15,6 +16,10 @@ constexpr float kOffColour = 0.45f;
 constexpr double kMostLikelihood = 12;
 /// Least spread of the saturations about their means, as a share of the distance of the means: prints and lights vary.
 constexpr double kLeastSpread = 0.07;
+/// Cells besides a line of the board that no corner tells of, at most, where a line of it is hidden.
+constexpr int kFewUnseen = 2;
+/// Where cells are hidden, corners lie no farther off: else some are of the cover, measured 0.2 px; others 0.02 px.
+constexpr double kMostOffCoveredPx = 0.08;
 /// Least log-likelihood ratio of the best word over the second best.
 constexpr double kLeastMargin = 6;
 /// Where light or white balance are warned of, the margin has to be larger.
@@ -74,7 +79,11 @@ void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
       ++cells[IsDark(row, col)];
     }
   const double contrast = sums[0] / std::max(cells[0], 1) - sums[1] / std::max(cells[1], 1);
-  doubtful_.clear();
+  // Cells that no corner tells of may look like the board's: where they are but a line or so, only those that do not
+  // are evidence of a cover. More of them lie under one.
+  const auto unseen = std::count(hidden_.begin(), hidden_.end(), 1);
+  wrong_.assign(light_.size(), 0);
+  if (unseen > std::max(size.rows, size.cols) + kFewUnseen) wrong_ = hidden_;
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const int cell = row * size.cols + col;
@@ -88,10 +97,20 @@ void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
         ++count;
       }
       const double lead = count > 0 ? (value(cell) - sum / count) * (IsDark(row, col) ? -1 : 1) : 0;
-      if (lead < 0.3 * contrast) doubtful_.push_back(cell);
+      if (lead < 0.3 * contrast) wrong_[static_cast<std::size_t>(cell)] = 1;
     }
-  for (const int cell : doubtful_) hidden_[static_cast<std::size_t>(cell)] = 1;
-  HideBetween(size, hidden_);
+  HideWrong(size);
+}
+
+bool Identifier::HideWrong(MarkerSize size) {
+  HideBetween(size, wrong_);
+  bool found = false;
+  for (std::size_t cell = 0; cell < hidden_.size(); ++cell) {
+    if (!wrong_[cell] || hidden_[cell]) continue;
+    hidden_[cell] = 1;
+    found = true;
+  }
+  return found;
 }
 
 bool Identifier::HideOffColour(MarkerSize size, const std::vector<std::uint8_t>& border) {
@@ -121,18 +140,15 @@ bool Identifier::HideOffColour(MarkerSize size, const std::vector<std::uint8_t>&
     }
   }
   const float most = kOffColour * (middle[1] - middle[0]).norm();
-  bool found = false;
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-      if (IsDark(row, col) || hidden_[cell]) continue;
+      if (IsDark(row, col) || wrong_[cell]) continue;
       const Eigen::Vector3f& share = shares_[cell];
       if (std::min((share - middle[0]).norm(), (share - middle[1]).norm()) <= most) continue;
-      hidden_[cell] = 1;
-      found = true;
+      wrong_[cell] = 1;
     }
-  if (found) HideBetween(size, hidden_);
-  return found;
+  return HideWrong(size);
 }
 
 bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8_t>& border) {
@@ -216,6 +232,17 @@ void Identifier::Decode(MarkerSize size, Identity& identity) {
   identity.id_decided = best_margin >= identity.least_margin;
 }
 
+bool Identifier::MayLieElsewhere(MarkerSize size, const std::vector<std::uint8_t>& border) {
+  if (!classes_[0].usable || !classes_[1].usable) return false;
+  saturated_.resize(colours_.size());
+  for (std::size_t cell = 0; cell < colours_.size(); ++cell) {
+    const int row = static_cast<int>(cell) / size.cols, col = static_cast<int>(cell) % size.cols;
+    const Class& c = classes_[IsDark(row, col)];
+    saturated_[cell] = colours_[cell].saturation > (c.plain + c.inked) / 2;
+  }
+  return AgreesElsewhere(size, hidden_, saturated_, border);
+}
+
 Identifier::Reading Identifier::ReadingOf(MarkerSize size, Cell cell) const {
   const std::size_t i = static_cast<std::size_t>(cell.row * size.cols + cell.col);
   const Class& c = classes_[IsDark(cell.row, cell.col)];
@@ -262,6 +289,12 @@ Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const L
   identity.saturation_told = true;
   MeasureOverlaps(size, identity);
   Decode(size, identity);
+  const bool covered = board.corners_used < CornerCount(size);
+  if (covered && board.reprojection_rms_px > kMostOffCoveredPx) identity.id_decided = false;
+  if (covered && MayLieElsewhere(size, borders_[static_cast<std::size_t>(identity.family)])) {
+    identity.id_decided = false;
+    identity.plausible = false;
+  }
   return identity;
 }
 

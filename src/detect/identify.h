@@ -25,7 +25,7 @@ struct Identity {
   double luminance_overlap = 0;
   double saturation_overlap = 0;
   int cells_hidden = 0;
-  bool plausible = true;  ///< dark cells are darker than light ones
+  bool plausible = true;  ///< enough of the board shows that it lies as it was taken to lie
 };
 
 /// Reads the identity of boards. Keeps its memory.
@@ -53,10 +53,14 @@ class Identifier {
  private:
   void ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
   void FindHidden(const FittedBoard& board, MarkerSize size);
+  /// Hides what lies over the board: cells that look wrong, and those between them. Whether there are more now.
+  bool HideWrong(MarkerSize size);
   bool MeasureSaturation(MarkerSize size, const std::vector<std::uint8_t>& border);
   /// Light cells of colours that the board does not have belong to what lies over it. Whether there are some.
   bool HideOffColour(MarkerSize size, const std::vector<std::uint8_t>& border);
   void Decode(MarkerSize size, Identity& identity);
+  /// Whether the cells that show would be as right on a board that lies otherwise.
+  bool MayLieElsewhere(MarkerSize size, const std::vector<std::uint8_t>& border);
   void MeasureOverlaps(MarkerSize size, Identity& identity) const;
 
   const DetectorOptions& options_;
@@ -70,7 +74,8 @@ class Identifier {
   std::vector<Eigen::Vector3f> shares_;  ///< of the three channels in a cell's light, scratch
   std::vector<std::size_t> known_;       ///< cells of one ink, scratch
   std::vector<float> values_;            ///< scratch
-  std::vector<int> doubtful_;            ///< cells, scratch
+  std::vector<std::uint8_t> saturated_;  ///< scratch
+  std::vector<std::uint8_t> wrong_;      ///< cells that do not look like the board's, and what lies between them
   std::vector<float> log_likelihood_;
   /// Of light (0) and dark (1) cells: means of unsaturated and saturated border cells, and the spread about them.
   struct Class {

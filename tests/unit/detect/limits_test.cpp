@@ -75,7 +75,9 @@ std::string NameOf(const testing::TestParamInfo<Limit>& limit) {
 INSTANTIATE_TEST_SUITE_P(Stress, Limits,
                          testing::Values(Limit{"tilt_deg=55", 20, 20}, Limit{"tilt_deg=65", 20, 20},
                                          Limit{"tilt_deg=70", 20, 20}, Limit{"tilt_deg=75", 20, 18},
-                                         Limit{"tilt_deg=80", 20, 10}, Limit{"side_px=21", 20, 18}),
+                                         Limit{"tilt_deg=80", 20, 10}, Limit{"side_px=21", 20, 18},
+                                         Limit{"occluded=0.1", 20, 20}, Limit{"occluded=0.2", 20, 19},
+                                         Limit{"ink_spread=0.2", 20, 17}),
                          NameOf);
 
 }  // namespace
