@@ -303,7 +303,8 @@ bool PhotometricFit::Settle(const Lens& lens, const Start& start, bool noise_kno
       FindHiddenCells();
       EvenOutShading(start);
     }
-    if (input_.tell_dark) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
+    // While ink settles, what it will explain is no noise, and what it has explained leaves none to tell.
+    if (input_.tell_dark && !fit_ink_) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
     noise_known = input_.tell_dark = true;
   }
   return true;
@@ -333,9 +334,12 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   if (result_.reprojection_rms_px > kOffPx) {
     if (!take_out_) far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
     if (StartInk()) {
+      without_ink_ = result_;
       blur_px_ = std::min(blur_px_, start.blur_px);
-      if (!Settle(lens, start, true)) return nullptr;
-      Finish();
+      const bool settled = Settle(lens, start, true);
+      if (settled) Finish();
+      // Ink explains all corners, or something else moved them.
+      if (!settled || result_.corners_used < without_ink_.corners_used) result_ = without_ink_;
     }
   }
   if (result_.corners_used < kFewestCorners || !result_.information.allFinite()) return nullptr;

@@ -108,6 +108,7 @@ class PhotometricFit {
   std::array<bool, kMaxCorners> usable_{}, used_{};
   std::vector<PhaseValues> levels_;
   NoiseModel noise_;
+  FittedBoard without_ink_;
   FarCells far_cells_;
   bool take_out_ = false, fit_ink_ = false, ink_moves_ = false, bent_light_ = false;
   double ink_spread_ = 0, last_ink_step_ = 0;  ///< cells
