@@ -15,6 +15,8 @@ constexpr double kLeastShading = 0.02;
 constexpr double kMostInkSpread = 0.3;
 /// A first step that is shorter has other reasons: of a spread of half a pixel it is 0.29 px, of motion or noise 0.01.
 constexpr double kLeastInkSpreadPx = 0.1;
+/// Less of a cell pulls no pose, and edges drawn without a lens's blur may look so much off.
+constexpr double kLeastInkSpread = 0.015;
 /// The spread over that step, as levels and blur have taken up the rest: measured.
 constexpr double kFirstInkStep = 1.75;
 /// Steps that fall more slowly are not trusted to go on as they do.
@@ -89,7 +91,7 @@ bool PhotometricFit::StartInk() {
   far_cells_.TakeOut(Known(), pixels_);
   const double cell_px = std::sqrt(std::abs(pixels_.place(pixels_.corners() / 2).pixel_by_board.determinant()));
   const double more = far_cells_.MoreInkSpread(Known(), used_, pixels_);
-  if (std::abs(more) * cell_px < kLeastInkSpreadPx) return false;
+  if (std::abs(more) * cell_px < kLeastInkSpreadPx || kFirstInkStep * std::abs(more) < kLeastInkSpread) return false;
   ink_spread_ = std::clamp(kFirstInkStep * more, -kMostInkSpread, kMostInkSpread);
   last_ink_step_ = 0;
   ink_steps_ = 0;
