@@ -57,7 +57,7 @@ void GridLinker::KeepMutual() {
       // Without branches, which would be guessed wrong in clutter: that there is none, its own ray tells as well.
       const std::size_t end = static_cast<std::size_t>(std::max(j, 0)), back = links_[i].ray[k];
       // A link that was taken away already from the other end is no longer mutual either.
-      const bool is_mutual = (links_[end].corner[back] == static_cast<int>(i)) & (links_[end].ray[back] == k);
+      const int is_mutual = int{links_[end].corner[back] == static_cast<int>(i)} & int{links_[end].ray[back] == k};
       links_[i].corner[k] = is_mutual ? j : -1;
     }
 }
