@@ -103,9 +103,9 @@ void BoardFinder::TryWindows(int pattern, bool turned, const LightReader& reader
     return std::tuple(-a.first, a.second.y, a.second.x) < std::tuple(-b.first, b.second.y, b.second.x);
   });
   const std::size_t before = placements_.size();
-  for (const auto& [count, counted] : windows_) {
-    const auto& at = counted;  // what a lambda may take
-    if (one_board && count <= kLeastOfMost * most) break;
+  for (const auto& counted : windows_) {
+    if (one_board && counted.first <= kLeastOfMost * most) break;
+    const Lattice::Window& at = counted.second;
     const bool is_spared =
         std::any_of(placements_.begin() + static_cast<std::ptrdiff_t>(before), placements_.end(),
                     [&](const Placement& other) { return IsBeyondDoubt(other) && SharesCells(other.corners, at); });
