@@ -57,7 +57,7 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
   for (int phase = 0; phase < 4; ++phase)
     channel_of_phase_[static_cast<std::size_t>(phase)] = reader.ChannelOf(phase & 1, phase >> 1);
   blur_px_ = start.blur_px;
-  bent_light_ = fit_ink_ = ink_moves_ = false;
+  shade_twice_ = bent_light_ = fit_ink_ = ink_moves_ = false;
   ink_spread_ = 0;
   result_.geometry = start.geometry;
   if (pixels_.Collect(reader, lens, size_, start.geometry, blur_px_) < kFewestCorners) return false;
@@ -296,9 +296,10 @@ bool PhotometricFit::Settle(const Lens& lens, const Start& start, bool noise_kno
     if (!Step() || corner_move_px_ > kRunawayPx) return false;
     const bool changed = FindHiddenCorners();
     // What is done to the light follows the fit by a pass or two.
-    const bool follows = (pass < kPassesOfLight && (take_out_ || bent_light_ || AnyHidden())) || ink_moves_;
+    const bool uneven = take_out_ || bent_light_ || AnyHidden(), again = shade_twice_ && pass == 1;
+    const bool follows = (uneven ? pass < kPassesOfLight : again) || ink_moves_;
     if (noise_known && !changed && !follows && corner_move_px_ < settled_px && blur_change_ < kSettledBlur) break;
-    if (pass > 1 && pass < kPassesOfLight && (bent_light_ || take_out_ || AnyHidden())) {
+    if (uneven ? pass > 1 && pass < kPassesOfLight : again) {
       if (take_out_) far_cells_.PutBack(pixels_);
       FindHiddenCells();
       EvenOutShading(start);

@@ -86,6 +86,8 @@ class PhotometricFit {
   bool AnyHidden() const;
   /// Between the light and the dark cells around a corner.
   double Contrast(int corner) const;
+  /// Of a cell in the board's middle, along its side.
+  double CellPx() const;
   /// What is known by now, for far_cells_.
   FarCells::Known Known() const;
   void TakeOutLight();
@@ -111,6 +113,7 @@ class PhotometricFit {
   FittedBoard without_ink_;
   FarCells far_cells_;
   bool take_out_ = false, fit_ink_ = false, ink_moves_ = false, bent_light_ = false;
+  bool shade_twice_ = false;                   ///< the first shading is not good enough for boards as large
   double ink_spread_ = 0, last_ink_step_ = 0;  ///< cells
   int ink_steps_ = 0;
   std::vector<std::uint8_t> hidden_cells_;  ///< scratch

@@ -232,10 +232,11 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
   }
 }
 
-void EvenOut(float by_u, float by_v, float saturation, LaneBlock& block) {
+void EvenOut(const LightFall& fall, float saturation, LaneBlock& block) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const V slope_u = hn::Set(d, by_u), slope_v = hn::Set(d, by_v), limit = hn::Set(d, saturation);
+  const V by_u = hn::Set(d, fall.by_u), by_v = hn::Set(d, fall.by_v), limit = hn::Set(d, saturation);
+  const V by_uu = hn::Set(d, fall.by_uu), by_uv = hn::Set(d, fall.by_uv), by_vv = hn::Set(d, fall.by_vv);
   const V one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f), twelfth = hn::Set(d, 1.0f / 12);
   for (int first = 0; first < block.padded(); first += lanes) {
     int most = 0;
@@ -244,8 +245,9 @@ void EvenOut(float by_u, float by_v, float saturation, LaneBlock& block) {
     for (int k = 0; k < most; ++k) {
       const std::size_t at = block.Place(first, k);
       const V light = hn::LoadU(d, block.light_data() + at);
+      const V u = hn::LoadU(d, block.u_data() + at), v = hn::LoadU(d, block.v_data() + at);
       const V s =
-          hn::MulAdd(slope_u, hn::LoadU(d, block.u_data() + at), hn::Mul(slope_v, hn::LoadU(d, block.v_data() + at)));
+          hn::MulAdd(u, hn::MulAdd(by_uu, u, hn::MulAdd(by_uv, v, by_u)), hn::Mul(v, hn::MulAdd(by_vv, v, by_v)));
       // e^−s by its Padé approximant.
       const V even = hn::MulAdd(hn::Mul(s, s), twelfth, one);
       const V scale = hn::Mul(hn::NegMulAdd(s, half, even), Reciprocal(d, hn::MulAdd(s, half, even)));
@@ -283,8 +285,8 @@ void LaneBlock::Reset(int lanes, int pixels_per_lane) {
 
 void AccumulateLanes(const KernelInput& input, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(Accumulate)(input, block); }
 
-void EvenOutLanes(float by_u, float by_v, float saturation, LaneBlock& block) {
-  HWY_DYNAMIC_DISPATCH(EvenOut)(by_u, by_v, saturation, block);
+void EvenOutLanes(const LightFall& fall, float saturation, LaneBlock& block) {
+  HWY_DYNAMIC_DISPATCH(EvenOut)(fall, saturation, block);
 }
 
 }  // namespace chequer

@@ -116,7 +116,12 @@ struct KernelInput {
 /// Evaluates model and derivatives at all pixels and fills the sums of all lanes.
 void AccumulateLanes(const KernelInput& input, LaneBlock& block);
 
-/// Multiplies every pixel below `saturation` by e^−(by_u u + by_v v) (to 1e-5 for exponents up to 0.5).
-void EvenOutLanes(float by_u, float by_v, float saturation, LaneBlock& block);
+/// How the logarithm of the light changes over the plane: by u and v, their squares and their product.
+struct LightFall {
+  float by_u = 0, by_v = 0, by_uu = 0, by_uv = 0, by_vv = 0;
+};
+
+/// Takes it out of every pixel below `saturation` (to 1e-5 where it is up to 0.5).
+void EvenOutLanes(const LightFall& fall, float saturation, LaneBlock& block);
 
 }  // namespace chequer

@@ -22,6 +22,10 @@ constexpr double kBentLeaves = 0.25;
 /// A bent shading falls no lower, as a share of the light at the centre.
 constexpr double kLeastLight = 0.05;
 constexpr int kSteps = 4;
+/// Degrees of freedom, of the offsets and five terms, that leave the second order something to be told from.
+constexpr double kFewestOfFine = 10;
+/// A weak shading bends no more, of the logarithm, per cell².
+constexpr double kMostBend = 0.03;
 
 /// Sums of a linear regression with an offset of its own, over kTerms terms.
 template <int kTerms>
@@ -93,15 +97,29 @@ Regression<kTerms> Regress(const ShadedCells& cells, const Terms& terms, const V
 
 using Bent = Eigen::Matrix<double, 5, 1>;
 
-double LightOf(const Bent& bent, double x, double y) {
-  return 1 + bent.dot((Bent() << x, y, x * x, x * y, y * y).finished());
-}
+Bent Powers(double x, double y) { return (Bent() << x, y, x * x, x * y, y * y).finished(); }
+
+double LightOf(const Bent& bent, double x, double y) { return 1 + bent.dot(Powers(x, y)); }
 
 bool IsLight(const Bent& bent, MarkerSize size) {
   for (const double x : {-0.5, 0.0, 0.5})
     for (const double y : {-0.5, 0.0, 0.5})
       if (!(LightOf(bent, x * size.cols, y * size.rows) > kLeastLight)) return false;
   return true;
+}
+
+/// A slope and the second order of the light's logarithm. Nothing where the cells hardly tell them, or too steep ones.
+std::optional<Shading> FindWeak(const ShadedCells& cells) {
+  const auto regression = Regress<5>(
+      cells, [](double x, double y) { return Powers(x, y); },
+      [](double, double, double level) { return std::log(level); });
+  if (regression.freedom < kFewestOfFine) return std::nullopt;
+  const Eigen::LLT<Eigen::Matrix<double, 5, 5>> solver(regression.normal);
+  if (solver.info() != Eigen::Success) return std::nullopt;
+  const Bent weak = solver.solve(regression.right);
+  if (!weak.allFinite() || weak.head<2>().norm() > kMostPerCell || weak.tail<3>().norm() > kMostBend)
+    return std::nullopt;
+  return Shading{weak.head<2>(), weak.tail<3>(), false};
 }
 
 /// Gauss and Newton's descent from the slope. Nothing if it leaves more than `most_square`.
@@ -111,10 +129,7 @@ std::optional<Shading> FindBent(const ShadedCells& cells, const Eigen::Vector2d&
   for (int step = 0; step <= kSteps; ++step) {
     if (!bent.allFinite() || !IsLight(bent, cells.size)) return std::nullopt;
     const auto regression = Regress<5>(
-        cells,
-        [&](double x, double y) -> Bent {
-          return (Bent() << x, y, x * x, x * y, y * y).finished() / LightOf(bent, x, y);
-        },
+        cells, [&](double x, double y) -> Bent { return Powers(x, y) / LightOf(bent, x, y); },
         [&](double x, double y, double level) { return std::log(level) - std::log(LightOf(bent, x, y)); });
     if (step == kSteps) {
       if (regression.square > most_square || bent.head<2>().norm() > kMostPerCellBent) return std::nullopt;
@@ -139,6 +154,8 @@ std::optional<Shading> FindShading(const ShadedCells& cells) {
   const double square = regression.square - slope.dot(regression.right);
   if (slope.norm() > kSteep && square > kUneven * kUneven * regression.freedom)
     if (const auto bent = FindBent(cells, slope, kBentLeaves * square)) return bent;
+  if (cells.fine)
+    if (const auto fine = FindWeak(cells)) return fine;
   if (slope.norm() > kMostPerCell) return std::nullopt;
   return Shading{slope, Eigen::Vector3d::Zero(), false};
 }

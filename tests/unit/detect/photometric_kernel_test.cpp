@@ -148,8 +148,9 @@ TEST_F(Kernel, EvenOutTakesAGradientOutButNotOfSaturatedPixels) {
   const std::size_t plain = block_.Place(3, 5), saturated = block_.Place(3, 6);
   block_.light_data()[saturated] = 1;
   const float u = block_.u_data()[plain], v = block_.v_data()[plain], light = block_.light_data()[plain];
-  EvenOutLanes(0.02f, -0.03f, 0.99f, block_);
-  EXPECT_NEAR(block_.light_data()[plain], light * std::exp(-(0.02f * u - 0.03f * v)), 1e-4);
+  EvenOutLanes({0.02f, -0.03f, 0.004f, -0.003f, 0.002f}, 0.99f, block_);
+  const float fall = 0.02f * u - 0.03f * v + 0.004f * u * u - 0.003f * u * v + 0.002f * v * v;
+  EXPECT_NEAR(block_.light_data()[plain], light * std::exp(-fall), 1e-4);
   EXPECT_EQ(block_.light_data()[saturated], 1);
 }
 

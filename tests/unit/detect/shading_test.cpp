@@ -39,6 +39,21 @@ TEST(Shading, FindsAWeakGradient) {
   EXPECT_NEAR(shading->slope.y(), -0.01, 1e-6);
 }
 
+TEST(Shading, FineCellsTellHowAWeakLightBends) {
+  const auto light = [](double x, double y) { return std::exp(0.01 * x - 0.002 * x * x + 0.001 * x * y); };
+  const ShadedBoard board(light);
+  ShadedCells cells = board.Cells();
+  const auto sloped = FindShading(cells);
+  ASSERT_TRUE(sloped);
+  EXPECT_EQ(sloped->bend.norm(), 0) << "of coarse cells, noise would tell it";
+  cells.fine = true;
+  const auto shading = FindShading(cells);
+  ASSERT_TRUE(shading);
+  EXPECT_FALSE(shading->bent);
+  EXPECT_NEAR(shading->At(2, -1), light(2, -1), 1e-6);
+  EXPECT_NEAR(shading->At(-2.5, 2.5), light(-2.5, 2.5), 1e-6);
+}
+
 TEST(Shading, FindsALightThatFallsLinearly) {
   // From 1 at one rim to 0.1 at the other: an exponential function would miss it by 40 %.
   const auto light = [](double x, double y) { return 0.55 * (1 - 0.22 * x - 0.05 * y); };
