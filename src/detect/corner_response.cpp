@@ -4,7 +4,23 @@
 // The loop above includes this file once a target; what follows the guard at the end is compiled once.
 #include <hwy/highway.h>
 
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
 #include "detect/corner_response.h"
+
+#ifndef CHEQUER_DETECT_CORNER_RESPONSE
+#define CHEQUER_DETECT_CORNER_RESPONSE
+namespace chequer {
+namespace corner_response {
+
+/// Columns of peaks that are written whether they are there or not: of 64 pixels, few have more.
+constexpr int kAtOnce = 4;
+
+}  // namespace corner_response
+}  // namespace chequer
+#endif  // CHEQUER_DETECT_CORNER_RESPONSE
 
 HWY_BEFORE_NAMESPACE();
 namespace chequer {
@@ -22,10 +38,17 @@ V MeanOfThree(V a, V b, V c) {
   return hn::AverageRound(hn::AverageRound(a, b), hn::AverageRound(b, c));
 }
 
-/// One row of the response, from column kRingMargin; may write into the row's tail.
-void ResponseRow(const std::uint8_t* center, std::ptrdiff_t stride, int width, std::uint8_t* out) {
-  const hn::ScalableTag<std::uint8_t> d;
+/// Pixels of a row that are worked on together.
+using D = hn::CappedTag<std::uint8_t, 64>;
+
+/// One row of the response, from column kRingMargin; may write into the row's tail. Fills `strong` with the first
+/// columns of the vectors that reach the threshold somewhere; returns how many there are.
+int ResponseRow(const std::uint8_t* center, std::ptrdiff_t stride, int width, std::uint8_t threshold, std::uint8_t* out,
+                std::uint16_t* strong) {
+  const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto least = hn::Set(d, threshold);
+  int count = 0;
   // Half the ring, a sixth of a turn each; entry k + 3 lies a quarter turn on from entry k.
   const std::ptrdiff_t ring[6] = {3 + stride,      2 + 2 * stride,  1 + 3 * stride,
                                   -1 + 3 * stride, -2 + 2 * stride, -3 + stride};
@@ -48,41 +71,44 @@ void ResponseRow(const std::uint8_t* center, std::ptrdiff_t stride, int width, s
         MeanOfThree(hn::AverageRound(pair_mean[0], pair_mean[3]), hn::AverageRound(pair_mean[1], pair_mean[4]),
                     hn::AverageRound(pair_mean[2], pair_mean[5]));
     const auto off_center = AbsoluteDifference(mean, hn::LoadU(d, p));
-    hn::StoreU(hn::SaturatedSub(hn::SaturatedSub(saddle, edge), off_center), d, out + x);
+    const auto response = hn::SaturatedSub(hn::SaturatedSub(saddle, edge), off_center);
+    hn::StoreU(response, d, out + x);
+    strong[count] = static_cast<std::uint16_t>(x);
+    // response ≥ threshold ⇔ max(response, threshold) = response.
+    count += !hn::AllFalse(d, hn::Eq(hn::Max(response, least), response));
   }
+  return count;
 }
 
-/// Calls nothing where a whole vector stays below the threshold, which is nearly everywhere.
-void PeaksOfRow(const std::uint8_t* row_above, const std::uint8_t* row, const std::uint8_t* row_below, int y, int width,
-                std::uint8_t threshold, std::vector<Peak>& peaks) {
-  const hn::ScalableTag<std::uint8_t> d;
-  const int lanes = static_cast<int>(hn::Lanes(d));
+/// Fills `columns` with the peaks of a row, of the vectors that begin at `strong`; returns how many there are. Nothing
+/// branches on where peaks are, which would be guessed wrong in clutter.
+int PeaksOfRow(const std::uint8_t* row_above, const std::uint8_t* row, const std::uint8_t* row_below,
+               std::uint8_t threshold, const std::uint16_t* strong, int strong_count, std::uint16_t* columns) {
+  const D d;
   const auto least = hn::Set(d, threshold);
-  for (int x = kRingMargin; x < width - kRingMargin; x += lanes) {
+  int count = 0;
+  for (int k = 0; k < strong_count; ++k) {
+    const int x = strong[k];
     const std::uint8_t *p = row + x, *above = row_above + x, *below = row_below + x;
     const auto value = hn::LoadU(d, p);
-    // value ≥ threshold ⇔ max(value, threshold) = value.
-    const auto strong = hn::Eq(hn::Max(value, least), value);
-    if (hn::AllFalse(d, strong)) continue;
     // Of equal neighbours the last in reading order is the peak.
     const auto after = hn::Max(hn::Max(hn::LoadU(d, p + 1), hn::LoadU(d, below - 1)),
                                hn::Max(hn::LoadU(d, below), hn::LoadU(d, below + 1)));
     const auto before = hn::Max(hn::Max(hn::LoadU(d, p - 1), hn::LoadU(d, above + 1)),
                                 hn::Max(hn::LoadU(d, above), hn::LoadU(d, above - 1)));
     const auto above_after = hn::Ne(hn::Max(after, value), after);
-    const auto not_below_before = hn::Eq(hn::Max(before, value), value);
-    const auto peak = hn::And(strong, hn::And(above_after, not_below_before));
-    if (hn::AllFalse(d, peak)) continue;
-    std::uint64_t words[(HWY_MAX_BYTES + 63) / 64 + 1] = {};
-    hn::StoreMaskBits(d, peak, reinterpret_cast<std::uint8_t*>(words));
-    for (int first = 0; first < lanes; first += 64)
-      for (std::uint64_t bits = words[first / 64]; bits != 0; bits &= bits - 1) {
-        const int i = first + __builtin_ctzll(bits);
-        if (i >= lanes || x + i >= width - kRingMargin) break;
-        peaks.push_back({static_cast<std::uint16_t>(x + i), static_cast<std::uint16_t>(y), p[i], p[i - 1], p[i + 1],
-                         above[i], below[i]});
-      }
+    const auto not_below_before = hn::Eq(hn::Max(hn::Max(before, least), value), value);
+    const auto peak = hn::And(above_after, not_below_before);
+    std::uint64_t bits = 0;
+    hn::StoreMaskBits(d, peak, reinterpret_cast<std::uint8_t*>(&bits));
+    const int found = std::popcount(bits);
+    for (int i = 0; i < corner_response::kAtOnce; ++i, bits &= bits - 1)
+      columns[count + i] = static_cast<std::uint16_t>(x + std::countr_zero(bits));
+    for (int i = corner_response::kAtOnce; i < found; ++i, bits &= bits - 1)
+      columns[count + i] = static_cast<std::uint16_t>(x + std::countr_zero(bits));
+    count += found;
   }
+  return count;
 }
 
 }  // namespace HWY_NAMESPACE
@@ -107,6 +133,12 @@ void PeakScan::Start(const BytePlane& plane, std::uint8_t threshold) {
   peaks_.clear();
   response_.Resize(plane.width(), kKept);
   std::memset(response_.row(0), 0, static_cast<std::size_t>(kKept * response_.stride()));
+  const std::size_t most = static_cast<std::size_t>(plane.width() + corner_response::kAtOnce);
+  for (Strong& strong : strong_) {
+    strong.columns.resize(most);
+    strong.count = 0;
+  }
+  columns_.resize(most);
 }
 
 void PeakScan::Advance(const BytePlane& plane, int rows) {
@@ -114,7 +146,9 @@ void PeakScan::Advance(const BytePlane& plane, int rows) {
   if (width <= 2 * kRingMargin || past <= kRingMargin) return;
   for (; next_ < std::min(rows - kRingMargin, past); ++next_) {
     std::uint8_t* row = response_.row(next_ % kKept);
-    HWY_DYNAMIC_DISPATCH(ResponseRow)(plane.row(next_), plane.stride(), width, row);
+    Strong& strong = strong_[static_cast<std::size_t>(next_ % kKept)];
+    strong.count = HWY_DYNAMIC_DISPATCH(ResponseRow)(plane.row(next_), plane.stride(), width, threshold_, row,
+                                                     strong.columns.data());
     // Vectors run over the end.
     std::memset(row + width - kRingMargin, 0, static_cast<std::size_t>(response_.stride() - width + kRingMargin));
     if (next_ > kRingMargin) FindPeaks(next_ - 1);
@@ -126,9 +160,18 @@ void PeakScan::Advance(const BytePlane& plane, int rows) {
 }
 
 void PeakScan::FindPeaks(int y) {
-  const auto row = [&](int at) { return response_.row(at % kKept); };
-  HWY_DYNAMIC_DISPATCH(PeaksOfRow)
-  (row(y - 1), row(y), row(y + 1), y, response_.width(), threshold_, peaks_);
+  const Strong& strong = strong_[static_cast<std::size_t>(y % kKept)];
+  const std::uint8_t *above = response_.row((y - 1) % kKept), *row = response_.row(y % kKept),
+                     *below = response_.row((y + 1) % kKept);
+  const int count = HWY_DYNAMIC_DISPATCH(PeaksOfRow)(above, row, below, threshold_, strong.columns.data(), strong.count,
+                                                     columns_.data());
+  const std::size_t before = peaks_.size();
+  peaks_.resize(before + static_cast<std::size_t>(count));
+  for (int k = 0; k < count; ++k) {
+    const std::uint16_t x = columns_[static_cast<std::size_t>(k)];
+    peaks_[before + static_cast<std::size_t>(k)] = {
+        x, static_cast<std::uint16_t>(y), row[x], row[x - 1], row[x + 1], above[x], below[x]};
+  }
 }
 
 }  // namespace chequer

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -43,7 +44,16 @@ class PeakScan {
 
   void FindPeaks(int y);
 
+  /// Where a row of the response has something strong: the first columns of its vectors that do, so that nothing else
+  /// is looked at again.
+  struct Strong {
+    std::vector<std::uint16_t> columns;  ///< the first `count` of them
+    int count = 0;
+  };
+
   BytePlane response_;
+  std::array<Strong, kKept> strong_;
+  std::vector<std::uint16_t> columns_;  ///< scratch
   std::vector<Peak> peaks_;
   std::uint8_t threshold_ = 0;
   int next_ = 0;  ///< row of the response
