@@ -4,9 +4,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "detect/corners.h"
+#include "detect/nearest_kernel.h"
 
 namespace chequer {
 
@@ -32,13 +34,11 @@ class CornerSearch {
   /// few dozen others. 0.12 µs a corner.
   template <class Visit>
   void ForEach(const Visit& visit) {
-    for (int row = 0; row < rows_; ++row)
-      for (int col = 0; col < cols_; ++col) {
-        const int first = First(row, col), past = First(row, col + 1);
-        if (first == past) continue;
-        TakeFirstWindow(row, col);
-        for (int i = first; i < past; ++i) visit(i, Find(i, row, col));
-      }
+    for (int first = 0; first < count_;) {
+      const int row = Row(Y(first)), col = Col(X(first)), past = First(row, col + 1);
+      const std::size_t size = StartBucket(row, col);
+      for (; first < past; ++first) visit(first, Find(first, row, col, size));
+    }
   }
 
   /// Calls visit(i) for the corners in the buckets that touch the square around a point.
@@ -51,23 +51,27 @@ class CornerSearch {
 
  private:
   static constexpr int kShift = 5;  ///< buckets of 32 × 32 px
-  static constexpr int kReach = static_cast<int>(kLongest) >> kShift;
-
-  /// The corners of some rows of buckets, in pieces for vectors: each from its first corner to before the last of its
-  /// row.
+  /// Half the sides of the windows around a bucket, buckets; the first that holds enough is searched first.
+  static constexpr std::array<int, 4> kRings{1, 2, 4, 6};
+  static_assert(kRings.back() == static_cast<int>(kLongest) >> kShift);
+  /// The corners around a bucket.
   struct Window {
-    std::vector<std::array<int, 2>> pieces;  ///< the first `count` of them
+    std::vector<CornerRange> ranges;  ///< the first `count` of them
     std::size_t count = 0;
-    int ring = 0;  ///< buckets around the one in the middle
     int corners = 0;
-  };
-  /// Replaces `window` by the buckets up to `ring` away from one.
-  void WindowAround(int row, int col, int ring, Window& window) const;
-  /// The window that all corners of a bucket look at.
-  void TakeFirstWindow(int row, int col);
-  /// @pre that window has been taken.
-  NearestCorners Find(int index, int row, int col);
+    bool filled = false;
 
+    std::span<const CornerRange> Ranges() const { return std::span(ranges).first(count); }
+  };
+  /// Forgets the windows of another bucket; returns the size that the search of this one begins with.
+  std::size_t StartBucket(int row, int col);
+  int CountAround(int row, int col, int ring) const;
+  const Window& WindowAround(int row, int col, std::size_t size);
+  /// @param size of the window to begin with.
+  NearestCorners Find(int index, int row, int col, std::size_t size);
+
+  float X(int i) const { return table_.column(CornerTable::kX)[i]; }
+  float Y(int i) const { return table_.column(CornerTable::kY)[i]; }
   int Col(float x) const { return std::clamp(static_cast<int>(x) >> kShift, 0, cols_ - 1); }
   int Row(float y) const { return std::clamp(static_cast<int>(y) >> kShift, 0, rows_ - 1); }
   /// How far around a point all corners lie in its bucket and the `ring` buckets around it, pixels.
@@ -75,12 +79,11 @@ class CornerSearch {
   /// First corner of a bucket; those of a row's buckets stand one after the other.
   int First(int row, int col) const { return start_[static_cast<std::size_t>(row * cols_ + col)]; }
 
-  int cols_ = 0, rows_ = 0;
+  int cols_ = 0, rows_ = 0, count_ = 0;
   std::vector<int> start_, next_, bucket_of_;
   std::vector<Corner> sorted_;
-  Window first_, wider_;
-  /// By corner: position, the first two rays, contrast, and what its distance is multiplied with.
-  std::vector<float> x_, y_, ray0_x_, ray0_y_, ray1_x_, ray1_y_, contrast_, handicap_;
+  CornerTable table_;
+  std::array<Window, kRings.size()> windows_;
 };
 
 }  // namespace chequer

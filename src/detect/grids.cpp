@@ -57,17 +57,20 @@ void GridLinker::KeepMutual() {
       // Without branches, which would be guessed wrong in clutter: that there is none, its own ray tells as well.
       const std::size_t end = static_cast<std::size_t>(std::max(j, 0)), back = links_[i].ray[k];
       // A link that was taken away already from the other end is no longer mutual either.
-      const int is_mutual = int{links_[end].corner[back] == static_cast<int>(i)} & int{links_[end].ray[back] == k};
-      links_[i].corner[k] = is_mutual ? j : -1;
+      const unsigned differs = static_cast<unsigned>(links_[end].corner[back] ^ static_cast<int>(i)) |
+                               (links_[end].ray[back] ^ static_cast<unsigned>(k));
+      links_[i].corner[k] = j | -static_cast<int>(differs != 0);
     }
 }
 
 void GridLinker::KeepEdges(const DetectionPlane& plane, const std::vector<Corner>& corners) {
-  for (std::size_t i = 0; i < links_.size(); ++i)
-    for (std::size_t k = 0; k < 4; ++k) {
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    // Each link once.
+    unsigned rays = 0;
+    for (unsigned k = 0; k < 4; ++k) rays |= static_cast<unsigned>(links_[i].corner[k] > static_cast<int>(i)) << k;
+    for (rays &= links_[i].squares; rays != 0; rays &= rays - 1) {
+      const std::size_t k = static_cast<std::size_t>(std::countr_zero(rays));
       const int j = links_[i].corner[k];
-      // Each link once.
-      if (j < static_cast<int>(i) || !(links_[i].squares >> k & 1)) continue;
       const Eigen::Vector2f along = corners[static_cast<std::size_t>(j)].position - corners[i].position;
       Eigen::Vector2f lighter(-along.y(), along.x());  // by growing angle
       lighter.normalize();
@@ -76,6 +79,7 @@ void GridLinker::KeepEdges(const DetectionPlane& plane, const std::vector<Corner
       links_[static_cast<std::size_t>(j)].corner[static_cast<std::size_t>(links_[i].ray[k])] = -1;
       links_[i].corner[k] = -1;
     }
+  }
 }
 
 void GridLinker::KeepSquares(const std::vector<Corner>& corners) {
@@ -87,26 +91,26 @@ void GridLinker::KeepSquares(const std::vector<Corner>& corners) {
   const auto similar = [&](int a, int b, int c, int d) {
     const float one = square_of_length(a, b), other = square_of_length(c, d);
     constexpr float kMost = kMostRatio * kMostRatio;
-    return one < kMost * other && other < kMost * one;
+    return int{one < kMost * other} & int{other < kMost * one};
   };
   for (int i = 0; i < static_cast<int>(links_.size()); ++i) {
     Links& at = links_[static_cast<std::size_t>(i)];
     unsigned linked = 0;
-    for (unsigned k = 0; k < 4; ++k) linked |= static_cast<unsigned>(at.corner[k] >= 0) << k;
+    for (unsigned k = 0; k < 4; ++k) linked |= (~static_cast<unsigned>(at.corner[k]) >> 31) << k;
     // Rays that are linked, and so is the next; in clutter, there are few.
     for (unsigned rays = linked & (linked >> 1 | linked << 3); rays != 0; rays &= rays - 1) {
       const std::size_t k = static_cast<std::size_t>(std::countr_zero(rays)), next = (k + 1) % 4;
       const int a = at.corner[k], b = at.corner[next];
       // Each square once, as links are mutual: from its first corner.
-      if (a < i || b < i) continue;
+      if (std::min(a, b) < i) continue;
       // The ray back from a lies opposite to direction k; the one that runs along direction k + 1 is three on from it.
       const std::size_t ray_a = static_cast<std::size_t>(at.ray[k] + 3) % 4,
                         ray_b = static_cast<std::size_t>(at.ray[next] + 1) % 4;
       Links& links_a = links_[static_cast<std::size_t>(a)];
       Links& links_b = links_[static_cast<std::size_t>(b)];
       const int c = links_a.corner[ray_a];
-      if (c < i || c != links_b.corner[ray_b]) continue;
-      if (!similar(i, a, b, c) || !similar(i, b, a, c)) continue;
+      if (int{c < i} | int{c != links_b.corner[ray_b]}) continue;
+      if (!(similar(i, a, b, c) & similar(i, b, a, c))) continue;
       at.squares = static_cast<std::uint8_t>(at.squares | 1u << k | 1u << next);
       links_a.squares = static_cast<std::uint8_t>(links_a.squares | 1u << at.ray[k] | 1u << ray_a);
       links_b.squares = static_cast<std::uint8_t>(links_b.squares | 1u << at.ray[next] | 1u << ray_b);
@@ -146,8 +150,9 @@ void GridLinker::Walk(int seed, const std::vector<Corner>& corners, Grids& out) 
     const Links& links = links_[static_cast<std::size_t>(at.corner)];
     for (int direction = 0; direction < 4; ++direction) {
       const std::size_t k = static_cast<std::size_t>((turn_[static_cast<std::size_t>(at.corner)] + direction) % 4);
-      const int j = links.corner[k];
-      if (j < 0 || !(links.squares >> k & 1) || state_[static_cast<std::size_t>(j)]) continue;
+      // Without a link, it leads to where it comes from.
+      const int j = links.corner[k] >= 0 && (links.squares >> k & 1) ? links.corner[k] : at.corner;
+      if (state_[static_cast<std::size_t>(j)]) continue;
       // The lattice goes on as it came: what hangs on it by chance does not.
       Basis basis = basis_[next];
       Eigen::Vector2f& along = direction % 2 == 0 ? basis.x : basis.y;
