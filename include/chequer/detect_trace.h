@@ -67,15 +67,53 @@ struct TraceCandidate {
   double measured = 0;       ///< what the refusal is about …
   double required = 0;       ///< … and what it takes; see Explain()
   std::vector<int> corners;  ///< linked corners of a group, indices into DetectTrace::corners
+  int place = -1;            ///< index into DetectTrace::places, where a second look found it
   MarkerSize size;           ///< of the board that was tried, where there are cells
   /// Row by row; empty where it did not come so far.
   std::vector<TraceCell> cells;
   Eigen::Vector2d center_px{0, 0};
   int marker = -1;  ///< index into the markers found, where it is one
+
+  /// Whether it came as far as to be sampled as a board.
+  bool CameFar() const { return !cells.empty(); }
 };
 
 /// One sentence that says what refused a candidate, with the figures; for people.
 std::string Explain(const TraceCandidate& candidate);
+
+/// What became of a place that is full of strong contrasts although the first look found no board there.
+enum class PlaceFate : std::uint8_t {
+  kViewed,     ///< stretched, squeezed and searched again
+  kTooMany,    ///< would have been viewed, had other places of the image not been before it
+  kSparse,     ///< slanted, but a board with cells so large leaves more contrasts
+  kFrontal,    ///< they spread as those of a board in plain view do, which the first look would have found
+  kTooLarge,   ///< they spread farther than over a board
+  kFewPoints,  ///< too few contrasts hang together for a board
+};
+
+/// A place that was considered for a second look, for boards seen at a steep slant.
+struct TracePlace {
+  PlaceFate fate = PlaceFate::kViewed;
+  Eigen::Vector2d center_px{0, 0};
+  /// Of what was viewed; elsewhere, about of a board that has its corners there. Corners, round it.
+  std::array<Eigen::Vector2f, 4> outline_px{};
+  int points = 0;      ///< strong contrasts
+  double cell_px = 0;  ///< the shorter side of the cells, if these were a board's corners
+  double slant = 1;    ///< how many times longer than wide the points spread
+
+  // Where it was viewed:
+  int views = 0;  ///< each placed by what the one before showed; what follows is of the last
+  /// Grey levels, row by row, `side` × `side`: what was searched. Cells of a board are about square in it.
+  std::vector<std::uint8_t> view;
+  int side = 0;
+  Eigen::Matrix<float, 2, 3> image_from_view = Eigen::Matrix<float, 2, 3>::Zero();  ///< of its pixels
+  int corners = 0;
+  int most_linked = 0;  ///< corners of the largest group
+  int boards = 0;       ///< anchored, that were not known
+};
+
+/// One sentence that says why a place was viewed or not and what it showed, with the figures; for people.
+std::string Explain(const TracePlace& place);
 
 /// What every stage of a detection saw. Filled by Detector::Detect where one is given; costs time and memory then.
 struct DetectTrace {
@@ -83,6 +121,7 @@ struct DetectTrace {
     Eigen::Vector2f position_px{0, 0};
     float contrast = 0;  ///< grey levels
     float scale = 1;     ///< image pixels per pixel of the level it was found in
+    int place = -1;      ///< whose view showed it; -1: the first look
   };
   struct Link {
     int from = 0, to = 0;    ///< corners
@@ -94,6 +133,8 @@ struct DetectTrace {
   std::vector<Link> links;
   /// First what was anchored by a border, in the order of the boards, then what was not.
   std::vector<TraceCandidate> candidates;
+  /// In the order in which they were considered.
+  std::vector<TracePlace> places;
 };
 
 }  // namespace chequer

@@ -86,7 +86,7 @@ struct Detector::Impl {
 
   void Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace);
   void FindBoards(const LightReader& reader, const Lens& lens, Tracer& tracer);
-  void LookAgain(const LightReader& reader, const Lens& lens);
+  void LookAgain(const LightReader& reader, const Lens& lens, Tracer& tracer);
   void FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const;
   void Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity, const Lens& lens,
                 MarkerPose& marker) const;
@@ -206,12 +206,12 @@ void Detector::Impl::FindBoards(const LightReader& reader, const Lens& lens, Tra
     stats.refused_border += !found;
     tracer.EndGrid(grids.Of(grid), found);
   }
-  LookAgain(reader, lens);
+  LookAgain(reader, lens, tracer);
   stats.boards = static_cast<int>(boards.size());
   tracer.Anchored(boards, lens, options.color_space);
 }
 
-void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens) {
+void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Tracer& tracer) {
   // Among boards, what matters has some of their contrast.
   float least = kStrongContrast;
   found_in.clear();
@@ -221,11 +221,16 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens) {
   for (const Corner& corner : corners)
     if (corner.contrast >= least) strong.push_back({corner.position, corner.contrast});
   second_look.Start(reader.width(), reader.height(), strong, least, found_in);
+  second_look.Trace(tracer.places());
   while (second_look.Next(pyramid)) {
+    tracer.StartLook(second_look, boards.size());
     finder.StartCorners(second_look.corners().size());
     for (const Grid& grid : second_look.grids().grids) {
       const std::size_t known = boards.size();
-      finder.Find(grid, second_look.grids().Of(grid), second_look.corners(), nullptr, reader, lens, boards);
+      const auto members = second_look.grids().Of(grid);
+      finder.Trace(tracer.StartGrid());
+      const bool found = finder.Find(grid, members, second_look.corners(), nullptr, reader, lens, boards);
+      tracer.EndGrid(members, found);
       // What a look has shown, another may show again from what is left around it.
       const auto is_known = [&](const AnchoredBoard& board) {
         return std::any_of(boards.begin(), boards.begin() + static_cast<std::ptrdiff_t>(known),
@@ -234,6 +239,7 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens) {
       boards.erase(std::remove_if(boards.begin() + static_cast<std::ptrdiff_t>(known), boards.end(), is_known),
                    boards.end());
     }
+    tracer.EndLook(boards.size());
   }
 }
 

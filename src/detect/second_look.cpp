@@ -19,8 +19,6 @@ constexpr int kTileShift = 5;
 constexpr float kReach = 3.0f;
 /// Cells in the view, px, and its half side in cells: a board of six and what the spread misjudges.
 constexpr float kCellPx = 8, kHalfCells = 5.5f;
-/// Standard deviation of the corners of a board along a side, cells: √2 for five.
-constexpr float kSpreadCells = 1.41f;
 /// Beyond that, pixels are only blown up; with less, a coarser plane shows as much.
 constexpr float kMostZoom = 3, kLeastZoom = 1.2f;
 /// Other places had their chance in the first look, px: a spread that is so many times longer than wide, or cells that
@@ -108,6 +106,7 @@ std::optional<SecondLook::Place> SecondLook::FindPlace() {
     place = Gather(points_, place);
   }
   if (place.count < kFewestPoints || place.spread[0] > kMostSpread) {
+    if (trace_) NotePlace(place, place.count < kFewestPoints ? PlaceFate::kFewPoints : PlaceFate::kTooLarge);
     std::erase_if(points_, [&](const StrongPoint& point) { return tile_of(point) == fullest; });
     place.count = 0;
   }
@@ -135,6 +134,7 @@ void SecondLook::View(const Pyramid& pyramid, const Place& place) {
                                                       Eigen::Vector2f::Constant(0.5f * static_cast<float>(side - 1)));
     corner.scale = scale;
   }
+  if (trace_) NoteView(place, image_by_view);
 }
 
 void SecondLook::LookAt(const Pyramid& pyramid, Place place) {
@@ -154,23 +154,34 @@ void SecondLook::LookAt(const Pyramid& pyramid, Place place) {
   }
 }
 
+PlaceFate SecondLook::Judge(const Place& place) {
+  if (place.spread[1] < kMostCellPx * kSpreadCells) return PlaceFate::kViewed;
+  if (place.spread[0] <= kLeastSlant * place.spread[1]) return PlaceFate::kFrontal;
+  return place.count < kFewestOfWide ? PlaceFate::kSparse : PlaceFate::kViewed;
+}
+
+void SecondLook::Forget(const Place& place) {
+  const Eigen::Vector2f scale = (kReach * place.spread).cwiseInverse();
+  std::erase_if(points_, [&](const StrongPoint& point) {
+    return (place.axes.transpose() * (point.position - place.middle)).cwiseProduct(scale).squaredNorm() <= 1;
+  });
+}
+
 bool SecondLook::Next(const Pyramid& pyramid) {
   while (looks_ < kMostLooks && places_ < kMostPlaces) {
     const std::optional<Place> place = FindPlace();
     if (!place) return false;
     ++places_;
     if (place->count == 0) continue;
-    const bool narrow = place->spread[1] < kMostCellPx * kSpreadCells;
-    const bool promising =
-        narrow || (place->count >= kFewestOfWide && place->spread[0] > kLeastSlant * place->spread[1]);
+    const PlaceFate fate = Judge(*place);
+    const bool promising = fate == PlaceFate::kViewed;
+    if (trace_) NotePlace(*place, fate);
     if (promising) LookAt(pyramid, *place);
-    const Eigen::Vector2f scale = (kReach * place->spread).cwiseInverse();
-    std::erase_if(points_, [&](const StrongPoint& point) {
-      return (place->axes.transpose() * (point.position - place->middle)).cwiseProduct(scale).squaredNorm() <= 1;
-    });
+    Forget(*place);
     looks_ += promising;
     if (promising) return true;
   }
+  if (trace_) NoteTheRest();
   return false;
 }
 

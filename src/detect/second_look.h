@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "chequer/detect_trace.h"
 #include "detect/corners.h"
 #include "detect/grids.h"
 #include "detect/light.h"
@@ -29,8 +30,16 @@ class SecondLook {
   /// Of the last look, positions in the image.
   const std::vector<Corner>& corners() const { return corners_; }
   const Grids& grids() const { return grids_; }
+  const GridLinker& linker() const { return linker_; }
+
+  /// From now on, appends every place that is considered to `places`; null: no longer. For finding out why there is no
+  /// board; costs a comparison a place where nobody asks.
+  void Trace(std::vector<TracePlace>* places) { trace_ = places; }
 
  private:
+  /// Standard deviation of the corners of a board along a side, cells: √2 for five.
+  static constexpr float kSpreadCells = 1.41f;
+
   /// Where points lie: their mean and the axes of their spread.
   struct Place {
     Eigen::Vector2f middle = Eigen::Vector2f::Zero();
@@ -41,10 +50,18 @@ class SecondLook {
 
   /// Where points lie closest, from their fullest tile on; without a count if that leads nowhere.
   std::optional<Place> FindPlace();
+  /// kViewed where a board may have escaped the first look, else why not.
+  static PlaceFate Judge(const Place& place);
+  /// Leaves out the points of a place.
+  void Forget(const Place& place);
   /// Of the points that lie within reach of a place.
   static Place Gather(std::span<const StrongPoint> points, const Place& place);
   void LookAt(const Pyramid& pyramid, Place place);
   void View(const Pyramid& pyramid, const Place& place);
+  void NotePlace(const Place& place, PlaceFate fate);
+  void NoteView(const Place& place, const Eigen::Matrix2f& image_by_view);
+  /// What would have been viewed if an image's looks had not been used up.
+  void NoteTheRest();
 
   int width_ = 0, height_ = 0;
   int looks_ = 0, places_ = 0;
@@ -58,6 +75,7 @@ class SecondLook {
   GridLinker linker_;
   std::vector<Corner> corners_;
   Grids grids_;
+  std::vector<TracePlace>* trace_ = nullptr;
 };
 
 }  // namespace chequer

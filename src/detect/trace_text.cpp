@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "chequer/detect_trace.h"
+#include "detect/grids.h"
 
 namespace chequer {
 namespace {
@@ -76,6 +77,29 @@ std::string_view RefusalName(Refusal refusal) { return kNames[static_cast<std::s
 
 std::string Explain(const TraceCandidate& candidate) {
   return Fill(SentenceOf(candidate.refusal), candidate.measured, candidate.required);
+}
+
+std::string Explain(const TracePlace& place) {
+  const std::string points = std::to_string(place.points) + " strong contrasts";
+  const std::string spread = points + Fill(" that spread like the corners of cells of %.1f px, %.1f times as long",
+                                           place.cell_px, place.slant);
+  switch (place.fate) {
+    case PlaceFate::kViewed: break;
+    case PlaceFate::kTooMany: return "not viewed: " + spread + "; other places of this image came first";
+    case PlaceFate::kSparse: return "not viewed: " + spread + "; a board with cells so large would leave more of them";
+    case PlaceFate::kFrontal:
+      return "not viewed: " + spread + "; so large and so little slanted, the first look would have shown a board";
+    case PlaceFate::kTooLarge: return "not viewed: " + points + " that go on for farther than a board";
+    case PlaceFate::kFewPoints: return "not viewed: only " + points + " hang together, too few for a board";
+  }
+  const std::string shown = spread + Fill("; straightened, it shows %.0f corners, ", place.corners, 0) +
+                            (place.most_linked > 0 ? Fill("%.0f of them in the largest group: ", place.most_linked, 0)
+                                                   : "none of them linked to squares: ");
+  if (place.boards > 0)
+    return shown + "found " + std::to_string(place.boards) + (place.boards > 1 ? " boards" : " board");
+  return shown + (place.most_linked < GridLinker::kFewest
+                      ? "too few hang together: too steep, blurred, or no board"
+                      : "no board that was not known; its groups say what refused them");
 }
 
 }  // namespace chequer

@@ -69,7 +69,9 @@ Tracer::Tracer(DetectTrace* trace) : trace_(trace) {
 
 void Tracer::Linked(const std::vector<Corner>& corners, const GridLinker& linker, const Grids& grids) {
   if (!trace_) return;
-  for (const Corner& corner : corners) trace_->corners.push_back({corner.position, corner.contrast, corner.scale});
+  first_corner_ = static_cast<int>(trace_->corners.size());
+  for (const Corner& corner : corners)
+    trace_->corners.push_back({corner.position, corner.contrast, corner.scale, place_});
   std::vector<int> group(corners.size());
   std::iota(group.begin(), group.end(), 0);
   const auto root = [&](int i) {
@@ -82,7 +84,7 @@ void Tracer::Linked(const std::vector<Corner>& corners, const GridLinker& linker
       const int from = static_cast<int>(i), to = links.corner[k];
       if (to < from) continue;  // none, or told from the other end
       const bool in_square = (links.squares >> k & 1) != 0;
-      trace_->links.push_back({from, to, in_square});
+      trace_->links.push_back({first_corner_ + from, first_corner_ + to, in_square});
       if (in_square) group[static_cast<std::size_t>(root(from))] = root(to);
     }
   std::vector<bool> in_grid(corners.size());
@@ -90,13 +92,14 @@ void Tracer::Linked(const std::vector<Corner>& corners, const GridLinker& linker
   std::vector<std::vector<int>> members(corners.size());
   for (std::size_t i = 0; i < corners.size(); ++i)
     if (!in_grid[i]) members[static_cast<std::size_t>(root(static_cast<int>(i)))].push_back(static_cast<int>(i));
-  for (std::vector<int>& few : members) {
+  for (const std::vector<int>& few : members) {
     if (few.size() < kFewestTold) continue;
     TraceCandidate candidate;
     candidate.refusal = static_cast<int>(few.size()) < GridLinker::kFewest ? Refusal::kFewLinked : Refusal::kUneven;
     candidate.measured = static_cast<double>(few.size());
     candidate.required = GridLinker::kFewest;
-    candidate.corners = std::move(few);
+    candidate.place = place_;
+    for (const int corner : few) candidate.corners.push_back(first_corner_ + corner);
     groups_.push_back(std::move(candidate));
   }
 }
@@ -109,13 +112,36 @@ TraceCandidate* Tracer::StartGrid() {
 
 void Tracer::EndGrid(std::span<const LatticeCorner> members, bool found) {
   if (!trace_ || found) return;
-  for (const LatticeCorner& member : members) attempt_.corners.push_back(member.corner);
+  for (const LatticeCorner& member : members) attempt_.corners.push_back(first_corner_ + member.corner);
+  attempt_.place = place_;
   groups_.push_back(std::move(attempt_));
+}
+
+void Tracer::StartLook(const SecondLook& look, std::size_t boards) {
+  if (!trace_) return;
+  place_ = static_cast<int>(trace_->places.size()) - 1;
+  place_of_board_.resize(boards, -1);
+  Linked(look.corners(), look.linker(), look.grids());
+  TracePlace& place = trace_->places.back();
+  place.corners = static_cast<int>(look.corners().size());
+  for (const Grid& grid : look.grids().grids) place.most_linked = std::max(place.most_linked, grid.count);
+  for (const TraceCandidate& group : groups_)
+    if (group.place == place_) place.most_linked = std::max(place.most_linked, static_cast<int>(group.corners.size()));
+}
+
+void Tracer::EndLook(std::size_t boards) {
+  if (!trace_) return;
+  trace_->places.back().boards = static_cast<int>(boards - place_of_board_.size());
+  place_of_board_.resize(boards, place_);
 }
 
 void Tracer::Anchored(std::span<const AnchoredBoard> boards, const Lens& lens, ColorSpace space) {
   if (!trace_) return;
-  for (const AnchoredBoard& board : boards) trace_->candidates.push_back(AsAnchored(board, lens, space));
+  place_of_board_.resize(boards.size(), -1);
+  for (std::size_t i = 0; i < boards.size(); ++i) {
+    trace_->candidates.push_back(AsAnchored(boards[i], lens, space));
+    trace_->candidates.back().place = place_of_board_[i];
+  }
   for (TraceCandidate& group : groups_) {
     if (group.cells.empty()) {
       for (const int corner : group.corners)

@@ -8,6 +8,7 @@
 #include "detect/fit.h"
 #include "detect/grids.h"
 #include "detect/identify.h"
+#include "detect/second_look.h"
 
 namespace chequer {
 
@@ -27,6 +28,12 @@ class Tracer {
   TraceCandidate* StartGrid();
   /// The search has ended. Grids with boards are told by their boards.
   void EndGrid(std::span<const LatticeCorner> members, bool found);
+  /// Where the second look puts the places that it considers; null if nobody asked.
+  std::vector<TracePlace>* places() { return trace_ ? &trace_->places : nullptr; }
+  /// The place that was told last has been viewed: its corners, links and small groups. @param boards known before.
+  void StartLook(const SecondLook& look, std::size_t boards);
+  /// @param boards known by now.
+  void EndLook(std::size_t boards);
   /// All boards are anchored.
   void Anchored(std::span<const AnchoredBoard> boards, const Lens& lens, ColorSpace space);
 
@@ -41,6 +48,9 @@ class Tracer {
   DetectTrace* trace_;
   TraceCandidate attempt_;
   std::vector<TraceCandidate> groups_;  ///< that are no boards
+  int place_ = -1;                      ///< that is looked at; -1 in the first look
+  int first_corner_ = 0;                ///< of this look, in the trace
+  std::vector<int> place_of_board_;
 };
 
 }  // namespace chequer

@@ -101,7 +101,9 @@ void AddExplainCommand(CLI::App& app) {
       "Prints what became of every group of corners, refused ones first, and draws every stage into the image: peaks,\n"
       "corners, links, boards, and in each cell what it was taken for. Each candidate's panel has the Gaussians of "
       "its\n"
-      "luminances and saturations: the two groups of either must stand apart.\n\n"
+      "luminances and saturations: the two groups of either must stand apart. Places full of contrast where no board "
+      "was\n"
+      "found, P1, P2, ..., are viewed a second time, for boards seen at a steep slant: their panels have that view.\n\n"
       "Why is the marker at (812, 430) not read?\n"
       "  chequer explain frame.png --marker 6x6:secded --region 750,370,130,130 --out why.png");
   command->callback([request] { RunExplain(*request); });

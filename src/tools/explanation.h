@@ -33,17 +33,19 @@ struct Explanation {
 };
 
 /// What is told of the candidates in the region, in the order of their numbers: first those that were refused, boards
-/// before groups of corners and large groups before small ones, then those without an id, then those that were read. Of groups that came nowhere near a board
-/// only the largest are told.
+/// before groups of corners and large groups before small ones, then those without an id, then those that were read. Of
+/// groups that came nowhere near a board only the largest are told.
 std::vector<std::size_t> ToldCandidates(const Explanation& explanation);
 
 /// What became of a candidate in a few words: "id 17", "no id", "refused: border_differs".
 std::string Verdict(const Explanation& explanation, const TraceCandidate& candidate);
 
-/// Lines for people, ending with a line's end: counts of the stages, then a line a candidate.
+/// Lines for people, ending with a line's end: counts of the stages, then a line a candidate, then one a place of the
+/// second look.
 std::string DescribeExplanation(const Explanation& explanation);
 
-/// The image with what every stage saw drawn in, and a panel for each candidate that has cells, as PNG.
+/// The image with what every stage saw drawn in, a panel for each candidate that has cells and one for each
+/// place that was viewed again, as PNG.
 /// @param scale picture pixels per image pixel, 1..16. @param most_panels those with the lowest numbers.
 /// Throws std::runtime_error where the picture would be too large.
 std::vector<std::uint8_t> DrawExplanation(const Explanation& explanation, int scale, int most_panels);

@@ -11,7 +11,7 @@
 namespace chequer {
 namespace {
 
-constexpr Ink kPanelLetters{0.1, 0.1, 0.1}, kPanelSoft{0.4, 0.4, 0.4};
+constexpr Ink kPanelSoft{0.4, 0.4, 0.4};
 constexpr Ink kGood{0.0, 0.62, 0.2}, kOpen{0.95, 0.6, 0.0}, kBad{0.9, 0.05, 0.1};
 /// Kernel cells with less log-likelihood are doubtful: one in twenty is wrong.
 constexpr float kDoubtful = 3;
@@ -38,6 +38,13 @@ void DrawGaussians(Canvas& canvas, PlotArea area, const PlotTexts& texts, const 
     sums[value.upper].Add(value.value);
     area.x_least = std::min(area.x_least, value.value);
     area.x_most = std::max(area.x_most, value.value);
+  }
+  // The curves, not only the values, to where they have fallen to a tenth.
+  for (const GaussianSum& sum : sums) {
+    const Gaussian gaussian = sum.Get();
+    if (gaussian.count < 2) continue;
+    area.x_least = std::min(area.x_least, gaussian.mean - 2.1 * gaussian.deviation);
+    area.x_most = std::max(area.x_most, gaussian.mean + 2.1 * gaussian.deviation);
   }
   const double rim = 0.08 * (area.x_most - area.x_least);
   area.x_least -= rim, area.x_most += rim;
@@ -69,7 +76,7 @@ void DrawGaussians(Canvas& canvas, PlotArea area, const PlotTexts& texts, const 
   canvas.Text(fmt::format("{} {:.1f} +- {:.1f}", names[1], upper.mean, upper.deviation), area.left + area.width, y,
               texts.size, inks[1], Align::kRight);
   canvas.Text(both ? fmt::format("overlap {:.2g}", Overlap(lower, upper)) : "overlap unknown", area.left,
-              y + 1.3 * texts.size, texts.size, kPanelLetters);
+              y + 1.3 * texts.size, texts.size, kPanelInk);
 }
 
 void DrawPlots(Canvas& canvas, double left, double top, const TraceCandidate& candidate) {
@@ -95,7 +102,7 @@ void DrawPlots(Canvas& canvas, double left, double top, const TraceCandidate& ca
 }
 
 /// The image around a candidate.
-void DrawCloseView(Canvas& canvas, double left, double top, double side, const Explanation& explanation,
+void DrawCloseView(Canvas& canvas, double left, double top, const Explanation& explanation,
                    const TraceCandidate& candidate) {
   Eigen::Vector2d least = candidate.center_px, most = candidate.center_px;
   for (const TraceCell& cell : candidate.cells)
@@ -103,22 +110,8 @@ void DrawCloseView(Canvas& canvas, double left, double top, double side, const E
       least = least.cwiseMin(corner.cast<double>());
       most = most.cwiseMax(corner.cast<double>());
     }
-  const Eigen::Vector2d middle = (least + most) / 2;
-  const double reach = std::clamp(0.56 * (most - least).maxCoeff(), 4.0, 2000.0);
-  const ImageView& image = explanation.image;
-  const int x0 = std::clamp(static_cast<int>(middle.x() - reach), 0, image.width() - 1),
-            y0 = std::clamp(static_cast<int>(middle.y() - reach), 0, image.height() - 1);
-  const int x1 = std::clamp(static_cast<int>(middle.x() + reach) + 2, x0 + 1, image.width()),
-            y1 = std::clamp(static_cast<int>(middle.y() + reach) + 2, y0 + 1, image.height());
-  const double scale = side / (2 * reach);
-  const PictureScale to{left, top, middle.x() + 0.5 - reach, middle.y() + 0.5 - reach, scale};
-  const Plane plane = image.plane(0);
-  const Plane part{plane.data + y0 * plane.stride_bytes + 3 * x0, plane.stride_bytes};
-  canvas.Rectangle(left, top, side, side, {0.85, 0.85, 0.85});
-  canvas.Clip(left, top, side, side);
-  const Eigen::Vector2d corner = to({x0 - 0.5, y0 - 0.5});
-  canvas.Picture(ImageView(PixelFormat::kBgr8, x1 - x0, y1 - y0, std::array{part}, image.tone_curve()), corner.x(),
-                 corner.y(), scale);
+  const PictureScale to = DrawAround(canvas, left, top, explanation.image, (least + most) / 2,
+                                     std::clamp(0.56 * (most - least).maxCoeff(), 4.0, 2000.0));
   DrawCells(canvas, to, candidate);
   canvas.EndClip();
 }
@@ -154,23 +147,45 @@ void DrawCells(Canvas& canvas, const PictureScale& to, const TraceCandidate& can
   }
 }
 
+void DrawPanelHead(Canvas& canvas, double left, double top, const Ink& stripe, const std::string& title,
+                   const std::string& sentence) {
+  canvas.Rectangle(left, top, kPanelWidth - 10, kPanelHeight - 10, {0.975, 0.975, 0.975});
+  canvas.Rectangle(left, top, 5, kPanelHeight - 10, stripe);
+  canvas.Text(title, left + 14, top + 20, 15, kPanelInk, Align::kLeft, true);
+  double y = top + 38;
+  for (const std::string& line : Wrapped(canvas, sentence, 12, kPanelWidth - 40)) {
+    canvas.Text(line, left + 14, y, 12, kPanelInk);
+    y += 15;
+  }
+}
+
+PictureScale DrawAround(Canvas& canvas, double left, double top, const ImageView& image, const Eigen::Vector2d& middle,
+                        double reach) {
+  const int x0 = std::clamp(static_cast<int>(middle.x() - reach), 0, image.width() - 1),
+            y0 = std::clamp(static_cast<int>(middle.y() - reach), 0, image.height() - 1);
+  const int x1 = std::clamp(static_cast<int>(middle.x() + reach) + 2, x0 + 1, image.width()),
+            y1 = std::clamp(static_cast<int>(middle.y() + reach) + 2, y0 + 1, image.height());
+  const double scale = kCloseViewSide / (2 * reach);
+  const PictureScale to{left, top, middle.x() + 0.5 - reach, middle.y() + 0.5 - reach, scale};
+  const Plane plane = image.plane(0);
+  const Plane part{plane.data + y0 * plane.stride_bytes + 3 * x0, plane.stride_bytes};
+  canvas.Rectangle(left, top, kCloseViewSide, kCloseViewSide, {0.85, 0.85, 0.85});
+  canvas.Clip(left, top, kCloseViewSide, kCloseViewSide);
+  const Eigen::Vector2d corner = to({x0 - 0.5, y0 - 0.5});
+  canvas.Picture(ImageView(PixelFormat::kBgr8, x1 - x0, y1 - y0, std::array{part}, image.tone_curve()), corner.x(),
+                 corner.y(), scale);
+  return to;
+}
+
 void DrawPanel(Canvas& canvas, double left, double top, const Explanation& explanation, std::size_t index, int number) {
   const TraceCandidate& candidate = explanation.candidate(index);
-  const Ink ink = VerdictInk(candidate);
-  canvas.Rectangle(left, top, kPanelWidth - 10, kPanelHeight - 10, {0.975, 0.975, 0.975});
-  canvas.Rectangle(left, top, 5, kPanelHeight - 10, ink);
-  canvas.Text(fmt::format("{}   {}   {}   at ({:.0f}, {:.0f})", number, Verdict(explanation, candidate),
-                          ToString(candidate.size), candidate.center_px.x(), candidate.center_px.y()),
-              left + 14, top + 20, 15, kPanelLetters, Align::kLeft, true);
-  double y = top + 38;
-  if (candidate.refusal != Refusal::kNone)
-    for (const std::string& line : Wrapped(canvas, Explain(candidate), 12, kPanelWidth - 40)) {
-      canvas.Text(line, left + 14, y, 12, kPanelLetters);
-      y += 15;
-    }
-  constexpr double kSide = 205;
-  DrawCloseView(canvas, left + 14, top + kPanelHeight - 10 - kSide - 6, kSide, explanation, candidate);
-  DrawPlots(canvas, left + 14 + kSide + 26, top + 84, candidate);
+  DrawPanelHead(canvas, left, top, VerdictInk(candidate),
+                fmt::format("{}   {}   {}   at ({:.0f}, {:.0f}){}", number, Verdict(explanation, candidate),
+                            ToString(candidate.size), candidate.center_px.x(), candidate.center_px.y(),
+                            candidate.place >= 0 ? "   second look" : ""),
+                candidate.refusal != Refusal::kNone ? Explain(candidate) : "");
+  DrawCloseView(canvas, left + 14, top + kPanelHeight - 10 - kCloseViewSide - 6, explanation, candidate);
+  DrawPlots(canvas, left + 14 + kCloseViewSide + 26, top + 84, candidate);
 }
 
 }  // namespace chequer

@@ -24,7 +24,7 @@ struct StatusRequest {
   bool json = false;
 };
 
-void Print(const StatusBoard& board, bool json, MonotonicTime now) {
+void PrintBoard(const StatusBoard& board, bool json, MonotonicTime now) {
   if (!json) {
     std::fputs(board.Text(now).c_str(), stdout);
   } else {
@@ -52,7 +52,7 @@ void ShowStatus(const StatusRequest& request) {
     throw CLI::RuntimeError(kExitNotHeard);
   }
   const MonotonicTime now = clock.monotonic();
-  Print(board, request.json, now);
+  PrintBoard(board, request.json, now);
   if (!board.AllWell(now)) throw CLI::RuntimeError(kExitUnwell);
 }
 

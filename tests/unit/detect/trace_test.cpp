@@ -141,6 +141,119 @@ TEST(Trace, PeaksThatAreNoCornersAreTold) {
   EXPECT_FALSE(Look(frame, Secded()).trace.refused_peaks_px.empty());
 }
 
+/// So steep that the first look sees no board in it.
+test::KnownFrame SteepFrame() { return test::OneMarker(Secded(), 1234, 15, 2, 77 * std::numbers::pi / 180); }
+
+TEST(Trace, ASecondLookLeavesIts) {
+  const test::KnownFrame frame = SteepFrame();
+  const Traced traced = Look(frame, Secded());
+  ASSERT_EQ(traced.markers.size(), 1u);
+  const TraceCandidate& candidate = TheMarker(traced, frame);
+  EXPECT_EQ(candidate.marker, 0);
+  ASSERT_GE(candidate.place, 0) << "found in plain view: not steep enough for this test";
+  const TracePlace& place = traced.trace.places[static_cast<std::size_t>(candidate.place)];
+  EXPECT_EQ(place.fate, PlaceFate::kViewed);
+  EXPECT_EQ(place.boards, 1);
+  EXPECT_GE(place.points, 6);
+  EXPECT_GT(place.slant, 1.8);
+  EXPECT_GE(place.views, 1);
+  ASSERT_GT(place.side, 16);
+  EXPECT_EQ(place.view.size(), static_cast<std::size_t>(place.side * place.side));
+  EXPECT_GT(*std::max_element(place.view.begin(), place.view.end()),
+            *std::min_element(place.view.begin(), place.view.end()) + 50)
+      << "what it shows is told";
+  EXPECT_THAT(Explain(place), HasSubstr("found 1 board"));
+
+  // Its corners are told where they lie in the image, and that they are its.
+  int found = 0;
+  for (const Eigen::Vector2d& truth : test::InnerCorners(frame.scene.markers[0], frame.options.camera))
+    found +=
+        std::any_of(traced.trace.corners.begin(), traced.trace.corners.end(), [&](const DetectTrace::Corner& corner) {
+          return corner.place == candidate.place && (corner.position_px.cast<double>() - truth).norm() < 1.5;
+        });
+  EXPECT_GE(found, 20);
+  EXPECT_GE(place.corners, found);
+  EXPECT_GE(place.most_linked, 10);
+  // Links join corners of the same look, and those of the view make squares.
+  int in_square = 0;
+  for (const DetectTrace::Link& link : traced.trace.links) {
+    const int from = traced.trace.corners[static_cast<std::size_t>(link.from)].place;
+    ASSERT_EQ(from, traced.trace.corners[static_cast<std::size_t>(link.to)].place);
+    in_square += from == candidate.place && link.in_square;
+  }
+  EXPECT_GE(in_square, 16);
+  // The view's middle is the place's, and the marker lies in the outline.
+  const float half = 0.5f * static_cast<float>(place.side - 1);
+  EXPECT_LT((place.image_from_view * Eigen::Vector3f(half, half, 1) - place.center_px.cast<float>()).norm(), 0.01f);
+  EXPECT_LT((CenterPx(frame.scene.markers[0], frame.options.camera) - place.center_px).norm(), 10);
+}
+
+TEST(Trace, WhatASecondLookRefusesSaysWhy) {
+  test::KnownFrame frame = SteepFrame();
+  InkSet& inks = frame.scene.markers[0].inks;
+  inks.blue = inks.black;
+  inks.yellow = inks.white;
+  const Traced traced = Look(frame, Secded());
+  EXPECT_TRUE(traced.markers.empty());
+  ASSERT_FALSE(traced.trace.places.empty());
+  EXPECT_EQ(traced.trace.places[0].fate, PlaceFate::kViewed);
+  EXPECT_EQ(traced.trace.places[0].boards, 0);
+  EXPECT_THAT(Explain(traced.trace.places[0]), HasSubstr("its groups say what refused them"));
+  const TraceCandidate& candidate = TheMarker(traced, frame);
+  EXPECT_EQ(candidate.place, 0);
+  EXPECT_EQ(candidate.refusal, Refusal::kNoYellow) << Explain(candidate);
+  ASSERT_FALSE(candidate.corners.empty());
+  for (const int corner : candidate.corners)
+    EXPECT_EQ(traced.trace.corners[static_cast<std::size_t>(corner)].place, 0) << "a corner of the view";
+}
+
+TEST(Trace, PlacesThatAreNotViewedSayWhy) {
+  test::KnownFrame frame = SteepFrame();
+  InkSet& inks = frame.scene.markers[0].inks;
+  inks.blue = inks.black;
+  inks.yellow = inks.white;
+  // Several of them; an image has two second looks.
+  for (const double right : {-0.3, -0.15, 0.15, 0.3}) {
+    frame.scene.markers.push_back(frame.scene.markers[0]);
+    frame.scene.markers.back().camera_from_marker.translation.x() += right;
+  }
+  const Traced traced = Look(frame, Secded());
+  std::string told;
+  for (const TracePlace& place : traced.trace.places) told += Explain(place) + "\n";
+  const auto count = [&](PlaceFate fate) {
+    return std::count_if(traced.trace.places.begin(), traced.trace.places.end(),
+                         [&](const TracePlace& place) { return place.fate == fate; });
+  };
+  EXPECT_EQ(count(PlaceFate::kViewed), 2) << told;
+  EXPECT_GE(count(PlaceFate::kTooMany), 1) << told;
+}
+
+TEST(Trace, IsOverWithItsImage) {
+  // What a traced image leaves behind must not be written to by the next, which nobody traces: its one board is the
+  // second look's.
+  Detector detector{DetectorOptions{}};
+  std::vector<MarkerPose> markers;
+  {
+    DetectTrace trace;
+    detector.Detect(Frame().Draw().view(), markers, &trace);
+  }
+  detector.Detect(SteepFrame().Draw().view(), markers);
+  EXPECT_EQ(markers.size(), 1u);
+}
+
+TEST(Places, HaveASentenceOfTheirOwn) {
+  std::set<std::string> sentences;
+  for (const PlaceFate fate : {PlaceFate::kViewed, PlaceFate::kTooMany, PlaceFate::kSparse, PlaceFate::kFrontal,
+                               PlaceFate::kTooLarge, PlaceFate::kFewPoints}) {
+    TracePlace place;
+    place.fate = fate;
+    place.points = 17;
+    EXPECT_THAT(Explain(place), HasSubstr("17 strong contrasts"));
+    sentences.insert(Explain(place));
+  }
+  EXPECT_EQ(sentences.size(), 6u);
+}
+
 TEST(Refusal, OfTooFewCornersInAGroup) {
   test::KnownFrame frame = Frame();
   // Three cells by three are left: four corners.

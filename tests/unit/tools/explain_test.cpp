@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numbers>
 
 #include "capture/image_file.h"
 #include "capture/png.h"
@@ -12,6 +13,8 @@
 #include "support/temporary_directory.h"
 #include "tools/commands.h"
 #include "tools/explanation.h"
+#include "tools/explanation_place.h"
+#include "tools/label_layout.h"
 #include "tools/plot.h"
 
 namespace chequer {
@@ -89,6 +92,63 @@ TEST_F(ExplainTest, RefusedOnesComeFirstAndSayWhy) {
   const std::string text = DescribeExplanation(explanation_);
   EXPECT_THAT(text, HasSubstr("1 at (50, 60) px: refused: border_differs; 12 border cells"));
   EXPECT_GT(Count(DrawExplanation(explanation_, 4, 10), {26, 13, 230}), 200) << "in red";
+}
+
+/// A marker so steep that only the second look sees it.
+class SteepExplainTest : public ExplainTest {
+ protected:
+  SteepExplainTest()
+      : ExplainTest(test::OneMarker(MarkerCode({6, 6}, Variant::kSecded), 1234, 15, 2, 77 * std::numbers::pi / 180)) {}
+};
+
+TEST_F(SteepExplainTest, TellsPlacesThatWereViewedAgain) {
+  const std::string text = DescribeExplanation(explanation_);
+  EXPECT_THAT(text, HasSubstr(", by a second look"));
+  EXPECT_THAT(text, HasSubstr("P1 at ("));
+  EXPECT_THAT(text, HasSubstr("found 1 board"));
+  ASSERT_FALSE(ToldPlaces(explanation_).empty());
+  explanation_.region = {0, 0, 40, 30};
+  EXPECT_TRUE(ToldPlaces(explanation_).empty()) << "they lie elsewhere";
+}
+
+TEST_F(SteepExplainTest, DrawsPlacesThatWereViewedAgain) {
+  const auto drawn = DrawExplanation(explanation_, 4, 0);
+  Explanation nothing = explanation_;
+  nothing.region = {0, 0, 40, 30};
+  const auto legend = DrawExplanation(nothing, 4, 0);
+  constexpr std::array kLook{179, 77, 255};
+  EXPECT_GT(Count(drawn, kLook), Count(legend, kLook) + 500) << "the outline, and corners as far as cells leave them";
+  const auto with_panels = DrawExplanation(explanation_, 4, 10);
+  EXPECT_GT(Count(with_panels, kLook), Count(drawn, kLook) + 200) << "and in the view that was searched";
+  EXPECT_GT(ImageFromPng(with_panels).height(), ImageFromPng(drawn).height() + 200);
+}
+
+TEST_F(SteepExplainTest, PlacesNearToBeingViewedComeFirst) {
+  for (int i = 0; i < 6; ++i)
+    for (const PlaceFate fate : {PlaceFate::kFewPoints, PlaceFate::kTooMany}) {
+      TracePlace place;
+      place.fate = fate;
+      place.center_px = {5, 5};
+      trace_.places.push_back(place);
+    }
+  const auto told = ToldPlaces(explanation_);
+  ASSERT_GE(told.size(), 5u);
+  EXPECT_EQ(trace_.places[told[0]].fate, PlaceFate::kViewed);
+  EXPECT_EQ(trace_.places[told.back()].fate, PlaceFate::kTooMany) << "of those that were not, only the nearest to it";
+}
+
+TEST(LabelLayout, KeepsLabelsApartAndInside) {
+  LabelLayout layout({0, 0, 200, 100});
+  std::vector<LabelLayout::Box> boxes;
+  for (int i = 0; i < 5; ++i) boxes.push_back(layout.Take({190, 90, 50, 17}));
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    EXPECT_LE(boxes[i].left + boxes[i].width, 200);
+    EXPECT_LE(boxes[i].top + boxes[i].height, 100);
+    EXPECT_GE(boxes[i].top, 0);
+    for (std::size_t k = 0; k < i; ++k)
+      EXPECT_GE(std::abs(boxes[i].top - boxes[k].top), 17) << "label " << i << " covers label " << k;
+  }
+  EXPECT_EQ(layout.Take({20, 30, 50, 17}).top, 30) << "where it is wanted, if that is free";
 }
 
 TEST_F(ExplainTest, OnlyTheLargestOfManyGroupsAreTold) {
