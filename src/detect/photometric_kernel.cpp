@@ -29,13 +29,15 @@ HWY_INLINE V ReciprocalSqrt(D d, V x) {
 
 /// 2^x for −60 ≤ x ≤ 0, to 8e-5 of it: the exponent's bits times a polynomial of the rest, best over −½..½.
 HWY_INLINE V PowerOfTwo(D d, V x) {
+  // So large a number has no room for halves: its last bits are the whole of x and the exponent's bias.
+  const V rounder = hn::Set(d, 12582912.0f + 127.0f);
+  const V rounded = hn::Add(x, rounder);
+  const V f = hn::Sub(x, hn::Sub(rounded, rounder));
   const hn::RebindToSigned<D> di;
-  const auto whole = hn::NearestInt(x);
-  const V f = hn::Sub(x, hn::ConvertTo(d, whole));
   V p = hn::MulAdd(hn::Set(d, 5.51717e-2f), f, hn::Set(d, 2.4261163e-1f));
   p = hn::MulAdd(p, f, hn::Set(d, 6.9326102e-1f));
   p = hn::MulAdd(p, f, hn::Set(d, 9.9992804e-1f));
-  return hn::Mul(p, hn::BitCast(d, hn::ShiftLeft<23>(hn::Add(whole, hn::Set(di, 127)))));
+  return hn::Mul(p, hn::BitCast(d, hn::ShiftLeft<23>(hn::BitCast(di, rounded))));
 }
 
 /// Normal distribution: its density and its integral up to a.
@@ -43,16 +45,16 @@ struct Normal {
   V density, integral;
 };
 
-/// The integral to 5e-5: what lies beyond |a| is the exponential times a polynomial, best over 0..5.
+/// The integral to 5e-5: what lies beyond |a| is the exponential times a polynomial, best over 0..5, its terms summed
+/// so that few wait for others.
 HWY_INLINE Normal NormalAt(D d, V a) {
-  const V size = hn::Min(hn::Abs(a), hn::Set(d, 5.0f));
-  const V e = PowerOfTwo(d, hn::Mul(hn::Mul(size, size), hn::Set(d, -0.72134752f)));
-  V p = hn::MulAdd(hn::Set(d, 7.0427e-4f), size, hn::Set(d, -8.04221e-3f));
-  p = hn::MulAdd(p, size, hn::Set(d, 3.967331e-2f));
-  p = hn::MulAdd(p, size, hn::Set(d, -1.1694271e-1f));
-  p = hn::MulAdd(p, size, hn::Set(d, 2.4442466e-1f));
-  p = hn::MulAdd(p, size, hn::Set(d, -3.9820984e-1f));
-  p = hn::MulAdd(p, size, hn::Set(d, 4.9998433e-1f));
+  const V size = hn::Min(hn::Abs(a), hn::Set(d, 5.0f)), square = hn::Mul(size, size);
+  const V e = PowerOfTwo(d, hn::Mul(square, hn::Set(d, -0.72134752f)));
+  const auto term = [&](float by_size, float constant)
+                        HWY_ATTR { return hn::MulAdd(hn::Set(d, by_size), size, hn::Set(d, constant)); };
+  V p = hn::MulAdd(hn::Set(d, 7.0427e-4f), square, term(-8.04221e-3f, 3.967331e-2f));
+  p = hn::MulAdd(p, square, term(-1.1694271e-1f, 2.4442466e-1f));
+  p = hn::MulAdd(p, square, term(-3.9820984e-1f, 4.9998433e-1f));
   const V beyond = hn::Mul(p, e);
   const V integral = hn::IfThenElse(hn::Lt(a, hn::Zero(d)), beyond, hn::Sub(hn::Set(d, 1.0f), beyond));
   return {hn::Mul(e, hn::Set(d, 0.39894228f)), integral};
@@ -61,7 +63,7 @@ HWY_INLINE Normal NormalAt(D d, V a) {
 /// Rows of weighted derivatives, with the weighted residual last, kept for a few pixels before they are multiplied: so
 /// the sums stay in registers over a chunk.
 constexpr int kRow = kLaneColumns;
-constexpr int kChunk = 8;
+constexpr int kChunk = 16;
 
 /// Products of the columns kFirst … kLast − 1 with all that follow.
 constexpr int ProductsOf(int first, int last) { return ProductSum(last - 1, kRow - 1) - ProductSum(first, first) + 1; }
@@ -97,139 +99,198 @@ HWY_INLINE void AddAllProducts(D d, const float* HWY_RESTRICT rows, int count, f
   AddProducts<5, kRow>(d, rows, count, sums);
 }
 
-void Accumulate(const KernelInput& input, LaneBlock& block) {
+/// What the kernel's input says, of some lanes.
+struct Model {
+  V h[9];
+  V corner_x, corner_y, scale_x, scale_y;
+  V correlation;
+  V l00, l01, across0, across1, cross;  ///< light, its change from left to right above and below, and that by y
+  V noise_floor, noise_slope;
+  V inverse_blur, middle, saturation, limit, limit_square;
+  V count;  ///< pixels
+};
+
+Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
+  const D d;
+  const auto parameter = [&](LaneBlock::Parameter which)
+                             HWY_ATTR { return hn::LoadU(d, block.parameter_data(which) + first); };
+  Model m;
+  for (int i = 0; i < 9; ++i) m.h[i] = hn::Set(d, input.board_from_plane[i]);
+  m.inverse_blur = hn::Set(d, 1.0f / input.blur_px);
+  m.corner_x = parameter(LaneBlock::kCornerX);
+  m.corner_y = parameter(LaneBlock::kCornerY);
+  m.scale_x = hn::Mul(parameter(LaneBlock::kPxPerCellX), m.inverse_blur);
+  m.scale_y = hn::Mul(parameter(LaneBlock::kPxPerCellY), m.inverse_blur);
+  m.correlation = parameter(LaneBlock::kCorrelation);
+  const V l10 = parameter(LaneBlock::kL10), l11 = parameter(LaneBlock::kL11);
+  m.l00 = parameter(LaneBlock::kL00);
+  m.l01 = parameter(LaneBlock::kL01);
+  m.across0 = hn::Sub(l10, m.l00);
+  m.across1 = hn::Sub(l11, m.l01);
+  m.cross = hn::Sub(m.across1, m.across0);
+  m.noise_floor = parameter(LaneBlock::kNoiseFloor);
+  m.noise_slope = parameter(LaneBlock::kNoiseSlope);
+  m.middle = hn::Mul(hn::Add(hn::Add(m.l00, l11), hn::Add(l10, m.l01)), hn::Set(d, 0.25f));
+  m.saturation = hn::Set(d, input.saturation);
+  m.limit = hn::Set(d, input.robust_limit);
+  m.limit_square = hn::Set(d, input.robust_limit * input.robust_limit);
+  const hn::RebindToSigned<D> di;
+  m.count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
+  return m;
+}
+
+/// Where a chunk's pixels lie at the two edges, in blurs, and the normal distribution there. The model is found in
+/// short loops over the chunk: the processor then has the steps of many pixels at hand, none of which wait for each
+/// other.
+struct EdgeRow {
+  enum { kX, kY, kDensityX, kDensityY, kIntegralX, kIntegralY, kValues };
+};
+
+HWY_INLINE void PlaceAtEdges(const Model& m, V u, V v, float* HWY_RESTRICT row) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const V w = Reciprocal(d, hn::MulAdd(m.h[6], u, hn::MulAdd(m.h[7], v, m.h[8])));
+  const V x = hn::MulSub(hn::MulAdd(m.h[0], u, hn::MulAdd(m.h[1], v, m.h[2])), w, m.corner_x);
+  const V y = hn::MulSub(hn::MulAdd(m.h[3], u, hn::MulAdd(m.h[4], v, m.h[5])), w, m.corner_y);
+  hn::Store(hn::Mul(x, m.scale_x), d, row + EdgeRow::kX * lanes);
+  hn::Store(hn::Mul(y, m.scale_y), d, row + EdgeRow::kY * lanes);
+}
+
+HWY_INLINE void BlurEdges(float* HWY_RESTRICT row) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (int axis = 0; axis < 2; ++axis) {
+    const Normal normal = NormalAt(d, hn::Load(d, row + axis * lanes));
+    hn::Store(normal.density, d, row + (EdgeRow::kDensityX + axis) * lanes);
+    hn::Store(normal.integral, d, row + (EdgeRow::kIntegralX + axis) * lanes);
+  }
+}
+
+/// Sums beside the products.
+struct OtherSums {
+  V weight, fit_square, fit_light, fit_count, dark_square, dark_light, dark_count;
+};
+
+/// Fills the row of a pixel. @tparam kTellDark input.tell_dark.
+template <bool kTellDark, class M>
+HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V light, M inside, float* HWY_RESTRICT row,
+                        OtherSums& sums) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+  const V ax = hn::Load(d, edges + EdgeRow::kX * lanes), ay = hn::Load(d, edges + EdgeRow::kY * lanes);
+  const V density_x = hn::Load(d, edges + EdgeRow::kDensityX * lanes),
+          density_y = hn::Load(d, edges + EdgeRow::kDensityY * lanes);
+  const V right = hn::Load(d, edges + EdgeRow::kIntegralX * lanes),
+          down = hn::Load(d, edges + EdgeRow::kIntegralY * lanes);
+
+  // Cells' shares. Edges that are not square to each other blur together: the shares are those of a bivariate
+  // normal distribution, to first order in the correlation.
+  const V twist = hn::Mul(m.correlation, hn::Mul(density_x, density_y));
+  const V slope_x = hn::MulAdd(m.cross, down, m.across0);
+  const V above = hn::MulAdd(m.across0, right, m.l00), below = hn::MulAdd(m.across1, right, m.l01);
+  const V slope_y = hn::Sub(below, above);
+  const V twist_slope = hn::Mul(m.cross, twist);
+  const V model = hn::Add(hn::MulAdd(slope_y, down, above), twist_slope);
+  const V w11 = hn::MulAdd(right, down, twist);
+  const V w10 = hn::Sub(right, w11), w01 = hn::Sub(down, w11), w00 = hn::Sub(hn::Sub(one, right), w01);
+
+  // A saturated pixel agrees with every model that saturates too.
+  const auto agrees = hn::And(hn::Ge(light, m.saturation), hn::Ge(model, light));
+  const auto used = hn::AndNot(agrees, inside);
+  const V usable = hn::IfThenElseZero(used, one);
+  const V residual = hn::IfThenElseZero(used, hn::Sub(light, model));
+
+  // Root of the weight, so that rows carry it. Huber: beyond the limit the weight falls as 1 / deviation.
+  const V variance = hn::MulAdd(m.noise_slope, hn::Max(model, zero), m.noise_floor);
+  V root = hn::IfThenElseZero(used, ReciprocalSqrt(d, variance));
+  V deviation = hn::Mul(residual, root);
+  const V deviation_square = hn::Mul(deviation, deviation);
+  const auto off = hn::Gt(deviation_square, m.limit_square);
+  V robust = usable, fits = usable;
+  if (HWY_UNLIKELY(!hn::AllFalse(d, off))) {
+    robust = hn::IfThenElse(off, hn::Mul(m.limit, ReciprocalSqrt(d, deviation_square)), usable);
+    root = hn::Mul(root, hn::Sqrt(robust));
+    deviation = hn::Mul(residual, root);
+    // The noise is told from pixels that fit; a few that do not would swamp it.
+    fits = hn::IfThenElse(off, zero, usable);
+  }
+  const V by_ax = hn::Mul(hn::NegMulAdd(ax, twist_slope, hn::Mul(slope_x, density_x)), root);
+  const V by_ay = hn::Mul(hn::NegMulAdd(ay, twist_slope, hn::Mul(slope_y, density_y)), root);
+
+  const auto put = [&](int index, V value) HWY_ATTR { hn::Store(value, d, row + index * lanes); };
+  put(kShiftX, hn::Mul(by_ax, m.scale_x));
+  put(kShiftY, hn::Mul(by_ay, m.scale_y));
+  put(kBlur, hn::Neg(hn::Mul(hn::MulAdd(by_ax, ax, hn::Mul(by_ay, ay)), m.inverse_blur)));
+  put(kLevel00, hn::Mul(w00, root));
+  put(kLevel10, hn::Mul(w10, root));
+  put(kLevel01, hn::Mul(w01, root));
+  put(kLevel11, hn::Mul(w11, root));
+  put(kResidual, deviation);
+
+  sums.weight = hn::Add(sums.weight, robust);
+  const V square = hn::Mul(residual, residual);
+  sums.fit_square = hn::MulAdd(square, fits, sums.fit_square);
+  sums.fit_count = hn::Add(fits, sums.fit_count);
+  if constexpr (kTellDark) {
+    const V dark = hn::IfThenElseZero(hn::Lt(model, m.middle), fits);
+    sums.fit_light = hn::MulAdd(model, fits, sums.fit_light);
+    sums.dark_square = hn::MulAdd(square, dark, sums.dark_square);
+    sums.dark_light = hn::MulAdd(model, dark, sums.dark_light);
+    sums.dark_count = hn::Add(dark, sums.dark_count);
+  }
+}
+
+/// Of the lanes from `first` on that fill a vector.
+template <bool kTellDark>
+void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
   const D d;
   constexpr int kMaxLanes = HWY_MAX_BYTES / sizeof(float);
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const int padded = block.padded();
-  const V inverse_blur = hn::Set(d, 1.0f / input.blur_px);
-  const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
-  const V limit_square = hn::Set(d, input.robust_limit * input.robust_limit);
-  const V limit = hn::Set(d, input.robust_limit);
-  const V saturation = hn::Set(d, input.saturation);
-  V h[9];
-  for (int i = 0; i < 9; ++i) h[i] = hn::Set(d, input.board_from_plane[i]);
+  HWY_ALIGN float edges[kChunk * EdgeRow::kValues * kMaxLanes];
   HWY_ALIGN float rows[kChunk * kRow * kMaxLanes];
   HWY_ALIGN float products[kProductSums * kMaxLanes];
-
-  for (int first = 0; first < padded; first += lanes) {
-    int most = 0;
-    HWY_ALIGN float counts[kMaxLanes];
-    for (int i = 0; i < lanes; ++i) {
-      most = most > block.counts()[first + i] ? most : block.counts()[first + i];
-      counts[i] = static_cast<float>(block.counts()[first + i]);
-    }
-    const V count = hn::Load(d, counts);
-    const auto parameter = [&](LaneBlock::Parameter which) {
-      return hn::LoadU(d, block.parameter_data(which) + first);
-    };
-    const V corner_x = parameter(LaneBlock::kCornerX), corner_y = parameter(LaneBlock::kCornerY);
-    const V scale_x = hn::Mul(parameter(LaneBlock::kPxPerCellX), inverse_blur);
-    const V scale_y = hn::Mul(parameter(LaneBlock::kPxPerCellY), inverse_blur);
-    const V correlation = parameter(LaneBlock::kCorrelation);
-    const V l00 = parameter(LaneBlock::kL00), l10 = parameter(LaneBlock::kL10);
-    const V l01 = parameter(LaneBlock::kL01), l11 = parameter(LaneBlock::kL11);
-    const V noise_floor = parameter(LaneBlock::kNoiseFloor), noise_slope = parameter(LaneBlock::kNoiseSlope);
-    const V cross = hn::Sub(hn::Add(l00, l11), hn::Add(l10, l01));
-    const V middle = hn::Mul(hn::Add(hn::Add(l00, l11), hn::Add(l10, l01)), hn::Set(d, 0.25f));
-
-    for (int i = 0; i < kProductSums * lanes; i += lanes) hn::Store(zero, d, products + i);
-    V weight_sum = zero, fit_square = zero, fit_light = zero, fit_count = zero;
-    V dark_square = zero, dark_light = zero, dark_count = zero;
-    int in_chunk = 0;
-    // Copies, which no store can change.
-    const bool tell_dark = input.tell_dark;
-    const int stride = input.stride;
-    const float *u_at = block.u_data() + block.Place(first, 0), *v_at = block.v_data() + block.Place(first, 0),
-                *light_at = block.light_data() + block.Place(first, 0);
-    for (int k = 0; k < most; k += stride, u_at += stride * LaneBlock::kNextPixel,
-             v_at += stride * LaneBlock::kNextPixel, light_at += stride * LaneBlock::kNextPixel) {
-      const auto inside = hn::Lt(hn::Set(d, static_cast<float>(k)), count);
+  const V zero = hn::Zero(d);
+  for (int i = 0; i < kProductSums * lanes; i += lanes) hn::Store(zero, d, products + i);
+  const Model m = ModelOf(input, block, first);
+  OtherSums sums{zero, zero, zero, zero, zero, zero, zero};
+  int most = 0;
+  for (int lane = first; lane < first + lanes; ++lane) most = most > block.count(lane) ? most : block.count(lane);
+  const int stride = input.stride;
+  const std::ptrdiff_t next = stride * LaneBlock::kNextPixel;
+  const std::size_t start = block.Place(first, 0);
+  const float *u = block.u_data() + start, *v = block.v_data() + start, *light = block.light_data() + start;
+  const auto inside = [&](int k) HWY_ATTR { return hn::Lt(hn::Set(d, static_cast<float>(k)), m.count); };
+  for (int k = 0; k < most; k += kChunk * stride) {
+    const int left = (most - k + stride - 1) / stride, pixels = left < kChunk ? left : kChunk;
+    for (int i = 0; i < pixels; ++i, u += next, v += next) {
       // Beyond a lane's count an earlier board's pixels may stand, which this homography may send to infinity.
-      const V u = hn::IfThenElseZero(inside, hn::LoadU(d, u_at));
-      const V v = hn::IfThenElseZero(inside, hn::LoadU(d, v_at));
-      const V light = hn::LoadU(d, light_at);
-
-      const V w = Reciprocal(d, hn::MulAdd(h[6], u, hn::MulAdd(h[7], v, h[8])));
-      const V x = hn::MulSub(hn::MulAdd(h[0], u, hn::MulAdd(h[1], v, h[2])), w, corner_x);
-      const V y = hn::MulSub(hn::MulAdd(h[3], u, hn::MulAdd(h[4], v, h[5])), w, corner_y);
-      const V ax = hn::Mul(x, scale_x), ay = hn::Mul(y, scale_y);
-      const Normal nx = NormalAt(d, ax), ny = NormalAt(d, ay);
-
-      // Cells' shares. Edges that are not square to each other blur together: the shares are those of a bivariate
-      // normal distribution, to first order in the correlation.
-      const V twist = hn::Mul(correlation, hn::Mul(nx.density, ny.density));
-      const V left = hn::Sub(one, nx.integral), up = hn::Sub(one, ny.integral);
-      const V w00 = hn::MulAdd(left, up, twist), w10 = hn::MulSub(nx.integral, up, twist);
-      const V w01 = hn::MulSub(left, ny.integral, twist), w11 = hn::MulAdd(nx.integral, ny.integral, twist);
-      const V model = hn::MulAdd(w00, l00, hn::MulAdd(w10, l10, hn::MulAdd(w01, l01, hn::Mul(w11, l11))));
-
-      // A saturated pixel agrees with every model that saturates too.
-      const auto agrees = hn::And(hn::Ge(light, saturation), hn::Ge(model, light));
-      const auto used = hn::AndNot(agrees, inside);
-      const V usable = hn::IfThenElseZero(used, one);
-      const V residual = hn::IfThenElseZero(used, hn::Sub(light, model));
-
-      // Root of the weight, so that rows carry it. Huber: beyond the limit the weight falls as 1 / deviation.
-      const V variance = hn::MulAdd(noise_slope, hn::Max(model, zero), noise_floor);
-      V root = hn::IfThenElseZero(used, ReciprocalSqrt(d, variance));
-      const V deviation = hn::Mul(residual, root);
-      const V deviation_square = hn::Mul(deviation, deviation);
-      const auto off = hn::Gt(deviation_square, limit_square);
-      V robust = usable;
-      if (HWY_UNLIKELY(!hn::AllFalse(d, off))) {
-        robust = hn::IfThenElse(off, hn::Mul(limit, ReciprocalSqrt(d, deviation_square)), usable);
-        root = hn::Mul(root, hn::Sqrt(robust));
-      }
-
-      const V slope_x = hn::MulAdd(hn::Sub(l11, l01), ny.integral, hn::Mul(hn::Sub(l10, l00), up));
-      const V slope_y = hn::MulAdd(hn::Sub(l11, l10), nx.integral, hn::Mul(hn::Sub(l01, l00), left));
-      const V twist_slope = hn::Mul(cross, twist);
-      const V by_ax = hn::Mul(hn::NegMulAdd(ax, twist_slope, hn::Mul(slope_x, nx.density)), root);
-      const V by_ay = hn::Mul(hn::NegMulAdd(ay, twist_slope, hn::Mul(slope_y, ny.density)), root);
-
-      float* row = rows + in_chunk * kRow * lanes;
-      const auto put = [&](int index, V value) HWY_ATTR { hn::Store(value, d, row + index * lanes); };
-      put(kShiftX, hn::Mul(by_ax, scale_x));
-      put(kShiftY, hn::Mul(by_ay, scale_y));
-      put(kBlur, hn::Neg(hn::Mul(hn::MulAdd(by_ax, ax, hn::Mul(by_ay, ay)), inverse_blur)));
-      put(kLevel00, hn::Mul(w00, root));
-      put(kLevel10, hn::Mul(w10, root));
-      put(kLevel01, hn::Mul(w01, root));
-      put(kLevel11, hn::Mul(w11, root));
-      put(kResidual, hn::Mul(residual, root));
-      if (++in_chunk == kChunk) {
-        AddAllProducts(d, rows, kChunk, products);
-        in_chunk = 0;
-      }
-
-      weight_sum = hn::Add(weight_sum, robust);
-      // The noise is told from pixels that fit; a few that do not would swamp it.
-      const V fits = hn::IfThenElse(off, zero, usable);
-      const V square = hn::Mul(residual, residual);
-      fit_square = hn::MulAdd(square, fits, fit_square);
-      fit_count = hn::Add(fits, fit_count);
-      if (tell_dark) {
-        const V dark = hn::IfThenElseZero(hn::Lt(model, middle), fits);
-        fit_light = hn::MulAdd(model, fits, fit_light);
-        dark_square = hn::MulAdd(square, dark, dark_square);
-        dark_light = hn::MulAdd(model, dark, dark_light);
-        dark_count = hn::Add(dark, dark_count);
-      }
+      const auto is_inside = inside(k + i * stride);
+      PlaceAtEdges(m, hn::IfThenElseZero(is_inside, hn::LoadU(d, u)), hn::IfThenElseZero(is_inside, hn::LoadU(d, v)),
+                   edges + i * EdgeRow::kValues * lanes);
     }
-    AddAllProducts(d, rows, in_chunk, products);
-
-    for (int product = 0; product < kProductSums; ++product)
-      hn::StoreU(hn::Load(d, products + product * lanes), d, block.sum_data(product) + first);
-    const auto finish = [&](LaneSum which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
-    finish(kWeight, weight_sum);
-    finish(kDarkSquare, dark_square);
-    finish(kDarkLight, dark_light);
-    finish(kDarkCount, dark_count);
-    finish(kLightSquare, hn::Sub(fit_square, dark_square));
-    finish(kLightLight, hn::Sub(fit_light, dark_light));
-    finish(kLightCount, hn::Sub(fit_count, dark_count));
+    for (int i = 0; i < pixels; ++i) BlurEdges(edges + i * EdgeRow::kValues * lanes);
+    for (int i = 0; i < pixels; ++i, light += next)
+      FillRow<kTellDark>(m, edges + i * EdgeRow::kValues * lanes, hn::LoadU(d, light), inside(k + i * stride),
+                         rows + i * kRow * lanes, sums);
+    AddAllProducts(d, rows, pixels, products);
   }
+  for (int product = 0; product < kProductSums; ++product)
+    hn::StoreU(hn::Load(d, products + product * lanes), d, block.sum_data(product) + first);
+  const auto finish = [&](LaneSum which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
+  finish(kWeight, sums.weight);
+  finish(kDarkSquare, sums.dark_square);
+  finish(kDarkLight, sums.dark_light);
+  finish(kDarkCount, sums.dark_count);
+  finish(kLightSquare, hn::Sub(sums.fit_square, sums.dark_square));
+  finish(kLightLight, hn::Sub(sums.fit_light, sums.dark_light));
+  finish(kLightCount, hn::Sub(sums.fit_count, sums.dark_count));
+}
+
+void Accumulate(const KernelInput& input, LaneBlock& block) {
+  const int lanes = static_cast<int>(hn::Lanes(D()));
+  for (int first = 0; first < block.padded(); first += lanes)
+    input.tell_dark ? AccumulateVector<true>(input, first, block) : AccumulateVector<false>(input, first, block);
 }
 
 void EvenOut(const LightFall& fall, float saturation, LaneBlock& block) {
@@ -277,7 +338,7 @@ void LaneBlock::Reset(int lanes, int pixels_per_lane) {
   capacity_ = pixels_per_lane;
   const auto padded = static_cast<std::size_t>(padded_);
   // Values beyond a lane's count are multiplied by zero: they must be finite, whatever an earlier board left there is.
-  pixels_.resize(std::max(pixels_.size(), 3 * padded * static_cast<std::size_t>(capacity_)));
+  pixels_.resize(std::max(pixels_.size(), 3 * padded / kGroup * static_cast<std::size_t>(capacity_)));
   parameters_.assign(padded * kParameters, 1.0f);
   sums_.resize(padded * kLaneSums);
   counts_.assign(padded, 0);

@@ -79,12 +79,12 @@ class LaneBlock {
   std::size_t Place(int lane, int i) const {
     return static_cast<std::size_t>((lane / kGroup * capacity_ + i) * kNextPixel + lane % kGroup);
   }
-  float* u_data() { return pixels_.data(); }
-  float* v_data() { return pixels_.data() + kGroup; }
-  float* light_data() { return pixels_.data() + 2 * kGroup; }
-  const float* u_data() const { return pixels_.data(); }
-  const float* v_data() const { return pixels_.data() + kGroup; }
-  const float* light_data() const { return pixels_.data() + 2 * kGroup; }
+  float* u_data() { return pixels_.data()->values; }
+  float* v_data() { return u_data() + kGroup; }
+  float* light_data() { return u_data() + 2 * kGroup; }
+  const float* u_data() const { return pixels_.data()->values; }
+  const float* v_data() const { return u_data() + kGroup; }
+  const float* light_data() const { return u_data() + 2 * kGroup; }
   int& count(int lane) { return counts_[static_cast<std::size_t>(lane)]; }
   int count(int lane) const { return counts_[static_cast<std::size_t>(lane)]; }
   const int* counts() const { return counts_.data(); }
@@ -98,8 +98,14 @@ class LaneBlock {
   float sum(int which, int lane) const { return sum_data(which)[lane]; }
 
  private:
+  /// One value of all of a group's lanes: the widest vector, in one line of the cache.
+  struct alignas(kGroup * sizeof(float)) GroupValues {
+    float values[kGroup];
+  };
+
   int lanes_ = 0, padded_ = 0, capacity_ = 0;
-  std::vector<float> pixels_, parameters_, sums_;
+  std::vector<GroupValues> pixels_;
+  std::vector<float> parameters_, sums_;
   std::vector<int> counts_;
 };
 
