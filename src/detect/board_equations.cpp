@@ -19,6 +19,7 @@ struct BoardSystem {
   /// Floats of a cell's right-hand sides: whole vectors, whatever their length.
   static constexpr int kRightRow = 48;
 
+  bool fixed_levels = false;
   int cells = 0, band = 0;
   /// Floats of a column of the matrix: entries up to the band, then zeros, which vectors run into.
   int matrix_row = 0;
@@ -92,14 +93,16 @@ void MergeKind(const float* HWY_RESTRICT from, const PhaseShares& shares, std::p
 #endif
 }
 
-/// Of all products: those with a level by channel, the others over all phases.
-void MergePhases(const SumsOfLanes& sums, const PhaseShares& shares, float* merged) {
+/// Of the products: those with a level by channel, the others over all phases.
+void MergePhases(const SumsOfLanes& sums, const PhaseShares& shares, bool with_levels, float* merged) {
   constexpr PhaseShares kAll{{1, 1, 1, 1}, 1};
   const auto is_level = [](int column) { return column >= kLevel00 && column <= kLevel11; };
   for (int a = 0; a < kLaneColumns; ++a)
-    for (int b = a; b < kLaneColumns; ++b)
-      MergeKind(sums.Of(a, b, 0), is_level(a) || is_level(b) ? shares : kAll, sums.stride,
-                merged + ProductSum(a, b) * sums.stride);
+    for (int b = a; b < kLaneColumns; ++b) {
+      const bool of_level = is_level(a) || is_level(b);
+      if (of_level && !with_levels) continue;
+      MergeKind(sums.Of(a, b, 0), of_level ? shares : kAll, sums.stride, merged + ProductSum(a, b) * sums.stride);
+    }
 }
 
 /// Adds what the corners say of geometry and blur alone.
@@ -290,9 +293,11 @@ void Eliminate(BoardSystem& system) {
 /// @param merged room for what `sums` has.
 void Solve(const CornerTerms* corners, int count, const SumsOfLanes& sums, const PhaseShares& shares, float least,
            float* merged, BoardSystem& system) {
-  MergePhases(sums, shares, merged);
+  const bool with_levels = !system.fixed_levels;
+  MergePhases(sums, shares, with_levels, merged);
   const SumsOfLanes of_channels{merged, sums.stride};
   AddShapes(corners, count, of_channels, system);
+  if (!with_levels) return;
   for (int i = 0; i < count; ++i) AddLevels(corners[i], of_channels, system);
   Factor(least, system);
   Eliminate(system);
@@ -360,6 +365,7 @@ PhaseShares SharesOf(int red_phase, float* phase_weight) {
 
 void BoardEquations::Prepare(MarkerSize size) {
   cells_ = size.rows * size.cols;
+  cols_ = size.cols;
   band_ = size.cols + 1;
   // A vector's floats at most run over the entries of the band, from any of them on.
   constexpr int kVector = 16;
@@ -396,9 +402,11 @@ void BoardEquations::SetDerivatives(std::span<const CornerDerivative> derivative
 void BoardEquations::Assemble(const Input& input) {
   const BoardPixels& pixels = *input.pixels;
   const MarkerSize size = pixels.size();
-  Prepare(size);
+  if (!input.fixed_levels) Prepare(size);
   BoardSystem system = System();
+  system.fixed_levels = input.fixed_levels;
   const PhaseShares shares = SharesOf(input.red_phase, system.phase_weight);
+  std::copy_n(system.phase_weight, 4, phase_weight_.begin());
   const LaneBlock& lanes = pixels.lanes();
   std::array<CornerTerms, kMaxCorners> corners;
   int count = 0;
@@ -433,6 +441,22 @@ void BoardEquations::MoveLevels(const Vector& step, std::span<PhaseValues> level
   for (int cell = 0; cell < cells_; ++cell)
     for (std::size_t phase = 0; phase < 4; ++phase)
       levels[static_cast<std::size_t>(cell)][phase] += right_[cell * BoardSystem::kRightRow + static_cast<int>(phase)];
+}
+
+Eigen::Vector2d BoardEquations::ShiftGradientOfLevels(int lane, int cell) const {
+  const std::array<int, 4> cells{cell, cell + 1, cell + cols_, cell + cols_ + 1};
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (int i = 0; i < 4; ++i) {
+    const float* moves = right_ + cells[static_cast<std::size_t>(i)] * BoardSystem::kRightRow;
+    for (int axis = kShiftX; axis <= kShiftY; ++axis) {
+      const float* products = merged_.data() + ProductSum(axis, kLevel00 + i) * lanes_ + lane;
+      float of_cell = 0;
+      for (int phase = 0; phase < 4; ++phase)
+        of_cell += phase_weight_[static_cast<std::size_t>(phase)] * products[phase] * moves[phase];
+      sum[axis] += double{of_cell};
+    }
+  }
+  return sum;
 }
 
 }  // namespace chequer

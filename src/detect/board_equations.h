@@ -37,6 +37,8 @@ class BoardEquations {
     std::span<const bool> used;
     /// Phase of the red pixels of a mosaic; −1 if all phases are one channel.
     int red_phase = -1;
+    /// The levels stay as they are: then the lanes need not have sums of them.
+    bool fixed_levels = false;
   };
 
   /// By corner; they must outlive the calls of Assemble().
@@ -54,14 +56,17 @@ class BoardEquations {
   const Vector& gradient() const { return gradient_; }
   double chi_square() const { return chi_square_; }
 
-  /// Moves the levels, cell by cell, as they follow a step of geometry and blur.
+  /// Moves the levels, cell by cell, as they follow a step of geometry and blur. @pre they were not fixed.
   void MoveLevels(const Vector& step, std::span<PhaseValues> levels);
+  /// How much the last moves of the levels take off the gradient of a corner's own shift. @param cell towards −x, −y.
+  Eigen::Vector2d ShiftGradientOfLevels(int lane, int cell) const;
 
  private:
   void Prepare(MarkerSize size);
   BoardSystem System() const;
 
-  int cells_ = 0, band_ = 0, matrix_row_ = 0, lanes_ = 0;
+  int cells_ = 0, cols_ = 0, band_ = 0, matrix_row_ = 0, lanes_ = 0;
+  PhaseValues phase_weight_{};  ///< channels that phases share count once
   std::vector<float> floats_;
   std::span<const CornerDerivative> derivatives_;
   std::vector<float> repeated_;  ///< the derivatives, each as often as there are phases

@@ -40,6 +40,8 @@ constexpr double kOtherBlur = 2;
 /// Every how many pixels the first step uses: with half of them it comes near from any start, with a third from one
 /// that knows the blur. Fewer tell the cells' levels too badly for the second step to judge what is hidden.
 constexpr int kFirstStride = 2, kFirstStrideKnown = 3;
+/// Cells, in blurs, whose middles show their own light.
+constexpr double kClearCell = 6;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
 
@@ -153,15 +155,25 @@ Eigen::Vector2d PhotometricFit::MoveOf(int corner) const {
 }
 
 bool PhotometricFit::Step() {
+  if (!TakeStep({.pixels = &pixels_, .used = used_, .red_phase = red_phase_})) return false;
+  equations_.MoveLevels(step_, levels_);
+  return true;
+}
+
+bool PhotometricFit::StepShape() {
+  input_.sums = LaneSums::kShapes;
+  return TakeStep({.pixels = &pixels_, .used = used_, .red_phase = red_phase_, .fixed_levels = true});
+}
+
+bool PhotometricFit::TakeStep(const BoardEquations::Input& input) {
   SetLanes();
   AccumulateLanes(input_, pixels_.lanes());
-  equations_.Assemble({.pixels = &pixels_, .used = used_, .red_phase = red_phase_});
+  equations_.Assemble(input);
   const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
   if (!solver.positive()) return false;
   step_ = solver.Solve(equations_.gradient());
   if (!step_.allFinite()) return false;
   gain_ = step_.dot(equations_.gradient());
-  equations_.MoveLevels(step_, levels_);
   constexpr int kBlurUnknown = BoardGeometry::kParameters;
   result_.geometry.MoveCoordinates(step_.head<BoardGeometry::kParameters>());
   const double blur = std::clamp(blur_px_ + step_[kBlurUnknown], std::max(kLeastBlur, 0.6 * blur_px_),
@@ -246,7 +258,8 @@ void PhotometricFit::Finish() {
     const auto sum = [&](int a, int b) { return equations_.SumOf(a, b, first); };
     Eigen::Matrix2d information;
     information << sum(kShiftX, kShiftX), sum(kShiftX, kShiftY), sum(kShiftX, kShiftY), sum(kShiftY, kShiftY);
-    const Eigen::Vector2d gradient(sum(kShiftX, kResidual), sum(kShiftY, kResidual));
+    const Eigen::Vector2d gradient = Eigen::Vector2d(sum(kShiftX, kResidual), sum(kShiftY, kResidual)) -
+                                     equations_.ShiftGradientOfLevels(first, pixels_.Cell(corner));
     if (!(information.determinant() > 0)) continue;
     const std::size_t i = static_cast<std::size_t>(corner);
     result_.corner_used[i] = true;
@@ -285,7 +298,7 @@ void PhotometricFit::Finish() {
 bool PhotometricFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   const int most = take_out_ ? kMostPassesOfLight : kMaxPasses;
   const double settled_px = take_out_ ? kSettledLightPx : kSettledPx;
-  input_.tell_dark = !noise_known || take_out_;
+  input_.sums = noise_known && !take_out_ ? LaneSums::kLevels : LaneSums::kNoise;
   for (int pass = 1; pass < most; ++pass) {
     if (corner_move_px_ > kFollowPx) {
       pixels_.PlaceCorners(lens, result_.geometry);
@@ -305,8 +318,9 @@ bool PhotometricFit::Settle(const Lens& lens, const Start& start, bool noise_kno
       EvenOutShading(start);
     }
     // While ink settles, what it will explain is no noise, and what it has explained leaves none to tell.
-    if (input_.tell_dark && !fit_ink_) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
-    noise_known = input_.tell_dark = true;
+    if (input_.sums == LaneSums::kNoise && !fit_ink_) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
+    noise_known = true;
+    input_.sums = LaneSums::kNoise;
   }
   return true;
 }
@@ -315,8 +329,12 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   if (!Prepare(reader, lens, start)) return nullptr;
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   input_.robust_limit = 1e9f;
-  input_.tell_dark = false;
-  if (!Step() || corner_move_px_ > kRunawayPx) return nullptr;
+  input_.sums = LaneSums::kLevels;
+  // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
+  // do not blur into them.
+  const double cell_px = std::sqrt(std::abs(pixels_.place(pixels_.corners() / 2).pixel_by_board.determinant()));
+  const bool knows_levels = start.image && cell_px > kClearCell * blur_px_;
+  if (!(knows_levels ? StepShape() : Step()) || corner_move_px_ > kRunawayPx) return nullptr;
   // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
   for (double chosen_for = start.blur_px; blur_px_ > kWiderBlur * chosen_for;) {
     chosen_for = blur_px_;

@@ -60,8 +60,7 @@ class PhotometricFit {
     std::span<const std::uint8_t> saturated;
     /// Cells that do not show: corners with two of them are left out.
     std::span<const std::uint8_t> covered;
-    /// Of another board of the same image, if one was fitted before: saves a pass, and a third of the first step's
-    /// pixels.
+    /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
   };
 
@@ -76,7 +75,11 @@ class PhotometricFit {
   /// What the kernel is told of the corners' places, and of what changes with every step.
   void SetPlaces();
   void SetLanes();
+  /// A step of Gauss-Newton.
   bool Step();
+  /// The same with the cells' levels as they are.
+  bool StepShape();
+  bool TakeStep(const BoardEquations::Input& input);
   /// Of the last step, in board coordinates.
   Eigen::Vector2d MoveOf(int corner) const;
   void EvenOutShading(const Start& start);

@@ -140,7 +140,7 @@ void LightReader::Prefetch(const PixelBox& box) const {
   if (last - first > kWidest) return;
   for (int y = pixel(box.top, height()); y <= pixel(box.bottom, height()); ++y)
     for (std::ptrdiff_t at = first; at < last + kLine; at += kLine)
-      __builtin_prefetch(image_.row(y) + std::min(at, last),0,1);
+      __builtin_prefetch(image_.row(y) + std::min(at, last), 0, 1);
 }
 
 Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {

@@ -99,6 +99,27 @@ HWY_INLINE void AddAllProducts(D d, const float* HWY_RESTRICT rows, int count, f
   AddProducts<5, kRow>(d, rows, count, sums);
 }
 
+/// The same for the columns that are no levels: few enough for one go.
+HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count, float* HWY_RESTRICT sums) {
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  constexpr int kColumns = 4, kColumn[kColumns] = {kShiftX, kShiftY, kBlur, kResidual};
+  const auto each_product = [&](auto&& act) HWY_ATTR {
+    for (int a = 0, product = 0; a < kColumns; ++a)
+      for (int b = a; b < kColumns; ++b, ++product) act(a, b, product);
+  };
+  V sum[kColumns * (kColumns + 1) / 2];
+  each_product([&](int a, int b, int product)
+                   HWY_ATTR { sum[product] = hn::Load(d, sums + ProductSum(kColumn[a], kColumn[b]) * lanes); });
+  for (int k = 0; k < count; ++k) {
+    V value[kColumns];
+    for (int a = 0; a < kColumns; ++a) value[a] = hn::Load(d, rows + (k * kRow + kColumn[a]) * lanes);
+    each_product([&](int a, int b, int product)
+                     HWY_ATTR { sum[product] = hn::MulAdd(value[a], value[b], sum[product]); });
+  }
+  each_product([&](int a, int b, int product)
+                   HWY_ATTR { hn::Store(sum[product], d, sums + ProductSum(kColumn[a], kColumn[b]) * lanes); });
+}
+
 /// What the kernel's input says, of some lanes.
 struct Model {
   V h[9];
@@ -171,8 +192,8 @@ struct OtherSums {
   V weight, fit_square, fit_light, fit_count, dark_square, dark_light, dark_count;
 };
 
-/// Fills the row of a pixel. @tparam kTellDark input.tell_dark.
-template <bool kTellDark, class M>
+/// Fills the row of a pixel. @tparam kSums input.sums.
+template <LaneSums kSums, class M>
 HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V light, M inside, float* HWY_RESTRICT row,
                         OtherSums& sums) {
   const D d;
@@ -222,17 +243,18 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V light
   put(kShiftX, hn::Mul(by_ax, m.scale_x));
   put(kShiftY, hn::Mul(by_ay, m.scale_y));
   put(kBlur, hn::Neg(hn::Mul(hn::MulAdd(by_ax, ax, hn::Mul(by_ay, ay)), m.inverse_blur)));
+  put(kResidual, deviation);
+  if constexpr (kSums == LaneSums::kShapes) return;
   put(kLevel00, hn::Mul(w00, root));
   put(kLevel10, hn::Mul(w10, root));
   put(kLevel01, hn::Mul(w01, root));
   put(kLevel11, hn::Mul(w11, root));
-  put(kResidual, deviation);
 
   sums.weight = hn::Add(sums.weight, robust);
   const V square = hn::Mul(residual, residual);
   sums.fit_square = hn::MulAdd(square, fits, sums.fit_square);
   sums.fit_count = hn::Add(fits, sums.fit_count);
-  if constexpr (kTellDark) {
+  if constexpr (kSums == LaneSums::kNoise) {
     const V dark = hn::IfThenElseZero(hn::Lt(model, m.middle), fits);
     sums.fit_light = hn::MulAdd(model, fits, sums.fit_light);
     sums.dark_square = hn::MulAdd(square, dark, sums.dark_square);
@@ -242,7 +264,7 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V light
 }
 
 /// Of the lanes from `first` on that fill a vector.
-template <bool kTellDark>
+template <LaneSums kSums>
 void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
   const D d;
   constexpr int kMaxLanes = HWY_MAX_BYTES / sizeof(float);
@@ -271,12 +293,14 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
     }
     for (int i = 0; i < pixels; ++i) BlurEdges(edges + i * EdgeRow::kValues * lanes);
     for (int i = 0; i < pixels; ++i, light += next)
-      FillRow<kTellDark>(m, edges + i * EdgeRow::kValues * lanes, hn::LoadU(d, light), inside(k + i * stride),
-                         rows + i * kRow * lanes, sums);
-    AddAllProducts(d, rows, pixels, products);
+      FillRow<kSums>(m, edges + i * EdgeRow::kValues * lanes, hn::LoadU(d, light), inside(k + i * stride),
+                     rows + i * kRow * lanes, sums);
+    kSums == LaneSums::kShapes ? AddShapeProducts(d, rows, pixels, products)
+                               : AddAllProducts(d, rows, pixels, products);
   }
   for (int product = 0; product < kProductSums; ++product)
     hn::StoreU(hn::Load(d, products + product * lanes), d, block.sum_data(product) + first);
+  if constexpr (kSums == LaneSums::kShapes) return;
   const auto finish = [&](LaneSum which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
   finish(kWeight, sums.weight);
   finish(kDarkSquare, sums.dark_square);
@@ -289,8 +313,11 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
 
 void Accumulate(const KernelInput& input, LaneBlock& block) {
   const int lanes = static_cast<int>(hn::Lanes(D()));
-  for (int first = 0; first < block.padded(); first += lanes)
-    input.tell_dark ? AccumulateVector<true>(input, first, block) : AccumulateVector<false>(input, first, block);
+  for (int first = 0; first < block.padded(); first += lanes) switch (input.sums) {
+      case LaneSums::kShapes: AccumulateVector<LaneSums::kShapes>(input, first, block); break;
+      case LaneSums::kLevels: AccumulateVector<LaneSums::kLevels>(input, first, block); break;
+      case LaneSums::kNoise: AccumulateVector<LaneSums::kNoise>(input, first, block); break;
+    }
 }
 
 void EvenOut(const LightFall& fall, float saturation, LaneBlock& block) {

@@ -109,17 +109,25 @@ class LaneBlock {
   std::vector<int> counts_;
 };
 
+/// Which sums are wanted.
+enum class LaneSums {
+  kShapes,  ///< products of columns that are no levels, alone
+  kLevels,  ///< all products, the weights; all pixels count as light ones, whose Σ of the model is not told
+  kNoise,   ///< all
+};
+
 /// What all lanes share.
 struct KernelInput {
   float board_from_plane[9] = {};  ///< homography, row by row, of plane coordinates from the block's origin
   float blur_px = 1;               ///< standard deviation of the Gaussian, pixels
   float saturation = 1;            ///< light from which on a pixel only says "at least that much"
   float robust_limit = 1e9f;       ///< residuals beyond so many standard deviations count with less weight (Huber)
-  bool tell_dark = true;           ///< else all pixels count as light ones, whose Σ of the model is not told
-  int stride = 1;                  ///< every how many of a lane's pixels are used, ≥ 1
+  LaneSums sums = LaneSums::kNoise;
+  int stride = 1;  ///< every how many of a lane's pixels are used, ≥ 1
 };
 
-/// Evaluates model and derivatives at all pixels and fills the sums of all lanes.
+/// Evaluates model and derivatives at all pixels and fills the wanted sums of all lanes; the other products are zero,
+/// the other sums left alone.
 void AccumulateLanes(const KernelInput& input, LaneBlock& block);
 
 /// How the logarithm of the light changes over the plane: by u and v, their squares and their product.

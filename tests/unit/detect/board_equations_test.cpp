@@ -76,12 +76,17 @@ class BoardEquationsTest : public testing::TestWithParam<int> {
   std::vector<Eigen::MatrixXd> rows_;
 };
 
-TEST_P(BoardEquationsTest, SolvesAsADenseSolverDoes) {
-  const int red = GetParam();
+std::array<int, 4> ChannelsOfPhases(int red) {
   std::array<int, 4> channel_of_phase{};
   if (red >= 0)
     for (int phase = 0; phase < 4; ++phase)
       channel_of_phase[static_cast<std::size_t>(phase)] = phase == red ? 0 : (phase == 3 - red ? 2 : 1);
+  return channel_of_phase;
+}
+
+TEST_P(BoardEquationsTest, SolvesAsADenseSolverDoes) {
+  const int red = GetParam();
+  const std::array<int, 4> channel_of_phase = ChannelsOfPhases(red);
   const int channels = red >= 0 ? 3 : 1;
   Eigen::VectorXd residual;
   const Eigen::MatrixXd dense = Dense(channel_of_phase, channels, &residual);
@@ -107,6 +112,40 @@ TEST_P(BoardEquationsTest, SolvesAsADenseSolverDoes) {
           levels[static_cast<std::size_t>(cell)][static_cast<std::size_t>(phase)],
           solution[BoardEquations::kUnknowns + channel_of_phase[static_cast<std::size_t>(phase)] * kCells + cell], 1e-4)
           << "cell " << cell << ", phase " << phase;
+}
+
+TEST_P(BoardEquationsTest, FixedLevelsLeaveTheShapesAlone) {
+  Eigen::VectorXd residual;
+  const Eigen::MatrixXd dense =
+      Dense(ChannelsOfPhases(GetParam()), 3, &residual).leftCols<int{BoardEquations::kUnknowns}>();
+  BoardEquations equations;
+  equations.SetDerivatives(derivatives_);
+  equations.Assemble({.pixels = &pixels_, .used = used_, .red_phase = GetParam(), .fixed_levels = true});
+  EXPECT_LT((equations.normal() - dense.transpose() * dense).norm(), 1e-4 * equations.normal().norm());
+  EXPECT_LT((equations.gradient() - dense.transpose() * residual).norm(), 1e-4 * equations.gradient().norm());
+}
+
+TEST_P(BoardEquationsTest, TellsWhatTheLevelsTookOffACornersShift) {
+  BoardEquations equations;
+  equations.SetDerivatives(derivatives_);
+  equations.Assemble({.pixels = &pixels_, .used = used_, .red_phase = GetParam()});
+  std::vector<PhaseValues> moves(kCells, PhaseValues{});
+  equations.MoveLevels(BoardEquations::Vector::Zero(), moves);
+  for (int corner = 0; corner < kCorners; ++corner) {
+    const int cell = pixels_.Cell(corner), lane = pixels_.Lane(corner);
+    Eigen::Vector2d expected = Eigen::Vector2d::Zero();
+    for (std::size_t phase = 0; phase < 4; ++phase) {
+      const Eigen::MatrixXd& rows = rows_[static_cast<std::size_t>(lane) + phase];
+      const std::array<int, 4> cells{cell, cell + 1, cell + kSize.cols, cell + kSize.cols + 1};
+      for (int a = 0; a < 4; ++a) {
+        const double move = double{moves[static_cast<std::size_t>(cells[static_cast<std::size_t>(a)])][phase]};
+        for (int axis = 0; axis < 2; ++axis)
+          expected[axis] += move * rows.col(kShiftX + axis).dot(rows.col(kLevel00 + a));
+      }
+    }
+    EXPECT_LT((equations.ShiftGradientOfLevels(lane, cell) - expected).norm(), 1e-4 * (1 + expected.norm()))
+        << "corner " << corner;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(RedPhase, BoardEquationsTest, testing::Values(-1, 0, 1, 2, 3));

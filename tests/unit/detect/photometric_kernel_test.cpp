@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <set>
 #include <vector>
 
 namespace chequer {
@@ -116,6 +117,28 @@ TEST_F(Kernel, SumsAreThoseOfTheModelOnEveryTarget) {
       EXPECT_EQ(block_.sum(kWeight, lane), static_cast<float>(block_.count(lane)));
       EXPECT_EQ(block_.sum(kDarkCount, lane) + block_.sum(kLightCount, lane), static_cast<float>(block_.count(lane)));
     }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST_F(Kernel, ShapesAreSummedAlikeWithoutTheLevels) {
+  for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    input_.sums = LaneSums::kLevels;
+    AccumulateLanes(input_, block_);
+    const LaneBlock all = block_;
+    std::fill_n(block_.sum_data(0), kLaneSums * block_.padded(), -7.0f);
+    input_.sums = LaneSums::kShapes;
+    AccumulateLanes(input_, block_);
+    const std::set<int> shapes{kShiftX, kShiftY, kBlur, kResidual};
+    for (int lane = 0; lane < kLanes; ++lane)
+      for (int a = 0; a < kLaneColumns; ++a)
+        for (int b = a; b < kLaneColumns; ++b) {
+          const bool told = shapes.contains(a) && shapes.contains(b);
+          const float sum = all.sum(ProductSum(a, b), lane);
+          EXPECT_NEAR(block_.sum(ProductSum(a, b), lane), told ? sum : 0, told ? 1e-5f * std::abs(sum) + 1e-6f : 0)
+              << hwy::TargetName(target) << ", lane " << lane << ", columns " << a << " and " << b;
+        }
   }
   hwy::SetSupportedTargetsForTest(0);
 }
