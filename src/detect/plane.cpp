@@ -49,7 +49,8 @@ void BayerRow(const std::uint8_t* red_row, const std::uint8_t* blue_row, int wid
   // Where the window's left pixel of the blue row is green.
   const auto left_is_green = hn::Eq(parity, hn::Set(d, green_first ? 0 : 1));
   int x = 0;
-  for (; x + lanes + 1 <= width; x += lanes) {
+  // A vector of one lane would have but one parity.
+  for (; lanes > 1 && x + lanes + 1 <= width; x += lanes) {
     const auto red_and_green = hn::AverageRound(hn::LoadU(d, red_row + x), hn::LoadU(d, red_row + x + 1));
     const auto green = hn::IfThenElse(left_is_green, hn::LoadU(d, blue_row + x), hn::LoadU(d, blue_row + x + 1));
     hn::StoreU(hn::AverageRound(red_and_green, green), d, out + x);
