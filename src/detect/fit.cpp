@@ -332,8 +332,8 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   input_.sums = LaneSums::kLevels;
   // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
   // do not blur into them.
-  const double cell_px = std::sqrt(std::abs(pixels_.place(pixels_.corners() / 2).pixel_by_board.determinant()));
-  const bool knows_levels = start.image && cell_px > kClearCell * blur_px_;
+  const Eigen::Matrix2d cells_by_px = pixels_.place(pixels_.corners() / 2).pixel_by_board.inverse();
+  const bool knows_levels = start.image && cells_by_px.rowwise().norm().maxCoeff() * kClearCell * blur_px_ < 1;
   if (!(knows_levels ? StepShape() : Step()) || corner_move_px_ > kRunawayPx) return nullptr;
   // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
   for (double chosen_for = start.blur_px; blur_px_ > kWiderBlur * chosen_for;) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "chequer/detector.h"
@@ -53,6 +54,22 @@ TEST_P(Limits, AreReached) {
     if (!found) missed += " " + std::to_string(seed);
   }
   EXPECT_GE(read, GetParam().least) << "of " << GetParam().frames << "; seeds missed:" << missed;
+}
+
+TEST(TwoBoards, AreReadFromTheSide) {
+  // What another board of the image has told lets a board's first step trust levels that were sampled: not where cells
+  // are narrow one way, as in these frames.
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  for (const auto& [tag, seed] : {std::pair{"tilt_deg=70", 11}, std::pair{"tilt_deg=75", 9}})
+    for (StressCase& stress : StressCases(code, 1000 + static_cast<std::uint64_t>(seed))) {
+      if (stress.tag != tag) continue;
+      SceneMarker& one = stress.scene.markers[0];
+      SceneMarker other = one;
+      one.camera_from_marker.translation.x() -= 0.66 * one.side_m;
+      other.camera_from_marker.translation.x() += 0.66 * one.side_m;
+      stress.scene.markers.push_back(other);
+      EXPECT_EQ(Look(stress, code, static_cast<std::uint64_t>(seed)).size(), 2u) << tag;
+    }
 }
 
 TEST(SecondLook, ReportsNoMarkerTwice) {
