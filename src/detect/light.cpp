@@ -184,23 +184,28 @@ Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {
 }
 
 Eigen::Vector3f LightReader::MosaicMean(int x0, int y0, int x1, int y1) const {
-  float sum[4] = {0, 0, 0, 0};  // by parity of x + 2 · parity of y
-  int count[4] = {0, 0, 0, 0};
+  // By row and column of the window, odd or even. A row's sums stay in registers.
+  float sums[2][2] = {};
   for (int y = y0; y <= y1; ++y) {
     const std::uint8_t* row = image_.row(y);
-    for (int first = x0; first <= std::min(x0 + 1, x1); ++first) {
-      const int phase = (first & 1) + 2 * (y & 1);
-      for (int x = first; x <= x1; x += 2) sum[phase] += table_[row[x]];
-      count[phase] += (x1 - first) / 2 + 1;
+    float even = 0, odd = 0;
+    int x = x0;
+    for (; x < x1; x += 2) {
+      even += table_[row[x]];
+      odd += table_[row[x + 1]];
     }
+    if (x == x1) even += table_[row[x]];
+    sums[(y - y0) & 1][0] += even;
+    sums[(y - y0) & 1][1] += odd;
   }
   Eigen::Vector3f light = Eigen::Vector3f::Zero();
   std::array<int, 3> pixels{};
-  for (int phase = 0; phase < 4; ++phase) {
-    const int channel = ChannelOf(phase & 1, phase >> 1);
-    light[channel] += sum[phase];
-    pixels[static_cast<std::size_t>(channel)] += count[phase];
-  }
+  for (int row = 0; row < 2; ++row)
+    for (int col = 0; col < 2; ++col) {
+      const int channel = ChannelOf((x0 + col) & 1, (y0 + row) & 1);
+      light[channel] += sums[row][col];
+      pixels[static_cast<std::size_t>(channel)] += (x1 - x0 + 2 - col) / 2 * ((y1 - y0 + 2 - row) / 2);
+    }
   for (int channel = 0; channel < 3; ++channel)
     light[channel] /= static_cast<float>(std::max(pixels[static_cast<std::size_t>(channel)], 1));
   return light;
