@@ -67,7 +67,7 @@ TEST_P(Allocations, ThereAreNoneOnceADetectorIsWarm) {
   const std::vector<Image> frames = Frames(format);
   std::vector<MarkerPose> markers;
   // All frames, each after another than the time before. Returns how often something was allocated.
-  const auto round = [&, backwards = false]() mutable {
+  auto round = [&, backwards = false]() mutable {
     const int before = allocations;
     std::size_t found = 0;
     for (std::size_t i = 0; i < frames.size(); ++i) {
