@@ -70,7 +70,7 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
       Refuse(placement, Refusal::kNoYellow, 0, 0);
       continue;
     }
-    if (!(ShowsEnough(placement) && JudgeBorder(placement, nullptr)) && !JudgeCovered(placement)) continue;
+    if (!(ShowsEnough(placement) && JudgeBorder(placement)) && !JudgeCovered(placement)) continue;
     // The border's period is four cells: turned by half a turn and two cells off, a board with two lines hidden looks
     // the same, but one of its sides lies inside the board in truth.
     if (placement.border_seen < kAllButTwoLines * BorderLength(size) && HasCornersOnItsSides(window)) {
@@ -131,9 +131,13 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
     return Refuse(placement, Refusal::kNotPlane, 0, 0);
   }
   ResampleByHomography(window, reader);
-  if (!(shared_ && window == marked_)) MarkVisible(window, reader);
   Placement judged = placement;
-  if (!JudgeBorder(judged, &board)) return false;
+  // Of the same samples, it would be judged as before.
+  if (!(shared_ && window == marked_)) {
+    MarkVisible(window, reader);
+    if (!JudgeBorder(judged)) return false;
+  }
+  DescribeCells(judged, board);
   board.border_seen = judged.border_seen;
   board.border_matches = judged.border_matches;
   // Board coordinates: from the footprint's centre, turned.

@@ -85,6 +85,9 @@ class BoardFinder {
     Cover covered;
     double score = 0;
     int border_seen = 0, border_matches = 0;
+    // By what its border was judged.
+    Eigen::Vector3f white = Eigen::Vector3f::Ones();
+    std::array<double, 2> threshold{};  ///< saturation, of light and dark cells
   };
   /// A cell of the lattice.
   struct CellSample {
@@ -107,7 +110,7 @@ class BoardFinder {
     return a.x < b.x + b.cols + 1 && b.x < a.x + a.cols + 1 && a.y < b.y + b.rows + 1 && b.y < a.y + a.rows + 1;
   }
   bool FitWindow(const Lattice::Window& window, std::vector<PointPair>* pairs);
-  std::optional<Place> PlaceByHomography(int x, int y) const;
+  Place PlaceByHomography(int x, int y) const;
   std::optional<Place> PlaceByNeighbours(int x, int y) const;
   const CellSample& CellAt(int x, int y, const LightReader& reader) {
     CellSample& sample =
@@ -122,7 +125,12 @@ class BoardFinder {
   /// Cells of the window that show and are not covered.
   int ShowingBesides(const Placement& placement) const;
   bool ShowsEnough(const Placement& placement);
-  bool JudgeBorder(Placement& placement, AnchoredBoard* board);
+  bool JudgeBorder(Placement& placement);
+  /// Whether a cell of the footprint, row by row, shows and is not covered.
+  bool IsVisible(const Placement& placement, std::size_t cell) const;
+  float SaturationOf(const Placement& placement, std::size_t cell, bool dark) const;
+  /// Fills in the cells of a board by what its border was judged.
+  void DescribeCells(const Placement& placement, AnchoredBoard& board) const;
   /// The same without the cells that something may lie over.
   bool JudgeCovered(Placement& placement);
   /// Whether corners lie along a side of a footprint, where a board only has the ends of its edges.
@@ -165,7 +173,13 @@ class BoardFinder {
   std::vector<float> lead_;            ///< how much lighter a cell is than its neighbours
   std::vector<float> sorted_, value_;
   std::array<std::vector<float>, 2> blue_shares_;
-  std::vector<std::pair<std::size_t, float>> values_;  ///< border cells with their saturation
+  /// A cell of a border that shows.
+  struct BorderCell {
+    std::size_t sample = 0;
+    bool dark = false, saturated = false;  ///< as it should be
+    float saturation = 0;
+  };
+  std::vector<BorderCell> border_;
   /// Cells of the lattice, sampled when they are asked for.
   Lattice::Window cell_window_;
   std::vector<CellSample> cells_;

@@ -53,66 +53,66 @@ bool BoardFinder::MayBeBorder(const BorderPattern& pattern, const Lattice::Windo
   return middle[0] - middle[1] > kLeastBlueLead * std::sqrt(variance);
 }
 
-bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
+bool BoardFinder::IsVisible(const Placement& placement, std::size_t cell) const {
+  if (!visible_[cell] || placement.covered.lines == 0) return visible_[cell];
+  const int cols = placement.corners.cols + 1, at = static_cast<int>(cell);
+  return !placement.covered.Holds(at / cols, at % cols, placement.corners.rows + 1, cols);
+}
+
+float BoardFinder::SaturationOf(const Placement& placement, std::size_t cell, bool dark) const {
+  return ColourOf(samples_[cell].light, placement.white, dark, space_).saturation;
+}
+
+void BoardFinder::DescribeCells(const Placement& placement, AnchoredBoard& board) const {
   const BorderPattern& pattern = patterns_[static_cast<std::size_t>(placement.pattern)];
   const MarkerSize size = pattern.size;
-  const int cols = placement.corners.cols + 1;
-  const auto index = [&](int row, int col) {
-    const Cell cell = InFootprint(size, row, col, placement.turn);
-    return static_cast<std::size_t>(cell.row * cols + cell.col);
-  };
-  const auto covered = [&](int row, int col) {
-    const Cell cell = InFootprint(size, row, col, placement.turn);
-    return placement.covered.Holds(cell.row, cell.col, placement.corners.rows + 1, cols);
-  };
-  const auto visible = [&](int row, int col) {
-    const std::size_t i = index(row, col);
-    return visible_[i] && !covered(row, col);
-  };
-  if (board) {
-    board->light.resize(static_cast<std::size_t>(size.rows * size.cols));
-    board->saturated.assign(board->light.size(), 0);
-    for (int row = 0; row < size.rows; ++row)
-      for (int col = 0; col < size.cols; ++col)
-        board->light[static_cast<std::size_t>(row * size.cols + col)] = samples_[index(row, col)].light;
-    board->covered.resize(board->light.size());
-    for (int row = 0; row < size.rows; ++row)
-      for (int col = 0; col < size.cols; ++col)
-        board->covered[static_cast<std::size_t>(row * size.cols + col)] = !visible(row, col);
-    HideBetween(size, board->covered);
-  }
+  const std::vector<std::size_t>& in_footprint = pattern.in_footprint[static_cast<std::size_t>(placement.turn)];
+  board.light.resize(in_footprint.size());
+  board.saturated.resize(in_footprint.size());
+  board.covered.resize(in_footprint.size());
+  std::size_t cell = 0;
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col, ++cell) {
+      const std::size_t sample = in_footprint[cell];
+      const bool dark = IsDark(row, col);
+      board.light[cell] = samples_[sample].light;
+      board.saturated[cell] = SaturationOf(placement, sample, dark) > placement.threshold[dark];
+      board.covered[cell] = !IsVisible(placement, sample);
+    }
+  HideBetween(size, board.covered);
+}
+
+bool BoardFinder::JudgeBorder(Placement& placement) {
+  const BorderPattern& pattern = patterns_[static_cast<std::size_t>(placement.pattern)];
+  const std::vector<std::size_t>& in_footprint = pattern.in_footprint[static_cast<std::size_t>(placement.turn)];
   const int seen = ShowingBesides(placement), lines = placement.covered.lines;
   // White, by the border cells that are white if this turn is right.
   Eigen::Vector3f white = Eigen::Vector3f::Zero();
-  int whites = 0, border_seen = 0;
+  int whites = 0;
+  border_.clear();
   for (std::size_t k = 0; k < pattern.cells.size(); ++k) {
     const Cell& cell = pattern.cells[k];
-    if (!visible(cell.row, cell.col)) continue;
-    ++border_seen;
-    if (IsDark(cell.row, cell.col) || pattern.saturated[k]) continue;
-    white += samples_[index(cell.row, cell.col)].light;
+    const std::size_t sample = in_footprint[static_cast<std::size_t>(cell.row * pattern.size.cols + cell.col)];
+    if (!IsVisible(placement, sample)) continue;
+    const bool dark = IsDark(cell.row, cell.col), saturated = pattern.saturated[k] != 0;
+    border_.push_back({sample, dark, saturated, 0});
+    if (dark || saturated) continue;
+    white += samples_[sample].light;
     ++whites;
   }
   if (whites < 2) return Refuse(placement, Refusal::kBorderUnseen, whites, 2);
-  const int least = std::min(kLeastBorder, BorderLength(size));
+  const int border_seen = static_cast<int>(border_.size());
+  const int least = std::min(kLeastBorder, BorderLength(pattern.size));
   if (border_seen < least) return Refuse(placement, Refusal::kBorderUnseen, border_seen, least);
-  white /= static_cast<float>(whites);
-  if (!(white.minCoeff() > 1e-5f)) return Refuse(placement, Refusal::kBorderUnseen, 0, 2);
+  placement.white = white / static_cast<float>(whites);
+  if (!(placement.white.minCoeff() > 1e-5f)) return Refuse(placement, Refusal::kBorderUnseen, 0, 2);
 
-  const auto saturation = [&](int row, int col) {
-    return ColourOf(samples_[index(row, col)].light, white, IsDark(row, col), space_).saturation;
-  };
   // Group means of eq. 4, apart for light and dark cells, whose inks differ in strength.
   std::array<std::array<GaussianSum, 2>, 2> groups;  // [dark][saturated]
-  values_.clear();
-  for (std::size_t k = 0; k < pattern.cells.size(); ++k) {
-    const Cell& cell = pattern.cells[k];
-    if (!visible(cell.row, cell.col)) continue;
-    const float value = saturation(cell.row, cell.col);
-    values_.emplace_back(k, value);
-    groups[IsDark(cell.row, cell.col)][pattern.saturated[k]].Add(value);
+  for (BorderCell& cell : border_) {
+    cell.saturation = SaturationOf(placement, cell.sample, cell.dark);
+    groups[cell.dark][cell.saturated].Add(cell.saturation);
   }
-  std::array<double, 2> threshold{};
   double apart = 0;
   const double strict = lines ? 2 : 1;
   for (std::size_t dark = 0; dark < 2; ++dark) {
@@ -125,28 +125,18 @@ bool BoardFinder::JudgeBorder(Placement& placement, AnchoredBoard* board) {
     if (separation < strict * kLeastOfEach)
       return Refuse(placement, Refusal::kInksAlike, separation, strict * kLeastOfEach);
     apart += separation;
-    threshold[dark] = (plain.mean + inked.mean) / 2;
+    placement.threshold[dark] = (plain.mean + inked.mean) / 2;
   }
   if (apart < strict * kLeastSeparation)
     return Refuse(placement, Refusal::kInksAlike, apart, strict * kLeastSeparation);
   int matches = 0;
-  for (const auto& [k, value] : values_) {
-    const Cell& cell = pattern.cells[k];
-    matches += (value > threshold[IsDark(cell.row, cell.col)]) == (pattern.saturated[k] != 0);
-  }
+  for (const BorderCell& cell : border_)
+    matches += (cell.saturation > placement.threshold[cell.dark]) == cell.saturated;
   placement.border_seen = border_seen;
   placement.border_matches = matches;
   placement.score = 2 * matches - placement.border_seen + 0.25 * seen;
   const double least_matches = (lines ? 1 : kLeastMatches) * placement.border_seen;
-  if (matches < least_matches) return Refuse(placement, Refusal::kBorderDiffers, matches, least_matches);
-  if (board) {
-    for (int row = 0; row < size.rows; ++row)
-      for (int col = 0; col < size.cols; ++col) {
-        const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-        board->saturated[cell] = saturation(row, col) > threshold[IsDark(row, col)];
-      }
-  }
-  return true;
+  return matches >= least_matches || Refuse(placement, Refusal::kBorderDiffers, matches, least_matches);
 }
 
 }  // namespace chequer

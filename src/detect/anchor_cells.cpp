@@ -14,16 +14,17 @@ constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
 
 }  // namespace
 
-std::optional<BoardFinder::Place> BoardFinder::PlaceByHomography(int x, int y) const {
-  const auto image_at = [&](double u, double v) -> Eigen::Vector2d {
-    return (image_from_lattice_ * Eigen::Vector3d(u, v, 1)).hnormalized();
-  };
-  Place place{image_at(x + 0.5, y + 0.5), 0};
-  const Eigen::Vector2d along_x = image_at(x + 1.0, y + 0.5) - place.center,
-                        along_y = image_at(x + 0.5, y + 1.0) - place.center;
+BoardFinder::Place BoardFinder::PlaceByHomography(int x, int y) const {
+  const Eigen::Matrix3d& m = image_from_lattice_;
+  const Eigen::Vector3d at = m * Eigen::Vector3d(x + 0.5, y + 0.5, 1);
+  const double scale = 1 / at.z();
+  const Eigen::Vector2d center = scale * at.head<2>();
+  // A cell's sides, to first order.
+  const Eigen::Vector2d along_x = scale * (m.block<2, 1>(0, 0) - m(2, 0) * center),
+                        along_y = scale * (m.block<2, 1>(0, 1) - m(2, 1) * center);
   const double area = std::abs(along_x.x() * along_y.y() - along_x.y() * along_y.x());
-  place.side = 2 * area / std::max({along_x.norm(), along_y.norm(), 1e-9});
-  return place;
+  const double square = std::max({along_x.squaredNorm(), along_y.squaredNorm(), 1e-18});
+  return {center, area / std::sqrt(square)};
 }
 
 std::optional<BoardFinder::Place> BoardFinder::PlaceByNeighbours(int x, int y) const {
@@ -52,8 +53,8 @@ void BoardFinder::SampleCell(int x, int y, const LightReader& reader, CellSample
                   place->center.x() <= reader.width() - 1 && place->center.y() <= reader.height() - 1;
   if (!sample.inside) return;
   const float half_px = static_cast<float>(std::min(kSampledShare * place->side, kMostSampledPx));
-  sample.light =
-      reader.Rgb(static_cast<float>(place->center.x()), static_cast<float>(place->center.y()), half_px).cwiseMax(0);
+  sample.light = reader.RoughRgb(static_cast<float>(place->center.x()), static_cast<float>(place->center.y()), half_px)
+                     .cwiseMax(0);
   sample.blue_share = sample.light[2] / std::max(sample.light.sum(), 1e-6f);
 }
 

@@ -38,7 +38,7 @@ bool BoardFinder::ShowsEnough(const Placement& placement) {
 bool BoardFinder::JudgeCovered(Placement& placement) {
   for (placement.covered.lines = 1; placement.covered.lines <= kMostCovered; ++placement.covered.lines)
     for (placement.covered.side = 0; placement.covered.side < 4; ++placement.covered.side)
-      if (ShowsEnough(placement) && JudgeBorder(placement, nullptr)) return true;
+      if (ShowsEnough(placement) && JudgeBorder(placement)) return true;
   return false;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -17,6 +18,8 @@ struct BorderPattern {
   std::vector<std::uint8_t> saturated;
   /// The light cells and their saturation, by turn, in rows and columns of the footprint.
   std::array<std::vector<std::pair<Cell, std::uint8_t>>, 4> light_cells;
+  /// For each cell of the board, row by row, its place in the footprint, row by row as well; by turn.
+  std::array<std::vector<std::size_t>, 4> in_footprint;
 };
 
 /// Cell (row, col) of the board in the footprint's own rows and columns, for a board turned by quarter turns.

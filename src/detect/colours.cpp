@@ -49,7 +49,11 @@ CellColour ColourOf(const Eigen::Vector3f& light, const Eigen::Vector3f& white, 
   return space == ColorSpace::kHsv ? Hsv(relative) : Lab(relative, dark_cell);
 }
 
-Gaussian GaussianSum::Get() const { return {count_, mean_, count_ > 1 ? std::sqrt(square_ / (count_ - 1)) : 0}; }
+Gaussian GaussianSum::Get() const {
+  if (count_ == 0) return {};
+  const double mean = sum_ / count_, square = std::max(square_sum_ - sum_ * mean, 0.0);
+  return {count_, mean, count_ > 1 ? std::sqrt(square / (count_ - 1)) : 0};
+}
 
 double Overlap(const Gaussian& a, const Gaussian& b) {
   const double spread = a.deviation + b.deviation;

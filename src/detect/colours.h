@@ -25,20 +25,19 @@ struct Gaussian {
   double deviation = 0;
 };
 
-/// Collects values for a Gaussian.
+/// Collects values for a Gaussian, of which the mean is not a million times the deviation.
 class GaussianSum {
  public:
   void Add(double value) {
     ++count_;
-    const double delta = value - mean_;
-    mean_ += delta / count_;
-    square_ += delta * (value - mean_);
+    sum_ += value;
+    square_sum_ += value * value;
   }
   Gaussian Get() const;
 
  private:
   int count_ = 0;
-  double mean_ = 0, square_ = 0;
+  double sum_ = 0, square_sum_ = 0;
 };
 
 /// The overlap of two Gaussians, as the share of either that lies beyond the point between them that misjudges both

@@ -1,9 +1,10 @@
 #include "detect/homography.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+
+#include "detect/small_cholesky.h"
 
 namespace chequer {
 namespace {
@@ -16,6 +17,9 @@ struct Normalization {
   Eigen::Vector2d operator()(const Eigen::Vector2d& p) const { return scale * (p - mean); }
   Eigen::Matrix3d Matrix() const {
     return (Eigen::Matrix3d() << scale, 0, -scale * mean.x(), 0, scale, -scale * mean.y(), 0, 0, 1).finished();
+  }
+  Eigen::Matrix3d Inverse() const {
+    return (Eigen::Matrix3d() << 1 / scale, 0, mean.x(), 0, 1 / scale, mean.y(), 0, 0, 1).finished();
   }
 };
 
@@ -63,13 +67,12 @@ std::optional<Eigen::Matrix3d> FitHomography(std::span<const PointPair> pairs) {
   normal.block<3, 2>(3, 6) = normal.block<2, 3>(6, 3).transpose();
   Eigen::Matrix<double, 8, 1> right;
   right << by_u.col(2), by_v.col(2), -by_square.col(2).head<2>();
-  const Eigen::LDLT<Eigen::Matrix<double, 8, 8>> solver(normal);
-  const auto pivots = solver.vectorD();
-  if (solver.info() != Eigen::Success || !(pivots.minCoeff() > 1e-9 * pivots.maxCoeff())) return std::nullopt;
-  const Eigen::Matrix<double, 8, 1> h = solver.solve(right);
+  const SmallCholesky<8> solver(normal);
+  if (!solver.IsSound(1e-9)) return std::nullopt;
+  const Eigen::Matrix<double, 8, 1> h = solver.Solve(right);
   Eigen::Matrix3d normalized;
   normalized << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
-  Eigen::Matrix3d homography = to.Matrix().inverse() * normalized * from.Matrix();
+  Eigen::Matrix3d homography = to.Inverse() * normalized * from.Matrix();
   if (!homography.allFinite() || std::abs(homography(2, 2)) < 1e-12) return std::nullopt;
   homography /= homography(2, 2);
   return homography;

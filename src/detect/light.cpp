@@ -13,6 +13,9 @@ struct YuvScale {
 constexpr YuvScale kFullRange{0, 1, 1};
 constexpr YuvScale kLimitedRange{16, 255.0f / 219.0f, 255.0f / 224.0f};
 
+/// Side of a window, px, from which on a rough mean needs fewer pixels.
+constexpr int kWideWindow = 5;
+
 std::optional<LightReader::Mosaic> MosaicOf(PixelFormat format) {
   switch (format) {
     case PixelFormat::kBayerRg8: return LightReader::Mosaic{0, 0};
@@ -143,7 +146,7 @@ void LightReader::Prefetch(const PixelBox& box) const {
       __builtin_prefetch(image_.row(y) + std::min(at, last), 0, 1);
 }
 
-Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {
+Eigen::Vector3f LightReader::Mean(float x, float y, float half_px, int step) const {
   x = std::clamp(x, 0.0f, static_cast<float>(width() - 1));
   y = std::clamp(y, 0.0f, static_cast<float>(height() - 1));
   // Rounded without the library, whose functions cost a call where the processor may be of any age. What lies left of
@@ -163,24 +166,25 @@ Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {
   x0 = std::max(x0, 0);
   y0 = std::max(y0, 0);
   if (bayer) return MosaicMean(x0, y0, x1, y1);
-  const float pixels = static_cast<float>((x1 - x0 + 1) * (y1 - y0 + 1));
   if (image_.format() == PixelFormat::kBgr8 || image_.format() == PixelFormat::kRgb8) {
+    if (std::min(x1 - x0, y1 - y0) < kWideWindow - 1) step = 1;
     float sum[3] = {0, 0, 0};
-    for (int yy = y0; yy <= y1; ++yy) {
+    for (int yy = y0; yy <= y1; yy += step) {
       // Row by row, so that the rows' sums do not wait for each other.
       float row[3] = {0, 0, 0};
       const std::uint8_t* p = image_.row(yy) + 3 * x0;
-      for (int xx = x0; xx <= x1; ++xx, p += 3)
+      for (int xx = x0; xx <= x1; xx += step, p += 3 * step)
         for (int c = 0; c < 3; ++c) row[c] += table_[p[c]];
       for (int c = 0; c < 3; ++c) sum[c] += row[c];
     }
+    const float pixels = static_cast<float>(((x1 - x0) / step + 1) * ((y1 - y0) / step + 1));
     const int red = image_.format() == PixelFormat::kBgr8 ? 2 : 0;
     return Eigen::Vector3f(sum[red], sum[1], sum[2 - red]) / pixels;
   }
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   for (int yy = y0; yy <= y1; ++yy)
     for (int xx = x0; xx <= x1; ++xx) sum += RgbAt(xx, yy);
-  return sum / pixels;
+  return sum / static_cast<float>((x1 - x0 + 1) * (y1 - y0 + 1));
 }
 
 Eigen::Vector3f LightReader::MosaicMean(int x0, int y0, int x1, int y1) const {

@@ -113,9 +113,13 @@ class LightReader {
 
   /// Light of the three channels around a point, 0..1 (slightly outside for YUV): the mean over the pixels at most
   /// half_px away along each axis, at least one of each channel. Points outside the image take its edge.
-  Eigen::Vector3f Rgb(float x, float y, float half_px) const;
+  Eigen::Vector3f Rgb(float x, float y, float half_px) const { return Mean(x, y, half_px, 1); }
+  /// The same with more noise: of a wide window, every other pixel of every other row where there is colour at each.
+  Eigen::Vector3f RoughRgb(float x, float y, float half_px) const { return Mean(x, y, half_px, 2); }
 
  private:
+  /// @param step between the pixels that are read, where there is colour at each.
+  Eigen::Vector3f Mean(float x, float y, float half_px, int step) const;
   Eigen::Vector3f RgbAt(int x, int y) const;
   /// Over a window of a mosaic that holds every channel.
   Eigen::Vector3f MosaicMean(int x0, int y0, int x1, int y1) const;

@@ -31,6 +31,15 @@ class SmallCholesky {
 
   /// Whether the matrix is positive definite: nothing else is of use if not.
   bool positive() const { return positive_; }
+  /// Whether no direction is that much less determined than another, by the pivots.
+  bool IsSound(double least_share) const {
+    double least = inverse_[0], most = inverse_[0];
+    for (std::size_t k = 1; k < kCount; ++k) {
+      least = inverse_[k] < least ? inverse_[k] : least;
+      most = inverse_[k] > most ? inverse_[k] : most;
+    }
+    return positive_ && least * least > least_share * most * most;
+  }
 
   Vector Solve(Vector x) const {
     for (int row = 0; row < kSize; ++row) {
