@@ -15,6 +15,7 @@
 #include "detect/homography.h"
 #include "detect/lattice.h"
 #include "detect/light.h"
+#include "detect/neighbours.h"
 
 namespace chequer {
 
@@ -170,7 +171,8 @@ class BoardFinder {
   Lattice::Window marked_;             ///< the window of what follows
   std::vector<std::uint8_t> visible_;  ///< lighter or darker than its neighbours, as it should be
   int showing_ = 0;                    ///< of them, all
-  std::vector<float> lead_;            ///< how much lighter a cell is than its neighbours
+  NeighbourLead neighbours_;
+  std::vector<std::uint8_t> inside_;  ///< the image
   std::vector<float> sorted_, value_;
   std::array<std::vector<float>, 2> blue_shares_;
   /// A cell of a border that shows.

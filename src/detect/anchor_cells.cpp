@@ -73,45 +73,33 @@ void BoardFinder::MarkVisible(const Lattice::Window& window, const LightReader& 
   marked_ = window;
   const int cols = window.cols + 1, rows = window.rows + 1;
   samples_.resize(static_cast<std::size_t>(cols * rows));
-  lead_.resize(samples_.size());
-  visible_.resize(samples_.size());
   value_.resize(samples_.size());
+  inside_.resize(samples_.size());
+  std::size_t cell = 0;
   for (int row = 0; row < rows; ++row)
-    for (int col = 0; col < cols; ++col) {
-      const std::size_t i = static_cast<std::size_t>(row * cols + col);
-      samples_[i] = CellAt(window.x - 1 + col, window.y - 1 + row, reader);
-      value_[i] = std::sqrt(samples_[i].light[0] + samples_[i].light[1]);
+    for (int col = 0; col < cols; ++col, ++cell) {
+      samples_[cell] = CellAt(window.x - 1 + col, window.y - 1 + row, reader);
+      value_[cell] = std::sqrt(samples_[cell].light[0] + samples_[cell].light[1]);
+      inside_[cell] = samples_[cell].inside;
     }
   // How much lighter each cell is than its neighbours, in the measure that knows blue from black least. The sign is
   // that of the cell's class where the board is in view.
+  const std::span<const float> leads = neighbours_.Of(rows, cols, value_, inside_);
   sorted_.clear();
-  for (int row = 0; row < rows; ++row)
-    for (int col = 0; col < cols; ++col) {
-      const std::size_t i = static_cast<std::size_t>(row * cols + col);
-      float sum = 0, count = 0;
-      const auto add = [&](bool exists, std::size_t neighbour) {
-        if (!exists || !samples_[neighbour].inside) return;
-        sum += value_[neighbour];
-        count += 1;
-      };
-      add(row > 0, i - static_cast<std::size_t>(cols));
-      add(row + 1 < rows, i + static_cast<std::size_t>(cols));
-      add(col > 0, i - 1);
-      add(col + 1 < cols, i + 1);
-      lead_[i] = count > 0 ? value_[i] - sum / count : 0;
-      sorted_.push_back(std::abs(lead_[i]));
-    }
+  for (const float lead : leads) sorted_.push_back(std::abs(lead));
   const auto upper = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 2 / 3);
   std::nth_element(sorted_.begin(), upper, sorted_.end());
   const float least = 0.3f * *upper;
   // The lattice's cell (i, j) is light where i + j is even.
+  visible_.resize(samples_.size());
   showing_ = 0;
+  cell = 0;
   for (int row = 0; row < rows; ++row)
-    for (int col = 0; col < cols; ++col) {
-      const std::size_t i = static_cast<std::size_t>(row * cols + col);
+    for (int col = 0; col < cols; ++col, ++cell) {
       const bool dark = (window.x - 1 + col + window.y - 1 + row) % 2 != 0;
-      visible_[i] = samples_[i].inside && (dark ? -lead_[i] : lead_[i]) > least;
-      showing_ += visible_[i];
+      visible_[cell] =
+          static_cast<std::uint8_t>(int{inside_[cell] != 0} & int{(dark ? -leads[cell] : leads[cell]) > least});
+      showing_ += visible_[cell];
     }
 }
 

@@ -1,5 +1,8 @@
 #include "detect/cover.h"
 
+#include <algorithm>
+#include <cstddef>
+
 namespace chequer {
 
 void HideBetween(MarkerSize size, std::span<std::uint8_t> hidden) {
@@ -7,7 +10,8 @@ void HideBetween(MarkerSize size, std::span<std::uint8_t> hidden) {
     return row >= 0 && col >= 0 && row < size.rows && col < size.cols &&
            hidden[static_cast<std::size_t>(row * size.cols + col)];
   };
-  bool changed = true;
+  // Fewer than two have nothing between them.
+  bool changed = std::count(hidden.begin(), hidden.end(), 0) + 2 <= static_cast<std::ptrdiff_t>(hidden.size());
   while (changed) {
     changed = false;
     for (int row = 0; row < size.rows; ++row)

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "detect/cover.h"
+#include "detect/median.h"
 #include "detect/other_placements.h"
 
 namespace chequer {
@@ -84,20 +85,14 @@ void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
   const auto unseen = std::count(hidden_.begin(), hidden_.end(), 1);
   wrong_.assign(light_.size(), 0);
   if (unseen > std::max(size.rows, size.cols) + kFewUnseen) wrong_ = hidden_;
+  seen_.resize(hidden_.size());
+  for (std::size_t cell = 0; cell < hidden_.size(); ++cell) seen_[cell] = !hidden_[cell];
+  const std::span<const float> leads = neighbours_.Of(size.rows, size.cols, values_, seen_);
+  std::size_t cell = 0;
   for (int row = 0; row < size.rows; ++row)
-    for (int col = 0; col < size.cols; ++col) {
-      const int cell = row * size.cols + col;
-      double sum = 0;
-      int count = 0;
-      for (const auto& [dr, dc] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
-        const int neighbour = (row + dr) * size.cols + col + dc;
-        if (row + dr < 0 || col + dc < 0 || row + dr >= size.rows || col + dc >= size.cols) continue;
-        if (hidden_[static_cast<std::size_t>(neighbour)]) continue;
-        sum += value(neighbour);
-        ++count;
-      }
-      const double lead = count > 0 ? (value(cell) - sum / count) * (IsDark(row, col) ? -1 : 1) : 0;
-      if (lead < 0.3 * contrast) wrong_[static_cast<std::size_t>(cell)] = 1;
+    for (int col = 0; col < size.cols; ++col, ++cell) {
+      const float lead = IsDark(row, col) ? -leads[cell] : leads[cell];
+      wrong_[cell] |= static_cast<std::uint8_t>(lead < 0.3 * contrast);
     }
   HideWrong(size);
 }
@@ -134,9 +129,7 @@ bool Identifier::HideOffColour(MarkerSize size, const std::vector<std::uint8_t>&
     for (int channel = 0; channel < 3; ++channel) {
       values_.clear();
       for (const std::size_t cell : known_) values_.push_back(shares_[cell][channel]);
-      const auto half = values_.begin() + static_cast<std::ptrdiff_t>(values_.size() / 2);
-      std::nth_element(values_.begin(), half, values_.end());
-      middle[saturated][channel] = *half;
+      middle[saturated][channel] = Median(values_);
     }
   }
   const float most = kOffColour * (middle[1] - middle[0]).norm();

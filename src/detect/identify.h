@@ -9,6 +9,7 @@
 #include "detect/colours.h"
 #include "detect/fit.h"
 #include "detect/light.h"
+#include "detect/neighbours.h"
 
 namespace chequer {
 
@@ -75,7 +76,9 @@ class Identifier {
   std::vector<std::size_t> known_;       ///< cells of one ink, scratch
   std::vector<float> values_;            ///< scratch
   std::vector<std::uint8_t> saturated_;  ///< scratch
-  std::vector<std::uint8_t> wrong_;      ///< cells that do not look like the board's, and what lies between them
+  std::vector<std::uint8_t> seen_;       ///< scratch
+  NeighbourLead neighbours_;
+  std::vector<std::uint8_t> wrong_;  ///< cells that do not look like the board's, and what lies between them
   std::vector<float> log_likelihood_;
   /// Of light (0) and dark (1) cells: means of unsaturated and saturated border cells, and the spread about them.
   struct Class {

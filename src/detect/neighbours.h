@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace chequer {
+
+/// How much larger each cell's value is than the mean of its up to four neighbours, row by row. Keeps its memory.
+class NeighbourLead {
+ public:
+  /// @param values, counts one a cell, row by row; only neighbours that count are looked at. Returns 0 for a cell
+  /// without any. The result lasts until the next call.
+  std::span<const float> Of(int rows, int cols, std::span<const float> values, std::span<const std::uint8_t> counts);
+
+ private:
+  /// With a rim of cells that do not count, so that nothing branches on where a cell lies.
+  std::vector<float> value_, count_;
+  std::vector<float> lead_;
+};
+
+}  // namespace chequer
