@@ -39,7 +39,7 @@ struct AnchoredBoard {
 /// Guarantees at least 9 judged border cells of which 85 % match, saturated and unsaturated ones 4 standard errors
 /// apart, and 3 cells' lead over any rival. Chance saturations match so well at one placement in 400; the fit and the
 /// code refuse those. A mirror image differs in at least 8 border cells of a 6 × 6. The board then lies to about 0.1
-/// px, the mean of 25 corners of 0.3 px each. 9 µs a grid, most of it for the colours of its cells; 15 µs where clutter
+/// px, the mean of 25 corners of 0.3 px each. 8 µs a grid, most of it for the colours of its cells; 15 µs where clutter
 /// is linked to it.
 class BoardFinder {
  public:
