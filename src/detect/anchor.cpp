@@ -5,7 +5,7 @@
 #include <iterator>
 #include <tuple>
 
-#include "detect/median.h"
+#include "core/median.h"
 
 namespace chequer {
 namespace {
@@ -173,7 +173,7 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
         sorted_.push_back(point->scale);
         claimed_[static_cast<std::size_t>(point->corner)] = 1;
       }
-  board.scale = Median(sorted_);
+  board.scale = MedianInPlace(sorted_);
   return true;
 }
 

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.h"
 #include "detect/anchor.h"
 #include "detect/colours.h"
 #include "detect/cover.h"
-#include "detect/median.h"
 
 namespace chequer {
 namespace {
@@ -45,9 +45,9 @@ bool BoardFinder::MayBeBorder(const BorderPattern& pattern, const Lattice::Windo
   std::array<float, 2> middle{};
   for (std::size_t group = 0; group < 2; ++group) {
     if (shares[group].size() < 2) return false;
-    middle[group] = Median(shares[group]);
+    middle[group] = MedianInPlace(shares[group]);
     for (float& share : shares[group]) share = std::abs(share - middle[group]);
-    const float deviation = 1.4826f * Median(shares[group]);
+    const float deviation = 1.4826f * MedianInPlace(shares[group]);
     variance += deviation * deviation / static_cast<float>(shares[group].size());
   }
   return middle[0] - middle[1] > kLeastBlueLead * std::sqrt(variance);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.h"
 #include "detect/cover.h"
-#include "detect/median.h"
 #include "detect/other_placements.h"
 
 namespace chequer {
@@ -129,7 +129,7 @@ bool Identifier::HideOffColour(MarkerSize size, const std::vector<std::uint8_t>&
     for (int channel = 0; channel < 3; ++channel) {
       values_.clear();
       for (const std::size_t cell : known_) values_.push_back(shares_[cell][channel]);
-      middle[saturated][channel] = Median(values_);
+      middle[saturated][channel] = MedianInPlace(values_);
     }
   }
   const float most = kOffColour * (middle[1] - middle[0]).norm();
