@@ -25,6 +25,8 @@ namespace {
 
 /// Warn of an ambiguous pose above this probability.
 constexpr double kAmbiguous = 0.001;
+/// Below this probability, the other pose adds nothing to the covariance.
+constexpr double kNeverTheOther = 1e-6;
 /// Least contrast of a board over the noise of a pixel.
 constexpr double kLeastSignal = 2.5;
 
@@ -151,6 +153,12 @@ void Detector::Impl::DescribePose(const std::array<PlanePose, 2>& poses, MarkerP
                            .angularDistance(Eigen::Quaterniond::Identity());
   if (apart < 3 * std::sqrt(std::max(pose.covariance(3, 3), pose.covariance(4, 4)))) marker.ambiguity = 0;
   if (marker.ambiguity > kAmbiguous) Set(marker, Warning::kAmbiguous);
+  if (marker.ambiguity < kNeverTheOther) return;
+  // That it may be the other pose is a part of the error.
+  Eigen::Matrix<double, 6, 1> to_other;
+  to_other << other.camera_from_board.translation - pose.camera_from_board.translation,
+      VectorFromRotation((other.camera_from_board.rotation * pose.camera_from_board.rotation.conjugate()).normalized());
+  marker.covariance += marker.ambiguity * to_other * to_other.transpose();
 }
 
 void Detector::Impl::Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity,
