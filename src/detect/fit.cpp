@@ -42,6 +42,10 @@ constexpr double kOtherBlur = 2;
 constexpr int kFirstStride = 2, kFirstStrideKnown = 3;
 /// Cells, in blurs, whose middles show their own light.
 constexpr double kClearCell = 6;
+/// An image's edges are no Gaussian's where other terms explain so much more of χ² (noise alone: 3).
+constexpr double kLeastGainOfEdges = 25;
+/// More is no blur.
+constexpr double kMostEdge = 0.08;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
 
@@ -61,6 +65,7 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
   blur_px_ = start.blur_px;
   shade_twice_ = bent_light_ = fit_ink_ = ink_moves_ = false;
   ink_spread_ = 0;
+  edges_ = start.image ? start.image->edges : EdgeShape{};
   result_.geometry = start.geometry;
   if (pixels_.Collect(reader, lens, size_, start.geometry, blur_px_) < kFewestCorners) return false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
@@ -127,6 +132,9 @@ void PhotometricFit::SetLanes() {
   const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(result_.geometry);
   for (int i = 0; i < 9; ++i) input_.board_from_plane[i] = static_cast<float>(board_from_plane(i / 3, i % 3));
   input_.blur_px = static_cast<float>(blur_px_);
+  const Eigen::Matrix2d board_by_pixel = BoardByPixel();
+  input_.edge_x = TermsOf(edges_, board_by_pixel.row(0));
+  input_.edge_y = TermsOf(edges_, board_by_pixel.row(1));
   PhaseValues floor, slope;
   for (std::size_t phase = 0; phase < 4; ++phase) {
     const std::size_t channel = static_cast<std::size_t>(channel_of_phase_[phase]);
@@ -284,7 +292,7 @@ void PhotometricFit::Finish() {
       result_.geometry.FromMoves((normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
                                   by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
                                  std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9}));
-  result_.image = {noise_, blur_px_};
+  result_.image = {noise_, blur_px_, edges_};
   result_.reprojection_rms_px = std::sqrt(shift_square / n);
   result_.signal_to_noise = contrast / n / std::max(std::sqrt(residual_square / std::max(residual_count, 1.0)), 1e-6);
   result_.levels.resize(levels_.size());
@@ -311,17 +319,32 @@ bool PhotometricFit::Settle(const Lens& lens, const Start& start, bool noise_kno
     // What is done to the light follows the fit by a pass or two.
     const bool uneven = take_out_ || bent_light_ || AnyHidden(), again = shade_twice_ && pass == 1;
     const bool follows = (uneven ? pass < kPassesOfLight : again) || ink_moves_;
+    // The image's first board tells its edges, if those beyond do not blur into them; what they explain is no noise.
+    const bool told = pass == 1 && !start.image && !take_out_ && TellEdges();
     if (noise_known && !changed && !follows && corner_move_px_ < settled_px && blur_change_ < kSettledBlur) break;
     if (uneven ? pass > 1 && pass < kPassesOfLight : again) {
       if (take_out_) far_cells_.PutBack(pixels_);
       FindHiddenCells();
       EvenOutShading(start);
     }
+    if (told) continue;
     // While ink settles, what it will explain is no noise, and what it has explained leaves none to tell.
     if (input_.sums == LaneSums::kNoise && !fit_ink_) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
     noise_known = true;
     input_.sums = LaneSums::kNoise;
   }
+  return true;
+}
+
+bool PhotometricFit::TellEdges() {
+  Finish();
+  if (result_.reprojection_rms_px > kOffPx) return false;
+  const Eigen::Matrix2d board_by_pixel = BoardByPixel();
+  const EdgeShapeStep step =
+      FindEdgeShape(input_, board_by_pixel.row(0), board_by_pixel.row(1), std::span(used_), pixels_);
+  if (step.gain < kLeastGainOfEdges) return false;
+  edges_ = {std::clamp(step.more.third, -kMostEdge, kMostEdge), std::clamp(step.more.fifth, -kMostEdge, kMostEdge)};
+  blur_px_ = std::clamp(blur_px_ + step.blur_px, 0.8 * blur_px_, 1.2 * blur_px_);
   return true;
 }
 

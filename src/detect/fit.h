@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "detect/board_equations.h"
 #include "detect/board_geometry.h"
 #include "detect/board_pixels.h"
+#include "detect/edge_shape.h"
 #include "detect/far_cells.h"
 #include "detect/light.h"
 #include "detect/noise_model.h"
@@ -21,6 +23,7 @@ namespace chequer {
 struct ImageTraits {
   NoiseModel noise;
   double blur_px = 1;
+  EdgeShape edges;
 };
 
 /// A board after the joint photometric fit.
@@ -89,6 +92,8 @@ class PhotometricFit {
   bool AnyHidden() const;
   /// Between the light and the dark cells around a corner.
   double Contrast(int corner) const;
+  /// In the board's middle.
+  Eigen::Matrix2d BoardByPixel() const { return pixels_.place(pixels_.corners() / 2).pixel_by_board.inverse(); }
   /// Of a cell in the board's middle, along its side.
   double CellPx() const;
   /// What is known by now, for far_cells_.
@@ -100,6 +105,8 @@ class PhotometricFit {
   /// Steps until nothing moves any more.
   bool Settle(const Lens& lens, const Start& start, bool noise_known);
   bool FindHiddenCorners();
+  /// Whether the image's edges are no Gaussian's: from here on, they are fitted as they are.
+  bool TellEdges();
   void Finish();
 
   MarkerSize size_;
@@ -121,6 +128,7 @@ class PhotometricFit {
   int ink_steps_ = 0;
   std::vector<std::uint8_t> hidden_cells_;  ///< scratch
   double blur_px_ = 1;
+  EdgeShape edges_;
   BoardEquations::Vector step_;
   double gain_ = 0;            ///< of the last step: how much Σ w r² falls by it
   double corner_move_px_ = 0;  ///< of the last step: the farthest that a corner moved

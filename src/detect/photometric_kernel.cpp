@@ -45,16 +45,26 @@ struct Normal {
   V density, integral;
 };
 
+/// The odd coefficients of the polynomial below, less what an edge has beside the normal distribution.
+struct OddTerms {
+  V first, third, fifth;
+};
+
+OddTerms OddTermsOf(const EdgeTerms& edge) {
+  const D d;
+  return {hn::Set(d, -3.9820984e-1f - edge.first), hn::Set(d, -1.1694271e-1f - edge.third),
+          hn::Set(d, -8.04221e-3f - edge.fifth)};
+}
+
 /// The integral to 5e-5: what lies beyond |a| is the exponential times a polynomial, best over 0..5, its terms summed
 /// so that few wait for others.
-HWY_INLINE Normal NormalAt(D d, V a) {
+HWY_INLINE Normal NormalAt(D d, V a, const OddTerms& odd) {
   const V size = hn::Min(hn::Abs(a), hn::Set(d, 5.0f)), square = hn::Mul(size, size);
   const V e = PowerOfTwo(d, hn::Mul(square, hn::Set(d, -0.72134752f)));
-  const auto term = [&](float by_size, float constant)
-                        HWY_ATTR { return hn::MulAdd(hn::Set(d, by_size), size, hn::Set(d, constant)); };
-  V p = hn::MulAdd(hn::Set(d, 7.0427e-4f), square, term(-8.04221e-3f, 3.967331e-2f));
-  p = hn::MulAdd(p, square, term(-1.1694271e-1f, 2.4442466e-1f));
-  p = hn::MulAdd(p, square, term(-3.9820984e-1f, 4.9998433e-1f));
+  const auto term = [&](V by_size, float constant) HWY_ATTR { return hn::MulAdd(by_size, size, hn::Set(d, constant)); };
+  V p = hn::MulAdd(hn::Set(d, 7.0427e-4f), square, term(odd.fifth, 3.967331e-2f));
+  p = hn::MulAdd(p, square, term(odd.third, 2.4442466e-1f));
+  p = hn::MulAdd(p, square, term(odd.first, 4.9998433e-1f));
   const V beyond = hn::Mul(p, e);
   const V integral = hn::IfThenElse(hn::Lt(a, hn::Zero(d)), beyond, hn::Sub(hn::Set(d, 1.0f), beyond));
   return {hn::Mul(e, hn::Set(d, 0.39894228f)), integral};
@@ -128,6 +138,7 @@ struct Model {
   V l00, l01, across0, across1, cross;  ///< light, its change from left to right above and below, and that by y
   V noise_floor, noise_slope;
   V inverse_blur, middle, saturation, limit, limit_square;
+  OddTerms odd_x, odd_y;
   V count;  ///< pixels
 };
 
@@ -149,6 +160,8 @@ Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
   m.across0 = hn::Sub(l10, m.l00);
   m.across1 = hn::Sub(l11, m.l01);
   m.cross = hn::Sub(m.across1, m.across0);
+  m.odd_x = OddTermsOf(input.edge_x);
+  m.odd_y = OddTermsOf(input.edge_y);
   m.noise_floor = parameter(LaneBlock::kNoiseFloor);
   m.noise_slope = parameter(LaneBlock::kNoiseSlope);
   m.middle = hn::Mul(hn::Add(hn::Add(m.l00, l11), hn::Add(l10, m.l01)), hn::Set(d, 0.25f));
@@ -177,11 +190,11 @@ HWY_INLINE void PlaceAtEdges(const Model& m, V u, V v, float* HWY_RESTRICT row) 
   hn::Store(hn::Mul(y, m.scale_y), d, row + EdgeRow::kY * lanes);
 }
 
-HWY_INLINE void BlurEdges(float* HWY_RESTRICT row) {
+HWY_INLINE void BlurEdges(const Model& m, float* HWY_RESTRICT row) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int axis = 0; axis < 2; ++axis) {
-    const Normal normal = NormalAt(d, hn::Load(d, row + axis * lanes));
+    const Normal normal = NormalAt(d, hn::Load(d, row + axis * lanes), axis == 0 ? m.odd_x : m.odd_y);
     hn::Store(normal.density, d, row + (EdgeRow::kDensityX + axis) * lanes);
     hn::Store(normal.integral, d, row + (EdgeRow::kIntegralX + axis) * lanes);
   }
@@ -291,7 +304,7 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
       PlaceAtEdges(m, hn::IfThenElseZero(is_inside, hn::LoadU(d, u)), hn::IfThenElseZero(is_inside, hn::LoadU(d, v)),
                    edges + i * EdgeRow::kValues * lanes);
     }
-    for (int i = 0; i < pixels; ++i) BlurEdges(edges + i * EdgeRow::kValues * lanes);
+    for (int i = 0; i < pixels; ++i) BlurEdges(m, edges + i * EdgeRow::kValues * lanes);
     for (int i = 0; i < pixels; ++i, light += next)
       FillRow<kSums>(m, edges + i * EdgeRow::kValues * lanes, hn::LoadU(d, light), inside(k + i * stride),
                      rows + i * kRow * lanes, sums);

@@ -11,7 +11,7 @@ namespace chequer {
 /// a mosaic). Its pixels are those nearer to the corner than to others. There the image is
 ///   I = Σ_ij L_ij w_i(x) w_j(y)   (+ a term for edges that do not meet at right angles)
 /// with x, y the board coordinates from the corner, L the light of the four cells and w the edges blurred by the lens,
-/// w_1(x) = Φ(x · px_per_cell / blur), w_0 = 1 − w_1.
+/// w_1(x) = Φ(x · px_per_cell / blur) and what EdgeTerms add to it, w_0 = 1 − w_1.
 /// What Gauss-Newton needs of a lane are the products of these columns; lanes lie side by side in vectors, so that no
 /// sum crosses lanes.
 enum LaneColumn : int {
@@ -109,6 +109,12 @@ class LaneBlock {
   std::vector<int> counts_;
 };
 
+/// Terms that edges have beside the Gaussian's integral, of e^(−a²/2) a, a³ and a⁵, a in standard deviations of the
+/// blur. The derivatives by the edge's place are taken without them.
+struct EdgeTerms {
+  float first = 0, third = 0, fifth = 0;
+};
+
 /// Which sums are wanted.
 enum class LaneSums {
   kShapes,  ///< products of columns that are no levels, alone
@@ -120,6 +126,7 @@ enum class LaneSums {
 struct KernelInput {
   float board_from_plane[9] = {};  ///< homography, row by row, of plane coordinates from the block's origin
   float blur_px = 1;               ///< standard deviation of the Gaussian, pixels
+  EdgeTerms edge_x, edge_y;        ///< of edges of constant x and of constant y
   float saturation = 1;            ///< light from which on a pixel only says "at least that much"
   float robust_limit = 1e9f;       ///< residuals beyond so many standard deviations count with less weight (Huber)
   LaneSums sums = LaneSums::kNoise;
