@@ -228,7 +228,7 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Trac
   strong.assign(pyramid.strong.begin(), pyramid.strong.end());
   for (const Corner& corner : corners)
     if (corner.contrast >= least) strong.push_back({corner.position, corner.contrast});
-  second_look.Start(reader.width(), reader.height(), strong, least, found_in);
+  second_look.Start(reader, strong, least, found_in);
   second_look.Trace(tracer.places());
   while (second_look.Next(pyramid)) {
     tracer.StartLook(second_look, boards.size());

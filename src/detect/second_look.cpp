@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "detect/affine_view.h"
@@ -37,16 +38,38 @@ constexpr int kMostPlaces = 6;
 constexpr float kBlurPx = 0.8f;
 /// Places that are larger than that are no boards, px.
 constexpr float kMostSpread = 160;
+/// Fewer points hide nothing, and where cells are very narrow, colours that ran together would take the board's own.
+constexpr std::size_t kManyPoints = 100;
+/// The pixels around a point that show its cells' colours, px: beyond the edges' blur, inside what lies around narrow
+/// cells.
+constexpr std::array<std::array<float, 2>, 8> kAround{
+    {{4, 0}, {3, 3}, {0, 4}, {-3, 3}, {-4, 0}, {-3, -3}, {0, -4}, {3, -3}}};
+/// By how much yellow returns less blue than red and green, and blue more, together, as a share of the light: white and
+/// ink make 0.6 to 1.5 of it even where cells are 3 px high, photographs mostly less than 0.3.
+constexpr float kLeastInk = 0.55f;
+
+/// Whether a point stands among yellow and blue. Clutter around a board, which would hide how the board's own points
+/// spread, hardly ever does. A mean of red and green would take a green circuit board for ink.
+bool ShowsInks(const LightReader& reader, const Eigen::Vector2f& at) {
+  float yellow = 0, blue = 0, light = 0;
+  for (const auto& [x, y] : kAround) {
+    const Eigen::Vector3f rgb = reader.Rgb(at.x() + x, at.y() + y, 0);
+    yellow = std::max(yellow, std::min(rgb[0], rgb[1]) - rgb[2]);
+    blue = std::max(blue, rgb[2] - std::max(rgb[0], rgb[1]));
+    light = std::max(light, rgb.sum() / 3);
+  }
+  return yellow + blue > kLeastInk * light;
+}
 
 }  // namespace
 
-void SecondLook::Start(int width, int height, std::span<const StrongPoint> points, float least,
+void SecondLook::Start(const LightReader& reader, std::span<const StrongPoint> points, float least,
                        std::span<const PixelBox> boards) {
-  width_ = width;
-  height_ = height;
+  width_ = reader.width();
+  height_ = reader.height();
   looks_ = places_ = 0;
   points_.clear();
-  const int cols = (width >> kTileShift) + 1, rows = (height >> kTileShift) + 1;
+  const int cols = (width_ >> kTileShift) + 1, rows = (height_ >> kTileShift) + 1;
   const auto tile = [](float at, int count) { return std::clamp(static_cast<int>(at) >> kTileShift, 0, count - 1); };
   explained_.assign(static_cast<std::size_t>(cols * rows), 0);
   for (const PixelBox& box : boards)
@@ -57,6 +80,8 @@ void SecondLook::Start(int width, int height, std::span<const StrongPoint> point
     if (point.contrast >= least &&
         !explained_[static_cast<std::size_t>(tile(point.position.y(), rows) * cols + tile(point.position.x(), cols))])
       points_.push_back(point);
+  if (points_.size() > kManyPoints)
+    std::erase_if(points_, [&](const StrongPoint& point) { return !ShowsInks(reader, point.position); });
 }
 
 SecondLook::Place SecondLook::Gather(std::span<const StrongPoint> points, const Place& place) {

@@ -13,17 +13,19 @@
 
 namespace chequer {
 
-/// Looks once more, and closer, at places that are full of strong contrasts but gave no board: seen at a steep slant,
-/// the cells of a board are so narrow, or meet at such sharp angles, that the ring of the first look does not fit. The
-/// points' own spread tells how the place must be stretched and squeezed for a board to look as if seen from the front,
-/// its cells some 8 px wide; of that view, corners are found and linked as ever.
-/// Keeps its memory. Costs nothing where no place stands out; of those that do, kMostLooks at most are viewed.
+/// Looks once more, and closer, at places that are full of strong contrasts among yellow and blue but gave no board:
+/// seen at a steep slant, the cells of a board are so narrow, or meet at such sharp angles, that the ring of the first
+/// look does not fit. The points' own spread tells how the place must be stretched and squeezed for a board to look as
+/// if seen from the front, its cells some 8 px wide; of that view, corners are found and linked as ever. Keeps its
+/// memory. Costs nothing where no place stands out; of those that do, kMostLooks at most are viewed.
 class SecondLook {
  public:
   static constexpr int kMostLooks = 2;
 
-  /// Takes over the points of an image; those in `boards` are explained already. @param least contrast that counts.
-  void Start(int width, int height, std::span<const StrongPoint> points, float least, std::span<const PixelBox> boards);
+  /// Takes over the points of an image; those in `boards` are explained already, and where there are many, only those
+  /// count that stand among the inks of a marker. @param least contrast that counts.
+  void Start(const LightReader& reader, std::span<const StrongPoint> points, float least,
+             std::span<const PixelBox> boards);
   /// Fills corners() and grids() with what the next place shows. False once there is none left.
   bool Next(const Pyramid& pyramid);
 

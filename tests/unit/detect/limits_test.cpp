@@ -82,6 +82,19 @@ TEST(SecondLook, ReportsNoMarkerTwice) {
     }
 }
 
+TEST(SecondLook, TellsABoardFromTheClutterAroundIt) {
+  // Black letters all around hide how the corners of the board spread, were it not for its colours.
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  for (const std::uint64_t seed : {7019u, 7027u, 7033u})
+    for (StressCase& stress : StressCases(code, seed)) {
+      if (stress.tag != "tilt_deg=75") continue;
+      stress.scene.background.kind = BackgroundKind::kText;
+      const std::vector<MarkerPose> markers = Look(stress, code, seed - 7000);
+      ASSERT_EQ(markers.size(), 1u) << "seed " << seed;
+      EXPECT_EQ(markers[0].id, stress.scene.markers[0].board.id) << "seed " << seed;
+    }
+}
+
 std::string NameOf(const testing::TestParamInfo<Limit>& limit) {
   std::string name = limit.param.tag;
   std::replace_if(

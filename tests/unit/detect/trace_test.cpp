@@ -209,9 +209,8 @@ TEST(Trace, WhatASecondLookRefusesSaysWhy) {
 
 TEST(Trace, PlacesThatAreNotViewedSayWhy) {
   test::KnownFrame frame = SteepFrame();
-  InkSet& inks = frame.scene.markers[0].inks;
-  inks.blue = inks.black;
-  inks.yellow = inks.white;
+  // Of a marker's inks, and yet none.
+  frame.scene.markers[0].mirrored = true;
   // Several of them; an image has two second looks.
   for (const double right : {-0.3, -0.15, 0.15, 0.3}) {
     frame.scene.markers.push_back(frame.scene.markers[0]);
