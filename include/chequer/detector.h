@@ -86,7 +86,8 @@ struct MarkerPose {
   bool has_pose = false;
   RigidTransform camera_from_marker;
   /// Of (x, y, z, θx, θy, θz): position in the camera frame, m², and a rotation θ about the camera's axes, rad², with
-  /// R_true = Exp(θ) · R_estimated.
+  /// R_true = Exp(θ) · R_estimated. An ambiguous pose's holds that it may be the other one: the way there, squared,
+  /// times the ambiguity.
   Matrix6d covariance = Matrix6d::Zero();
   /// Probability that the pose's mirror image (the second minimum) is the true one, 0..0.5.
   double ambiguity = 0;

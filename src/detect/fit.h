@@ -48,7 +48,7 @@ struct FittedBoard {
 /// Gives up where a corner moves by more than 3 px in a step; a result's last step moved no corner by more than 0.05
 /// px, so that what is left is of second order, or was the eighth. The pose that it leads to is near the Cramér–Rao
 /// bound, 0.0025 px for the centre of a board of 8 px cells: side_by_side prints how near, case by case. What no model
-/// of a plane knows (bent paper, what is left of the lens) widens the information instead. 28 µs a board of 7.8 px
+/// of a plane knows (bent paper, what is left of the lens) widens the information instead. 24 µs a board of 7.8 px
 /// cells, growing with its pixels.
 /// Where the light is bent, cells are small against the blur, or ink has spread, the pixels' light is corrected between
 /// the steps (shading.h, far_cells.h): up to 0.5 ms.
