@@ -211,11 +211,13 @@ TEST(Trace, PlacesThatAreNotViewedSayWhy) {
   test::KnownFrame frame = SteepFrame();
   // Of a marker's inks, and yet none.
   frame.scene.markers[0].mirrored = true;
-  // Several of them; an image has two second looks.
-  for (const double right : {-0.3, -0.15, 0.15, 0.3}) {
-    frame.scene.markers.push_back(frame.scene.markers[0]);
-    frame.scene.markers.back().camera_from_marker.translation.x() += right;
-  }
+  // Seven of them, well apart; an image has two second looks.
+  const SceneMarker first = frame.scene.markers[0];
+  for (const double up : {-0.15, 0.15})
+    for (const double right : {-0.25, 0.0, 0.25}) {
+      frame.scene.markers.push_back(first);
+      frame.scene.markers.back().camera_from_marker.translation += Eigen::Vector3d(right, up, 0);
+    }
   const Traced traced = Look(frame, Secded());
   std::string told;
   for (const TracePlace& place : traced.trace.places) told += Explain(place) + "\n";
