@@ -162,26 +162,22 @@ Eigen::Vector2d PhotometricFit::MoveOf(int corner) const {
   return {by.x.dot(step), by.y.dot(step)};
 }
 
-bool PhotometricFit::Step() {
-  if (!TakeStep({.pixels = &pixels_, .used = used_, .red_phase = red_phase_})) return false;
-  equations_.MoveLevels(step_, levels_);
-  return true;
+Eigen::Matrix2d PhotometricFit::BoardByPixel() const {
+  return pixels_.place(pixels_.corners() / 2).pixel_by_board.inverse();
 }
 
-bool PhotometricFit::StepShape() {
-  input_.sums = LaneSums::kShapes;
-  return TakeStep({.pixels = &pixels_, .used = used_, .red_phase = red_phase_, .fixed_levels = true});
-}
-
-bool PhotometricFit::TakeStep(const BoardEquations::Input& input) {
+bool PhotometricFit::Step(LaneSums sums) {
   SetLanes();
+  input_.sums = sums;
   AccumulateLanes(input_, pixels_.lanes());
-  equations_.Assemble(input);
+  const bool fixed_levels = sums == LaneSums::kShapes;
+  equations_.Assemble({.pixels = &pixels_, .used = used_, .red_phase = red_phase_, .fixed_levels = fixed_levels});
   const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
   if (!solver.positive()) return false;
   step_ = solver.Solve(equations_.gradient());
   if (!step_.allFinite()) return false;
   gain_ = step_.dot(equations_.gradient());
+  if (!fixed_levels) equations_.MoveLevels(step_, levels_);
   constexpr int kBlurUnknown = BoardGeometry::kParameters;
   result_.geometry.MoveCoordinates(step_.head<BoardGeometry::kParameters>());
   const double blur = std::clamp(blur_px_ + step_[kBlurUnknown], std::max(kLeastBlur, 0.6 * blur_px_),
@@ -306,7 +302,7 @@ void PhotometricFit::Finish() {
 bool PhotometricFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   const int most = take_out_ ? kMostPassesOfLight : kMaxPasses;
   const double settled_px = take_out_ ? kSettledLightPx : kSettledPx;
-  input_.sums = noise_known && !take_out_ ? LaneSums::kLevels : LaneSums::kNoise;
+  LaneSums sums = noise_known && !take_out_ ? LaneSums::kLevels : LaneSums::kNoise;
   for (int pass = 1; pass < most; ++pass) {
     if (corner_move_px_ > kFollowPx) {
       pixels_.PlaceCorners(lens, result_.geometry);
@@ -314,7 +310,7 @@ bool PhotometricFit::Settle(const Lens& lens, const Start& start, bool noise_kno
     }
     input_.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (take_out_) TakeOutLight();
-    if (!Step() || corner_move_px_ > kRunawayPx) return false;
+    if (!Step(sums) || corner_move_px_ > kRunawayPx) return false;
     const bool changed = FindHiddenCorners();
     // What is done to the light follows the fit by a pass or two.
     const bool uneven = take_out_ || bent_light_ || AnyHidden(), again = shade_twice_ && pass == 1;
@@ -329,9 +325,9 @@ bool PhotometricFit::Settle(const Lens& lens, const Start& start, bool noise_kno
     }
     if (told) continue;
     // While ink settles, what it will explain is no noise, and what it has explained leaves none to tell.
-    if (input_.sums == LaneSums::kNoise && !fit_ink_) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
+    if (sums == LaneSums::kNoise && !fit_ink_) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
     noise_known = true;
-    input_.sums = LaneSums::kNoise;
+    sums = LaneSums::kNoise;
   }
   return true;
 }
@@ -352,19 +348,18 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   if (!Prepare(reader, lens, start)) return nullptr;
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   input_.robust_limit = 1e9f;
-  input_.sums = LaneSums::kLevels;
   // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
   // do not blur into them.
-  const Eigen::Matrix2d cells_by_px = pixels_.place(pixels_.corners() / 2).pixel_by_board.inverse();
-  const bool knows_levels = start.image && cells_by_px.rowwise().norm().maxCoeff() * kClearCell * blur_px_ < 1;
-  if (!(knows_levels ? StepShape() : Step()) || corner_move_px_ > kRunawayPx) return nullptr;
+  const bool knows_levels = start.image && BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * blur_px_ < 1;
+  const LaneSums first = knows_levels ? LaneSums::kShapes : LaneSums::kLevels;
+  if (!Step(first) || corner_move_px_ > kRunawayPx) return nullptr;
   // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
   for (double chosen_for = start.blur_px; blur_px_ > kWiderBlur * chosen_for;) {
     chosen_for = blur_px_;
     if (pixels_.Collect(reader, lens, size_, result_.geometry, blur_px_) < kFewestCorners) return nullptr;
     SetDerivatives();
     SetPlaces();
-    if (!Step() || corner_move_px_ > kRunawayPx) return nullptr;
+    if (!Step(first) || corner_move_px_ > kRunawayPx) return nullptr;
   }
   hidden_cells_.assign(start.covered.begin(), start.covered.end());
   EvenOutShading(start);

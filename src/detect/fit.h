@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -78,11 +77,8 @@ class PhotometricFit {
   /// What the kernel is told of the corners' places, and of what changes with every step.
   void SetPlaces();
   void SetLanes();
-  /// A step of Gauss-Newton.
-  bool Step();
-  /// The same with the cells' levels as they are.
-  bool StepShape();
-  bool TakeStep(const BoardEquations::Input& input);
+  /// A step of Gauss-Newton by these sums of the kernel; by shapes alone, the cells' levels stay as they are.
+  bool Step(LaneSums sums);
   /// Of the last step, in board coordinates.
   Eigen::Vector2d MoveOf(int corner) const;
   void EvenOutShading(const Start& start);
@@ -93,7 +89,7 @@ class PhotometricFit {
   /// Between the light and the dark cells around a corner.
   double Contrast(int corner) const;
   /// In the board's middle.
-  Eigen::Matrix2d BoardByPixel() const { return pixels_.place(pixels_.corners() / 2).pixel_by_board.inverse(); }
+  Eigen::Matrix2d BoardByPixel() const;
   /// Of a cell in the board's middle, along its side.
   double CellPx() const;
   /// What is known by now, for far_cells_.

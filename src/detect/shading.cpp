@@ -110,9 +110,7 @@ bool IsLight(const Bent& bent, MarkerSize size) {
 
 /// A slope and the second order of the light's logarithm. Nothing where the cells hardly tell them, or too steep ones.
 std::optional<Shading> FindWeak(const ShadedCells& cells) {
-  const auto regression = Regress<5>(
-      cells, [](double x, double y) { return Powers(x, y); },
-      [](double, double, double level) { return std::log(level); });
+  const auto regression = Regress<5>(cells, Powers, [](double, double, double level) { return std::log(level); });
   if (regression.freedom < kFewestOfFine) return std::nullopt;
   const Eigen::LLT<Eigen::Matrix<double, 5, 5>> solver(regression.normal);
   if (solver.info() != Eigen::Success) return std::nullopt;
