@@ -44,7 +44,7 @@ class AprilTagContestant final : public Contestant {
   std::string name() const override {
     return "AprilTag d" + std::to_string(static_cast<int>(decimate_)) + (linear_ ? " lin" : "");
   }
-  Pattern pattern() const override { return Pattern::kAprilTag; }
+  Pattern pattern() const override { return kAprilTagPattern; }
 
   void Detect(const BenchFrame& frame) override {
     ConvertToGrey(frame.colour, grey_);

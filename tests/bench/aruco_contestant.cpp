@@ -19,7 +19,7 @@ class ArucoContestant final : public Contestant {
   }
 
   std::string name() const override { return refine_ ? "ArUco subpixel" : "ArUco"; }
-  Pattern pattern() const override { return Pattern::kAruco; }
+  Pattern pattern() const override { return kArucoPattern; }
 
   void Detect(const BenchFrame& frame) override {
     ConvertToGrey(frame.colour, grey_);

@@ -17,7 +17,7 @@ class ChequerContestant final : public Contestant {
   ChequerContestant(const Suite& suite, bool bayer) : bayer_(bayer), detector_(OptionsFor(suite)) {}
 
   std::string name() const override { return bayer_ ? "chequer Bayer" : "chequer BGR"; }
-  Pattern pattern() const override { return Pattern::kChequer; }
+  Pattern pattern() const override { return kChequerPattern; }
   bool Takes(const BenchFrame& frame) const override { return !bayer_ || frame.bayer.has_value(); }
   void Detect(const BenchFrame& frame) override {
     detector_.Detect(bayer_ ? frame.bayer->view() : frame.colour.view(), markers_);

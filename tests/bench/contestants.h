@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bench/frames.h"
+#include "bench/peer.h"
 #include "bench/score.h"
 
 namespace chequer::bench {
@@ -37,6 +38,10 @@ std::unique_ptr<Contestant> MakeAprilTag(const Suite& suite, float quad_decimate
 /// OpenCV's ArUco, DICT_4X4_1000; the grey conversion is timed, the pose is not. Without refinement it is
 /// quickest, with its sub-pixel refinement poses are better.
 std::unique_ptr<Contestant> MakeAruco(const Suite& suite, bool refine);
+
+/// A detector from a shared library; the grey conversion is timed, the pose is not. The peer outlives it. Throws
+/// std::runtime_error where it makes no detector for the suite's frames.
+std::unique_ptr<Contestant> MakePeer(const Suite& suite, const Peer& peer);
 
 /// Pose of a square of that side from its corners: top left, top right, bottom right, bottom left. Shared by the peers.
 RigidTransform PoseOfSquare(std::span<const Eigen::Vector2d> corners_px, double side_m, const CameraModel& camera);

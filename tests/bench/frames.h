@@ -9,18 +9,12 @@
 #include <vector>
 
 #include "bench/bound.h"
+#include "bench/prints.h"
 #include "bench/score.h"
 #include "chequer/camera_model.h"
 #include "chequer/image.h"
 
 namespace chequer::bench {
-
-/// What is printed on the boards of a frame.
-enum class Pattern : std::uint8_t { kChequer, kAprilTag, kAruco };
-inline constexpr std::array kAllPatterns{Pattern::kChequer, Pattern::kAprilTag, Pattern::kAruco};
-
-/// The name of a pattern's folder: "secded", "tag36h11", "aruco4".
-std::string_view PatternFolder(Pattern pattern);
 
 /// A frame in memory, with what is truly to be seen.
 struct BenchFrame {
@@ -49,13 +43,13 @@ double DefaultSide(std::string_view suite);
 
 /// Reads FOLDER/PATTERN/{camera.json,truth.jsonl,*.png,raw_*.png}; patterns without a folder are left out. raw_X.png is
 /// the BayerRG8 exposure of X.png. Throws std::runtime_error naming the file and what is wrong.
-Suite LoadSuite(const std::filesystem::path& folder, double side_m);
+Suite LoadSuite(const std::filesystem::path& folder, double side_m, const std::vector<Print>& prints);
 
 /// Names that RenderSuite knows.
 std::vector<std::string> RenderedSuites();
 
-/// Renders a suite: the same scenes for all patterns that can be drawn, colour and raw. Throws std::runtime_error on
-/// an unknown name, listing those that exist.
-Suite RenderSuite(std::string_view name, std::uint64_t seed);
+/// Renders a suite: the same scenes in all prints, colour and raw. Throws std::runtime_error on an unknown name,
+/// listing those that exist.
+Suite RenderSuite(std::string_view name, std::uint64_t seed, const std::vector<Print>& prints);
 
 }  // namespace chequer::bench

@@ -73,15 +73,6 @@ std::vector<BenchFrame> ReadFrames(const fs::path& folder) {
 
 }  // namespace
 
-std::string_view PatternFolder(Pattern pattern) {
-  switch (pattern) {
-    case Pattern::kChequer: return "secded";
-    case Pattern::kAprilTag: return "tag36h11";
-    case Pattern::kAruco: return "aruco4";
-  }
-  return "";
-}
-
 bool Suite::HasMarkers() const {
   for (const auto& [pattern, list] : frames) {
     for (const BenchFrame& frame : list) {
@@ -97,23 +88,25 @@ double DefaultSide(std::string_view suite) {
   return 0.12;
 }
 
-Suite LoadSuite(const fs::path& folder, double side_m) {
+Suite LoadSuite(const fs::path& folder, double side_m, const std::vector<Print>& prints) {
   Suite suite;
   suite.name = folder.filename().string();
   suite.side_m = side_m;
   suite.straight_tracks = suite.name == "paper";
-  for (const Pattern pattern : kAllPatterns) {
-    const fs::path pattern_folder = folder / PatternFolder(pattern);
+  std::string folders;
+  for (const Print& print : prints) {
+    const fs::path pattern_folder = folder / print.pattern;
+    folders += (folders.empty() ? "" : ", ") + print.pattern;
     if (!fs::exists(pattern_folder)) continue;
     try {
       suite.camera = ReadCamera(pattern_folder / "camera.json");
-      suite.frames[pattern] = ReadFrames(pattern_folder);
+      suite.frames[print.pattern] = ReadFrames(pattern_folder);
     } catch (const json::exception& error) {
       throw std::runtime_error(pattern_folder.string() + ": camera.json or truth.jsonl: " + error.what());
     }
   }
   if (suite.frames.empty()) {
-    throw std::runtime_error(folder.string() + ": holds no folder secded, tag36h11 or aruco4");
+    throw std::runtime_error(folder.string() + ": holds none of the folders " + folders);
   }
   return suite;
 }

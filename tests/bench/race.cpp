@@ -67,7 +67,7 @@ class Lane {
   std::vector<std::pair<std::string, ScoreKeeper>> conditions_;
 };
 
-std::vector<Lane> MakeLanes(const Suite& suite) {
+std::vector<Lane> MakeLanes(const Suite& suite, const std::vector<Peer>& peers) {
   std::vector<Lane> lanes;
   lanes.emplace_back(MakeChequer(suite, false), suite);
   lanes.emplace_back(MakeChequer(suite, true), suite);
@@ -75,14 +75,15 @@ std::vector<Lane> MakeLanes(const Suite& suite) {
     for (const bool linear : {false, true}) lanes.emplace_back(MakeAprilTag(suite, decimate, linear), suite);
   lanes.emplace_back(MakeAruco(suite, false), suite);
   lanes.emplace_back(MakeAruco(suite, true), suite);
+  for (const Peer& peer : peers) lanes.emplace_back(MakePeer(suite, peer), suite);
   std::erase_if(lanes, [](const Lane& lane) { return lane.frame_count() == 0; });
   return lanes;
 }
 
 }  // namespace
 
-std::vector<Result> Race(const Suite& suite, int repetitions) {
-  std::vector<Lane> lanes = MakeLanes(suite);
+std::vector<Result> Race(const Suite& suite, int repetitions, const std::vector<Peer>& peers) {
+  std::vector<Lane> lanes = MakeLanes(suite, peers);
   std::size_t frame_count = 0;
   for (const Lane& lane : lanes) frame_count = std::max(frame_count, lane.frame_count());
   std::size_t first = 0;  // who starts

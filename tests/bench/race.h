@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bench/frames.h"
+#include "bench/peer.h"
 #include "bench/score.h"
 
 namespace chequer::bench {
@@ -20,6 +21,6 @@ struct Result {
 
 /// Runs every contestant on the frames of its pattern. They take turns frame by frame, each repetition in another
 /// order, so that a machine that slows down hits all alike. Marker-free suites show everyone the same frames.
-std::vector<Result> Race(const Suite& suite, int repetitions);
+std::vector<Result> Race(const Suite& suite, int repetitions, const std::vector<Peer>& peers);
 
 }  // namespace chequer::bench

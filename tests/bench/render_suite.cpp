@@ -12,8 +12,6 @@
 namespace chequer::bench {
 namespace {
 
-constexpr std::uint64_t kAprilTags = 587;
-constexpr std::uint64_t kArucoTags = 1000;
 constexpr double kGapM = 0.01;
 constexpr double kFloorM = 3.1;
 
@@ -25,29 +23,11 @@ RenderOptions OptionsFor(const CameraModel& camera) {
   return options;
 }
 
-std::vector<Pattern> DrawablePatterns() {
-  std::vector<Pattern> patterns{Pattern::kChequer};
-  if (HasAprilTag()) patterns.push_back(Pattern::kAprilTag);
-  if (HasAruco()) patterns.push_back(Pattern::kAruco);
-  return patterns;
-}
-
-/// The board of a pattern that stands for robot `number`.
-Board BoardOf(Pattern pattern, std::uint64_t number) {
-  switch (pattern) {
-    case Pattern::kAprilTag: return AprilTag36h11(number % kAprilTags);
-    case Pattern::kAruco: return Aruco4x4(number % kArucoTags);
-    case Pattern::kChequer: break;
-  }
-  const MarkerCode code = ChequerCode();
-  return MakeBoard(code, number % (code.max_id() + 1));
-}
-
-/// The same markers in another print. Both peers carry a white rim, so the colour boards get a margin as well.
-std::vector<SceneMarker> InPattern(std::vector<SceneMarker> markers, Pattern pattern) {
+/// The same markers in another print. The peers carry a white rim, so the colour boards get a margin as well.
+std::vector<SceneMarker> InPrint(std::vector<SceneMarker> markers, const Print& print) {
   for (SceneMarker& marker : markers) {
-    marker.board = BoardOf(pattern, marker.board.id);
-    marker.margin_cells = pattern == Pattern::kChequer ? 1 : 0;
+    marker.board = print.board(marker.board.id);
+    marker.margin_cells = print.pattern == kChequerPattern ? 1 : 0;
   }
   return markers;
 }
@@ -72,18 +52,18 @@ BenchFrame MakeFrame(const std::string& condition, const Scene& scene, RenderOpt
 }
 
 void AddFrames(Suite& suite, const std::string& condition, const Scene& scene, const RenderOptions& options,
-               std::uint64_t seed) {
-  for (const Pattern pattern : DrawablePatterns()) {
+               std::uint64_t seed, const std::vector<Print>& prints) {
+  for (const Print& print : prints) {
     Scene printed = scene;
-    printed.markers = InPattern(scene.markers, pattern);
+    printed.markers = InPrint(scene.markers, print);
     // The renderer knows spreading ink of checkerboards alone; the peers are spared it.
-    if (pattern != Pattern::kChequer)
+    if (print.pattern != kChequerPattern)
       for (SceneMarker& marker : printed.markers) marker.ink_spread_cells = 0;
-    suite.frames[pattern].push_back(MakeFrame(condition, printed, options, seed));
+    suite.frames[print.pattern].push_back(MakeFrame(condition, printed, options, seed));
   }
 }
 
-Suite RenderPaper(std::uint64_t seed) {
+Suite RenderPaper(std::uint64_t seed, const std::vector<Print>& prints) {
   Suite suite;
   suite.straight_tracks = true;
   suite.camera = PublicationCamera();
@@ -98,9 +78,9 @@ Suite RenderPaper(std::uint64_t seed) {
         Scene scene;
         scene.markers = {marker};
         scene.background = {.kind = BackgroundKind::kNoise, .seed = seed};
-        AddFrames(suite, condition, scene, options, seed + suite.frames[Pattern::kChequer].size());
+        AddFrames(suite, condition, scene, options, seed + suite.frames[kChequerPattern].size(), prints);
         truth.push_back(marker.camera_from_marker);
-        least.push_back(PoseBound(InPattern({marker}, Pattern::kChequer).front(), options));
+        least.push_back(PoseBound(InPrint({marker}, prints.front()).front(), options));
       }
       suite.bounds[condition] = BoundOfTrack(truth, least);
     }
@@ -108,7 +88,8 @@ Suite RenderPaper(std::uint64_t seed) {
   return suite;
 }
 
-Suite RenderSwarm(const CameraModel& camera, int robots, double side_m, int frame_count, std::uint64_t seed) {
+Suite RenderSwarm(const CameraModel& camera, int robots, double side_m, int frame_count, std::uint64_t seed,
+                  const std::vector<Print>& prints) {
   Suite suite;
   suite.camera = camera;
   SwarmOptions swarm_options;
@@ -118,15 +99,18 @@ Suite RenderSwarm(const CameraModel& camera, int robots, double side_m, int fram
   // So far away that 200 boards with ArUco's rims fit into five megapixels.
   swarm_options.distance_m = kFloorM;
   // Room is made for the boards with the widest rims, then each is printed in every pattern.
-  const Pattern widest = HasAruco() ? Pattern::kAruco : Pattern::kChequer;
-  for (int i = 0; i < robots; ++i) swarm_options.boards.push_back(BoardOf(widest, static_cast<std::uint64_t>(i)));
+  const Print& widest = WidestRim(prints);
+  for (std::uint64_t robot = 0; robot < static_cast<std::uint64_t>(robots); ++robot) {
+    swarm_options.boards.push_back(widest.board(robot));
+    swarm_options.boards.back().id = robot;  // also where that print has fewer ids
+  }
   const Swarm swarm(swarm_options, seed);
   const RenderOptions options = OptionsFor(camera);
   for (int i = 0; i < frame_count; ++i) {
     Scene scene;
     scene.markers = swarm.At(std::chrono::duration<double>(i));
     scene.background = {.kind = BackgroundKind::kNoise, .seed = seed};
-    AddFrames(suite, "swarm", scene, options, seed + static_cast<std::uint64_t>(i));
+    AddFrames(suite, "swarm", scene, options, seed + static_cast<std::uint64_t>(i), prints);
   }
   return suite;
 }
@@ -153,15 +137,15 @@ CameraModel FiveMegapixelCamera() {
           .distortion = {-0.1, 0.02, 0, 0, 0}};
 }
 
-Suite RenderStress(std::uint64_t seed) {
+Suite RenderStress(std::uint64_t seed, const std::vector<Print>& prints) {
   Suite suite;
   const std::vector<StressCase> cases = StressCases(ChequerCode(), seed);
   suite.camera = cases.front().options.camera;
-  for (const StressCase& stress : cases) AddFrames(suite, stress.tag, stress.scene, stress.options, seed);
+  for (const StressCase& stress : cases) AddFrames(suite, stress.tag, stress.scene, stress.options, seed, prints);
   return suite;
 }
 
-Suite RenderEmpty(std::uint64_t seed) {
+Suite RenderEmpty(std::uint64_t seed, const std::vector<Print>&) {
   Suite suite;
   suite.camera = PublicationCamera();
   const RenderOptions options = OptionsFor(suite.camera);
@@ -169,24 +153,31 @@ Suite RenderEmpty(std::uint64_t seed) {
                                     BackgroundKind::kTiles, BackgroundKind::kBlobs, BackgroundKind::kMixed}) {
     Scene scene;
     scene.background = {.kind = kind, .seed = seed};
-    suite.frames[Pattern::kChequer].push_back(MakeFrame(std::string(BackgroundName(kind)), scene, options, seed));
+    suite.frames[kChequerPattern].push_back(MakeFrame(std::string(BackgroundName(kind)), scene, options, seed));
   }
   return suite;
 }
 
 struct Recipe {
   const char* name;
-  std::function<Suite(std::uint64_t)> render;
+  std::function<Suite(std::uint64_t, const std::vector<Print>&)> render;
 };
 
 const std::vector<Recipe>& Recipes() {
   static const std::vector<Recipe> recipes{
       {"paper", RenderPaper},
-      {"swarm50", [](std::uint64_t seed) { return RenderSwarm(FullHdCamera(), 50, DefaultSide("swarm50"), 4, seed); }},
+      {"swarm50",
+       [](std::uint64_t seed, const std::vector<Print>& prints) {
+         return RenderSwarm(FullHdCamera(), 50, DefaultSide("swarm50"), 4, seed, prints);
+       }},
       {"swarm100",
-       [](std::uint64_t seed) { return RenderSwarm(FullHdCamera(), 100, DefaultSide("swarm100"), 3, seed); }},
+       [](std::uint64_t seed, const std::vector<Print>& prints) {
+         return RenderSwarm(FullHdCamera(), 100, DefaultSide("swarm100"), 3, seed, prints);
+       }},
       {"swarm200",
-       [](std::uint64_t seed) { return RenderSwarm(FiveMegapixelCamera(), 200, DefaultSide("swarm200"), 2, seed); }},
+       [](std::uint64_t seed, const std::vector<Print>& prints) {
+         return RenderSwarm(FiveMegapixelCamera(), 200, DefaultSide("swarm200"), 2, seed, prints);
+       }},
       {"stress", RenderStress},
       {"empty", RenderEmpty},
   };
@@ -201,11 +192,11 @@ std::vector<std::string> RenderedSuites() {
   return names;
 }
 
-Suite RenderSuite(std::string_view name, std::uint64_t seed) {
+Suite RenderSuite(std::string_view name, std::uint64_t seed, const std::vector<Print>& prints) {
   std::string known;
   for (const Recipe& recipe : Recipes()) {
     if (recipe.name == name) {
-      Suite suite = recipe.render(seed);
+      Suite suite = recipe.render(seed, prints);
       suite.name = name;
       suite.side_m = DefaultSide(name);
       return suite;

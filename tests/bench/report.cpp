@@ -49,7 +49,7 @@ std::string FormatBounds(const Suite& suite) {
   std::string text;
   for (const auto& [condition, bound] : suite.bounds)
     text +=
-        fmt::format("  {:22} {:6} {:9} {:40.4f} {:38.4f} {:8.4f} {:17.4f}\n", "bound of " + condition, "", "",
+        fmt::format("  {:22} {:6} {:9} {:6} {:40.4f} {:38.4f} {:8.4f} {:17.4f}\n", "bound of " + condition, "", "", "",
                     bound.position_rms_mm, bound.angle_rms_deg, bound.track.linear_rms_mm, bound.track.angular_rms_deg);
   return text;
 }
@@ -77,8 +77,9 @@ json ToJson(const Score& score, bool with_track) {
 std::string FormatTable(const Suite& suite, const std::vector<Result>& results, bool by_condition) {
   std::string table =
       fmt::format("{}: {} x {}, side {} m\n", suite.name, suite.camera.width, suite.camera.height, suite.side_m);
-  table += fmt::format("{:24} {:>6} {:>9} {:>8} {:>7} {:>6} {:>6} {:>9} {:>9} {:>9} {:>8} {:>8}", "", "frames", "ms",
-                       "markers", "recall", "wrong", "undec.", "pos mm", "lat mm", "depth mm", "ang deg", "ang med");
+  table += fmt::format("{:24} {:>6} {:>9} {:>6} {:>8} {:>7} {:>6} {:>6} {:>9} {:>9} {:>9} {:>8} {:>8}", "", "frames",
+                       "ms", "times", "markers", "recall", "wrong", "undec.", "pos mm", "lat mm", "depth mm", "ang deg",
+                       "ang med");
   if (suite.straight_tracks)
     table += fmt::format(" {:>8} {:>8} {:>8} {:>8}", "line rms", "mean mm", "turn rms", "mean deg");
   if (!suite.bounds.empty())
@@ -86,12 +87,13 @@ std::string FormatTable(const Suite& suite, const std::vector<Result>& results, 
   table += "\n";
   if (by_condition) table += FormatBounds(suite);
   for (const Result& result : results) {
-    table += fmt::format("{:24} {:6d} {:9.3f} ", result.contestant, result.frames, result.median_ms);
+    table += fmt::format("{:24} {:6d} {:9.3f} {:6.2f} ", result.contestant, result.frames, result.median_ms,
+                         result.median_ms / results.front().median_ms);
     table += FormatScore(result.total, false);
     if (!by_condition) continue;
     for (const auto& [condition, score] : result.conditions) {
       std::string line =
-          fmt::format("  {:22} {:6} {:9} ", condition, "", "") + FormatScore(score, suite.straight_tracks);
+          fmt::format("  {:22} {:6} {:9} {:6} ", condition, "", "", "") + FormatScore(score, suite.straight_tracks);
       const auto bound = suite.bounds.find(condition);
       if (bound != suite.bounds.end() && HasBound(result))
         line.insert(line.size() - 1, FormatDistance(score, bound->second));

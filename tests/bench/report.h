@@ -8,8 +8,9 @@
 
 namespace chequer::bench {
 
-/// A suite's results as a table for people. With `by_condition`, a line a condition as well; where its frames' noise is
-/// known, with what is possible at best in a line above, and how many times that each of our errors is.
+/// A suite's results as a table for people; "times" is the time against that of the first. With `by_condition`, a line
+/// a condition as well; where its frames' noise is known, with what is possible at best in a line above, and how many
+/// times that each of our errors is.
 std::string FormatTable(const Suite& suite, const std::vector<Result>& results, bool by_condition);
 
 /// The same for programs: {"suite", "side_m", "width", "height", "detectors": [{"name", "frames", "ms", "markers",
