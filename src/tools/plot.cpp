@@ -46,12 +46,14 @@ void DrawAxes(Canvas& canvas, const PlotArea& area, const PlotTexts& texts) {
 }
 
 Ink SeriesInk(std::size_t i) {
-  constexpr std::array<Ink, 6> kInks{{{0.12, 0.35, 0.70},
+  constexpr std::array<Ink, 8> kInks{{{0.12, 0.35, 0.70},
                                       {0.85, 0.40, 0.05},
                                       {0.10, 0.55, 0.30},
                                       {0.60, 0.15, 0.45},
                                       {0.35, 0.70, 0.85},
-                                      {0.55, 0.45, 0.10}}};
+                                      {0.55, 0.45, 0.10},
+                                      {0.95, 0.55, 0.70},
+                                      {0.20, 0.20, 0.20}}};
   return kInks[i % kInks.size()];
 }
 

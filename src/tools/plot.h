@@ -30,7 +30,7 @@ struct PlotTexts {
 /// Frame, grid, numbers and labels.
 void DrawAxes(Canvas& canvas, const PlotArea& area, const PlotTexts& texts);
 
-/// The colour of the i-th of several series; they differ in lightness, too.
+/// The colour of the i-th of several series, another for each of the first eight; they differ in lightness, too.
 Ink SeriesInk(std::size_t i);
 
 }  // namespace chequer

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "chequer/check.h"
+#include "tools/bar_labels.h"
 #include "tools/plot.h"
 
 namespace chequer {
@@ -14,6 +16,8 @@ constexpr Ink kFigureLetters{0.1, 0.1, 0.1}, kFigureSoft{0.45, 0.45, 0.45};
 constexpr double kLetterSize = 13;
 /// Room above what is highest.
 constexpr double kHeadroom = 1.12;
+/// Between the highest label and the frame.
+constexpr double kRim = 4;
 
 /// One run as a figure needs it.
 struct Series {
@@ -44,27 +48,41 @@ Ink Pale(Ink ink) {
   return ink;
 }
 
+/// Names below the bars; where they are too long for that, numbers, by which the legend has them, as many as have room.
+void WriteNames(Canvas& canvas, const PlotArea& area, const std::vector<Series>& runs) {
+  const double step = area.width / static_cast<double>(runs.size());
+  const bool names_fit = std::all_of(runs.begin(), runs.end(),
+                                     [&](const Series& run) { return canvas.TextWidth(run.name, kLetterSize) < step; });
+  const double number_width = canvas.TextWidth(fmt::format("{} ", runs.size()), kLetterSize);
+  const std::size_t every = names_fit ? 1 : static_cast<std::size_t>(std::ceil(number_width / step));
+  for (std::size_t i = 0; i < runs.size(); i += every)
+    canvas.Text(names_fit ? runs[i].name : fmt::format("{}", i + 1), area.left + (static_cast<double>(i) + 0.5) * step,
+                area.top + area.height + 1.3 * kLetterSize, kLetterSize, kFigureLetters, Align::kMiddle);
+}
+
 void DrawBars(Canvas& canvas, PlotArea area, const std::vector<Series>& runs, const std::string& unit) {
+  const double step = area.width / static_cast<double>(runs.size()), bar = std::min(0.36 * step, 48.0);
+  double highest = 1e-9;
+  std::vector<double> values;
+  for (const Series& run : runs) {
+    highest = std::max(highest, run.measures.rmse);  // the MAE is never larger
+    values.insert(values.end(), {run.measures.rmse, run.measures.mae});
+  }
+  const BarLabels labels(canvas, values, bar);
   area.y_least = 0;
-  area.y_most = 1e-9;
-  for (const Series& run : runs) area.y_most = std::max(area.y_most, kHeadroom * run.measures.rmse);
+  area.y_most = std::max(kHeadroom, area.height / (area.height - labels.height() - kRim)) * highest;
   DrawAxes(canvas, area,
            {.title = "RMSE (full) and MAE (pale)", .x_label = "", .y_label = unit, .size = kLetterSize, .x_steps = 0});
-  const double step = area.width / static_cast<double>(runs.size()), bar = std::min(0.36 * step, 48.0);
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const double middle = area.left + (static_cast<double>(i) + 0.5) * step, floor = area.top + area.height;
     const auto draw = [&](double left, double value, const Ink& ink) {
       canvas.Rectangle(left, area.Y(value), bar, floor - area.Y(value), ink);
-      canvas.Text(fmt::format("{:.3g}", value), left + bar / 2, area.Y(value) - 4, std::min(11.0, 0.3 * bar + 3),
-                  kFigureLetters, Align::kMiddle);
+      labels.Write(canvas, value, left, area.Y(value), kFigureLetters);
     };
     draw(middle - bar - 1, runs[i].measures.rmse, runs[i].ink);
     draw(middle + 1, runs[i].measures.mae, Pale(runs[i].ink));
-    // Long names of many runs are found in the legend, by their number.
-    const bool fits = canvas.TextWidth(runs[i].name, kLetterSize) < step;
-    canvas.Text(fits ? runs[i].name : fmt::format("{}", i + 1), middle, floor + 1.3 * kLetterSize, kLetterSize,
-                kFigureLetters, Align::kMiddle);
   }
+  WriteNames(canvas, area, runs);
 }
 
 void DrawPoints(Canvas& canvas, PlotArea area, const std::vector<Series>& runs, const std::string& unit) {
