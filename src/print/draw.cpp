@@ -9,6 +9,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "print/cairo_file.h"
 #include "print/png_pixel_size.h"
 
 namespace chequer {
@@ -20,22 +21,6 @@ constexpr double kCutGapM = 0.0005, kCutLengthM = 0.003, kHairlineM = 0.0001;
 constexpr double kFontM = 0.0025;
 /// cairo holds no larger image surface.
 constexpr double kMostPixels = 32'000;
-
-struct FreeSurface {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-};
-using Surface = std::unique_ptr<cairo_surface_t, FreeSurface>;
-
-cairo_status_t Append(void* bytes, const unsigned char* data, unsigned length) {
-  auto& out = *static_cast<std::vector<std::uint8_t>*>(bytes);
-  out.insert(out.end(), data, data + length);
-  return CAIRO_STATUS_SUCCESS;
-}
-
-void CheckStatus(cairo_status_t status) {
-  if (status != CAIRO_STATUS_SUCCESS)
-    throw std::runtime_error(std::string("cannot draw: ") + cairo_status_to_string(status));
-}
 
 /// Draws on one page, in metres from its top left.
 class Pen {
@@ -70,13 +55,10 @@ class Pen {
     cairo_show_text(cairo_.get(), text.c_str());
     cairo_restore(cairo_.get());
   }
-  void Finish() { CheckStatus(cairo_status(cairo_.get())); }
+  void Finish() { CheckCairo(cairo_status(cairo_.get())); }
 
  private:
-  struct Free {
-    void operator()(cairo_t* cairo) const { cairo_destroy(cairo); }
-  };
-  std::unique_ptr<cairo_t, Free> cairo_;
+  Cairo cairo_;
 };
 
 /// The cells. Light ones first, and under their dark neighbours too, dark ones over them: each edge is then drawn once,
@@ -161,8 +143,8 @@ std::string SuffixOf(std::size_t page, const SheetLayout& layout) {
 
 PrintedFile DrawPdf(const SheetOptions& options, const SheetLayout& layout) {
   PrintedFile file;
-  const Surface surface(cairo_pdf_surface_create_for_stream(
-      Append, &file.bytes, options.paper.width_m * kPointsPerMetre, options.paper.height_m * kPointsPerMetre));
+  const CairoSurface surface(cairo_pdf_surface_create_for_stream(
+      AppendToBytes, &file.bytes, options.paper.width_m * kPointsPerMetre, options.paper.height_m * kPointsPerMetre));
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, "chequer markers");
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATOR, "chequer print");
   for (std::size_t page = 0; page < layout.pages.size(); ++page) {
@@ -170,7 +152,7 @@ PrintedFile DrawPdf(const SheetOptions& options, const SheetLayout& layout) {
     cairo_surface_show_page(surface.get());
   }
   cairo_surface_finish(surface.get());
-  CheckStatus(cairo_surface_status(surface.get()));
+  CheckCairo(cairo_surface_status(surface.get()));
   return file;
 }
 
@@ -179,11 +161,11 @@ std::vector<PrintedFile> DrawSvg(const SheetOptions& options, const SheetLayout&
   for (std::size_t page = 0; page < layout.pages.size(); ++page) {
     PrintedFile& file = files.emplace_back(PrintedFile{SuffixOf(page, layout), {}});
     // SVG's points are of a type that cairo writes as "pt": true size in every viewer.
-    const Surface surface(cairo_svg_surface_create_for_stream(
-        Append, &file.bytes, options.paper.width_m * kPointsPerMetre, options.paper.height_m * kPointsPerMetre));
+    const CairoSurface surface(cairo_svg_surface_create_for_stream(
+        AppendToBytes, &file.bytes, options.paper.width_m * kPointsPerMetre, options.paper.height_m * kPointsPerMetre));
     DrawPage(surface.get(), kPointsPerMetre, options, layout, page);
     cairo_surface_finish(surface.get());
-    CheckStatus(cairo_surface_status(surface.get()));
+    CheckCairo(cairo_surface_status(surface.get()));
   }
   return files;
 }
@@ -198,11 +180,11 @@ std::vector<PrintedFile> DrawPng(const SheetOptions& options, const SheetLayout&
                     width, height, kMostPixels));
   std::vector<PrintedFile> files;
   for (std::size_t page = 0; page < layout.pages.size(); ++page) {
-    const Surface surface(
+    const CairoSurface surface(
         cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(width + 0.5), static_cast<int>(height + 0.5)));
     DrawPage(surface.get(), per_metre, options, layout, page);
     std::vector<std::uint8_t> bytes;
-    CheckStatus(cairo_surface_write_to_png_stream(surface.get(), Append, &bytes));
+    CheckCairo(cairo_surface_write_to_png_stream(surface.get(), AppendToBytes, &bytes));
     files.push_back({SuffixOf(page, layout), WithPixelSize(bytes, per_metre)});
   }
   return files;

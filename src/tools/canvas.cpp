@@ -6,43 +6,20 @@
 #include <cstring>
 #include <numbers>
 #include <sstream>
-#include <stdexcept>
 
 #include "chequer/check.h"
+#include "print/cairo_file.h"
 
 namespace chequer {
-namespace {
-
-struct FreeSurface {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-};
-using Surface = std::unique_ptr<cairo_surface_t, FreeSurface>;
-struct FreeCairo {
-  void operator()(cairo_t* cairo) const { cairo_destroy(cairo); }
-};
-
-cairo_status_t Append(void* bytes, const unsigned char* data, unsigned length) {
-  auto& out = *static_cast<std::vector<std::uint8_t>*>(bytes);
-  out.insert(out.end(), data, data + length);
-  return CAIRO_STATUS_SUCCESS;
-}
-
-void CheckStatus(cairo_status_t status) {
-  if (status != CAIRO_STATUS_SUCCESS)
-    throw std::runtime_error(std::string("cannot draw: ") + cairo_status_to_string(status));
-}
-
-}  // namespace
-
 struct Canvas::Impl {
   std::vector<std::uint8_t> bytes;  ///< outlives the surface, which writes to it
-  Surface surface;
-  std::unique_ptr<cairo_t, FreeCairo> cairo;
+  CairoSurface surface;
+  Cairo cairo;
   bool svg = false;
 
   void Start(double width, double height) {
     cairo.reset(cairo_create(surface.get()));
-    CheckStatus(cairo_status(cairo.get()));
+    CheckCairo(cairo_status(cairo.get()));
     cairo_set_line_join(cairo.get(), CAIRO_LINE_JOIN_ROUND);
     cairo_set_source_rgb(cairo.get(), 1, 1, 1);
     cairo_rectangle(cairo.get(), 0, 0, width, height);
@@ -75,7 +52,7 @@ Canvas& Canvas::operator=(Canvas&&) noexcept = default;
 Canvas Canvas::Png(int width, int height) {
   auto impl = std::make_unique<Impl>();
   impl->surface.reset(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
-  CheckStatus(cairo_surface_status(impl->surface.get()));
+  CheckCairo(cairo_surface_status(impl->surface.get()));
   impl->Start(width, height);
   return Canvas(std::move(impl));
 }
@@ -83,7 +60,7 @@ Canvas Canvas::Png(int width, int height) {
 Canvas Canvas::Svg(double width, double height) {
   auto impl = std::make_unique<Impl>();
   impl->svg = true;
-  impl->surface.reset(cairo_svg_surface_create_for_stream(Append, &impl->bytes, width, height));
+  impl->surface.reset(cairo_svg_surface_create_for_stream(AppendToBytes, &impl->bytes, width, height));
   impl->Start(width, height);
   return Canvas(std::move(impl));
 }
@@ -145,8 +122,8 @@ double Canvas::TextWidth(const std::string& text, double size, bool bold) const 
 
 void Canvas::Picture(const ImageView& image, double x, double y, double scale) {
   CHEQUER_CHECK(image.format() == PixelFormat::kBgr8, "pictures are drawn from BGR8");
-  const Surface picture(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width(), image.height()));
-  CheckStatus(cairo_surface_status(picture.get()));
+  const CairoSurface picture(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width(), image.height()));
+  CheckCairo(cairo_surface_status(picture.get()));
   unsigned char* rows = cairo_image_surface_get_data(picture.get());
   const int stride = cairo_image_surface_get_stride(picture.get());
   for (int row = 0; row < image.height(); ++row) {
@@ -177,10 +154,10 @@ void Canvas::Clip(double x, double y, double width, double height) {
 void Canvas::EndClip() { cairo_restore(impl_->cairo.get()); }
 
 std::vector<std::uint8_t> Canvas::Finish() {
-  CheckStatus(cairo_status(impl_->cairo.get()));
-  if (!impl_->svg) CheckStatus(cairo_surface_write_to_png_stream(impl_->surface.get(), Append, &impl_->bytes));
+  CheckCairo(cairo_status(impl_->cairo.get()));
+  if (!impl_->svg) CheckCairo(cairo_surface_write_to_png_stream(impl_->surface.get(), AppendToBytes, &impl_->bytes));
   cairo_surface_finish(impl_->surface.get());
-  CheckStatus(cairo_surface_status(impl_->surface.get()));
+  CheckCairo(cairo_surface_status(impl_->surface.get()));
   return std::move(impl_->bytes);
 }
 

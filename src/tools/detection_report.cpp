@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <cstddef>
-#include <nlohmann/json.hpp>
+
+#include "tools/marker_json.h"
 
 namespace chequer {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json Corners(const MarkerPose& marker) {
   Json corners = Json::array();
@@ -19,49 +18,14 @@ Json Corners(const MarkerPose& marker) {
   return corners;
 }
 
-Json UpperTriangle(const Matrix6d& covariance) {
-  Json numbers = Json::array();
-  for (int row = 0; row < 6; ++row)
-    for (int col = row; col < 6; ++col) numbers.push_back(covariance(row, col));
-  return numbers;
-}
-
-Json Warnings(const MarkerPose& marker) {
-  Json names = Json::array();
-  for (const Warning warning : kAllWarnings)
-    if (marker.Has(warning)) names.push_back(WarningName(warning));
-  return names;
-}
-
 Json Marker(const MarkerPose& marker) {
   Json json;
   json["id"] = marker.id ? Json(*marker.id) : Json();
   json["variant"] = VariantName(marker.variant);
-  if (marker.has_pose) {
-    const Eigen::Vector3d& position = marker.camera_from_marker.translation;
-    const Eigen::Quaterniond rotation = Canonical(marker.camera_from_marker.rotation);
-    json["position"] = {position.x(), position.y(), position.z()};
-    json["orientation"] = {rotation.w(), rotation.x(), rotation.y(), rotation.z()};
-  }
+  AddPose(marker, json);
   json["corners"] = Corners(marker);
-  json["corners_used"] = marker.corners_used;
-  json["reprojection_rms_px"] = marker.reprojection_rms_px;
-  if (marker.has_pose) {
-    json["covariance"] = UpperTriangle(marker.covariance);
-    json["ambiguity"] = marker.ambiguity;
-  }
-  json["luminance_overlap"] = marker.luminance_overlap;
-  json["saturation_overlap"] = marker.saturation_overlap;
-  json["bits_corrected"] = marker.bits_corrected;
-  json["warnings"] = Warnings(marker);
+  AddQuality(marker, json);
   return json;
-}
-
-std::string WarningList(const MarkerPose& marker) {
-  std::string names;
-  for (const Warning warning : kAllWarnings)
-    if (marker.Has(warning)) names.append(names.empty() ? "" : ", ").append(WarningName(warning));
-  return names;
 }
 
 /// A row's text without the padding of an empty last column.
@@ -87,8 +51,7 @@ std::string JsonLine(const ImageReport& report) {
   json["detect_ms"] = report.detect_ms;
   json["markers"] = Json::array();
   for (const MarkerPose& marker : report.markers) json["markers"].push_back(Marker(marker));
-  // File names may be any bytes, JSON may not.
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return Dump(json);
 }
 
 std::string Table(const ImageReport& report) {
@@ -101,7 +64,7 @@ std::string Table(const ImageReport& report) {
     text += Row(fmt::format("{:>20}  {:22}  {:34}  {:>7}  {:>8.3f}  {}", marker.id ? std::to_string(*marker.id) : "-",
                             VariantName(marker.variant), Place(marker),
                             fmt::format("{}/{}", marker.corners_used, CornerCount(marker.size)),
-                            marker.reprojection_rms_px, WarningList(marker)));
+                            marker.reprojection_rms_px, WarningNames(marker, ", ")));
   return text;
 }
 

@@ -10,7 +10,7 @@ namespace chequer {
 using Json = nlohmann::ordered_json;
 
 inline std::string Dump(const Json& json) {
-  // Names come from other programs and may be any bytes; JSON may not.
+  // Names come from other programs, files have names of their own: any bytes; JSON may not hold those.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tools/marker_json.h"
 #include "tools/message_json.h"
 
 namespace chequer {
@@ -20,36 +21,15 @@ const char* Name(Enum value, const Names& names) {
   return names.at(static_cast<std::size_t>(value));
 }
 
-Json WarningNames(const MarkerPose& marker) {
-  Json names = Json::array();
-  for (const Warning warning : kAllWarnings)
-    if (marker.Has(warning)) names.push_back(WarningName(warning));
-  return names;
-}
-
 Json MarkerJson(const MarkerPose& marker) {
   Json json;
   json["id"] = marker.id ? Json(*marker.id) : Json();
   json["variant"] = VariantName(marker.variant);
   json["size"] = ToString(marker.size);
   json["family"] = marker.family;
-  if (marker.has_pose) {
-    const Eigen::Vector3d& position = marker.camera_from_marker.translation;
-    const Eigen::Quaterniond rotation = Canonical(marker.camera_from_marker.rotation);
-    json["position"] = {position.x(), position.y(), position.z()};
-    json["orientation"] = {rotation.w(), rotation.x(), rotation.y(), rotation.z()};
-  }
+  AddPose(marker, json);
   json["center_px"] = {marker.center_px.x(), marker.center_px.y()};
-  json["corners_used"] = marker.corners_used;
-  json["reprojection_rms_px"] = marker.reprojection_rms_px;
-  if (marker.has_pose) {
-    json["covariance"] = UpperTriangle(marker.covariance);
-    json["ambiguity"] = marker.ambiguity;
-  }
-  json["luminance_overlap"] = marker.luminance_overlap;
-  json["saturation_overlap"] = marker.saturation_overlap;
-  json["bits_corrected"] = marker.bits_corrected;
-  json["warnings"] = WarningNames(marker);
+  AddQuality(marker, json);
   return json;
 }
 
@@ -83,13 +63,6 @@ std::string CsvPose(const MarkerPose& marker) {
   const Eigen::Quaterniond q = Canonical(marker.camera_from_marker.rotation);
   return fmt::format("{},{},{},{},{},{},{},{:.3f}", t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z(),
                      HeadingDegrees(marker));
-}
-
-std::string CsvWarnings(const MarkerPose& marker) {
-  std::string names;
-  for (const Warning warning : kAllWarnings)
-    if (marker.Has(warning)) names.append(names.empty() ? "" : " ").append(WarningName(warning));
-  return names;
 }
 
 }  // namespace
@@ -198,7 +171,7 @@ std::string CsvRows(const std::string& channel, const PosesMessage& message) {
         "{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", frame, marker.id ? std::to_string(*marker.id) : "",
         VariantName(marker.variant), ToString(marker.size), CsvPose(marker), marker.center_px.x(), marker.center_px.y(),
         marker.corners_used, marker.reprojection_rms_px, marker.has_pose ? fmt::format("{}", marker.ambiguity) : "",
-        marker.luminance_overlap, marker.saturation_overlap, marker.bits_corrected, CsvWarnings(marker));
+        marker.luminance_overlap, marker.saturation_overlap, marker.bits_corrected, WarningNames(marker, " "));
   return rows;
 }
 
