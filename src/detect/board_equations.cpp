@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "detect/photometric_kernel.h"
+#include "detect/reciprocal-inl.h"
 
 #ifndef CHEQUER_DETECT_BOARD_SYSTEM
 #define CHEQUER_DETECT_BOARD_SYSTEM
@@ -186,18 +187,6 @@ void AddLevels(const CornerTerms& corner, const SumsOfLanes& merged, BoardSystem
   }
 }
 
-/// One over the square root, to single precision.
-HWY_INLINE hn::Vec<DPhases> InverseRoot(DPhases d, hn::Vec<DPhases> x) {
-#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
-  return hn::Div(hn::Set(d, 1.0f), hn::Sqrt(x));
-#else
-  // The hardware's estimate and a step of Newton's: what follows waits for it.
-  const auto estimate = hn::ApproximateReciprocalSqrt(x);
-  const auto half = hn::Mul(hn::Mul(x, hn::Set(d, 0.5f)), estimate);
-  return hn::Mul(estimate, hn::NegMulAdd(half, estimate, hn::Set(d, 1.5f)));
-#endif
-}
-
 /// Of a level's own information, what its neighbours leave of it at least: single precision tells no less.
 constexpr float kLeastShareLeft = 1e-5f;
 
@@ -233,7 +222,7 @@ void Factor(float least, BoardSystem& system) {
     for (int part = 0; part < 4; part += kStep) {
       const auto pivot =
           hn::Max(hn::Add(hn::LoadU(d, column + part), hn::Set(d, least)), hn::LoadU(d, least_pivot + part));
-      hn::StoreU(InverseRoot(d, pivot), d, inverse + part);
+      hn::StoreU(ReciprocalSqrt(d, pivot), d, inverse + part);
     }
     for (int at = 0; at < column_floats; at += kGroupLanes)
       hn::StoreU(hn::Mul(hn::LoadU(groups, column + at), Repeat(groups, inverse, at)), groups, column + at);

@@ -6,6 +6,7 @@
 #include <hwy/highway.h>
 
 #include "detect/photometric_kernel.h"
+#include "detect/reciprocal-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace chequer {
@@ -14,18 +15,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using D = hn::ScalableTag<float>;
 using V = hn::Vec<D>;
-
-/// Reciprocal and reciprocal square root: the hardware's estimate and a step of Newton's (relative error below 1e-5
-/// from 12 good bits), a third of what the exact ones cost.
-HWY_INLINE V Reciprocal(D d, V x) {
-  const V estimate = hn::ApproximateReciprocal(x);
-  return hn::Mul(estimate, hn::NegMulAdd(x, estimate, hn::Set(d, 2.0f)));
-}
-HWY_INLINE V ReciprocalSqrt(D d, V x) {
-  const V estimate = hn::ApproximateReciprocalSqrt(x);
-  const V half = hn::Mul(hn::Mul(x, hn::Set(d, 0.5f)), estimate);
-  return hn::Mul(estimate, hn::NegMulAdd(half, estimate, hn::Set(d, 1.5f)));
-}
 
 /// 2^x for −60 ≤ x ≤ 0, to 8e-5 of it: the exponent's bits times a polynomial of the rest, best over −½..½.
 HWY_INLINE V PowerOfTwo(D d, V x) {
