@@ -51,6 +51,8 @@ void Nearest(const CornerTable& corners, int from, const CornerRange* ranges, st
   const V off_axis = hn::Set(d, nearest::kOffAxisCost), zero = hn::Zero(d);
   const auto distance_bits = hn::Set(di, -1 << NearestKeys::kIndexBits);
   const auto none = hn::Set(di, NearestKeys::kNone);
+  // In the loop, it would be built in memory anew.
+  const auto twice_lane = hn::ShiftLeft<1>(hn::Iota(di, 0));
   auto key0 = none, key1 = none, key2 = none, key3 = none;
   for (std::size_t range = 0; range < count; ++range)
     for (int offset = 0; offset < kCornersAtOnce; offset += lanes) {
@@ -79,7 +81,7 @@ void Nearest(const CornerTable& corners, int from, const CornerRange* ranges, st
       const V longer = hn::MulAdd(off_axis, hn::Sub(square, hn::Max(a0, a1)), square);
       const auto distance = hn::BitCast(di, hn::Mul(column(T::kHandicap), longer));
       const auto leads_back = hn::ShiftRight<31>(hn::BitCast(hn::RebindToUnsigned<DI>(), back));
-      const auto where = hn::Or(hn::ShiftLeft<1>(hn::Iota(di, place)), hn::BitCast(di, leads_back));
+      const auto where = hn::Or(hn::Add(twice_lane, hn::Set(di, 2 * place)), hn::BitCast(di, leads_back));
       const auto key = hn::Or(hn::And(distance, distance_bits), where);
       fits = hn::And(fits, hn::And(hn::Or(on0, on1), hn::FirstN(d, static_cast<std::size_t>(left))));
       const auto forward = hn::And(fits, hn::Gt(along, zero)), backward = hn::AndNot(hn::Gt(along, zero), fits);
