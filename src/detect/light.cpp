@@ -13,9 +13,6 @@ struct YuvScale {
 constexpr YuvScale kFullRange{0, 1, 1};
 constexpr YuvScale kLimitedRange{16, 255.0f / 219.0f, 255.0f / 224.0f};
 
-/// Side of a window, px, from which on a rough mean needs fewer pixels.
-constexpr int kWideWindow = 5;
-
 std::optional<LightReader::Mosaic> MosaicOf(PixelFormat format) {
   switch (format) {
     case PixelFormat::kBayerRg8: return LightReader::Mosaic{0, 0};
@@ -88,35 +85,33 @@ LightReader::Rows LightReader::AllRows() const {
   return rows;
 }
 
-Eigen::Vector3f LightReader::YuvAt(int x, int y) const {
-  int luma = 0, u = 0, v = 0;
+std::array<int, 3> LightReader::YuvAt(int x, int y) const {
   const std::uint8_t* row = image_.row(y);
   switch (image_.format()) {
     case PixelFormat::kYuyv: {
       const std::uint8_t* p = row + 4 * (x / 2);
-      luma = row[2 * x], u = p[1], v = p[3];
-      break;
+      return {row[2 * x], p[1], p[3]};
     }
     case PixelFormat::kUyvy: {
       const std::uint8_t* p = row + 4 * (x / 2);
-      luma = row[2 * x + 1], u = p[0], v = p[2];
-      break;
+      return {row[2 * x + 1], p[0], p[2]};
     }
     case PixelFormat::kNv12: {
       const std::uint8_t* p = image_.row(y / 2, 1) + 2 * (x / 2);
-      luma = row[x], u = p[0], v = p[1];
-      break;
+      return {row[x], p[0], p[1]};
     }
     default: {
       const int cx = image_.format() == PixelFormat::kYuv444p ? x : x / 2;
       const int cy = image_.format() == PixelFormat::kYuv420p ? y / 2 : y;
-      luma = row[x], u = image_.row(cy, 1)[cx], v = image_.row(cy, 2)[cx];
+      return {row[x], image_.row(cy, 1)[cx], image_.row(cy, 2)[cx]};
     }
   }
+}
+
+Eigen::Vector3f LightReader::LightOfYuv(const Codes& yuv) const {
   const YuvScale& scale = image_.yuv_range() == YuvRange::kFull ? kFullRange : kLimitedRange;
-  const float l = (static_cast<float>(luma) - scale.y_offset) * scale.y_scale;
-  const float cb = static_cast<float>(u - 128) * scale.chroma_scale,
-              cr = static_cast<float>(v - 128) * scale.chroma_scale;
+  const float l = (yuv[0] - scale.y_offset) * scale.y_scale;
+  const float cb = (yuv[1] - 128) * scale.chroma_scale, cr = (yuv[2] - 128) * scale.chroma_scale;
   const auto light = [&](float value) {
     return table_[static_cast<std::size_t>(std::clamp(value + 0.5f, 0.0f, 255.0f))];
   };
@@ -129,7 +124,10 @@ Eigen::Vector3f LightReader::RgbAt(int x, int y) const {
     case PixelFormat::kBgr8: return {table_[row[3 * x + 2]], table_[row[3 * x + 1]], table_[row[3 * x]]};
     case PixelFormat::kRgb8: return {table_[row[3 * x]], table_[row[3 * x + 1]], table_[row[3 * x + 2]]};
     case PixelFormat::kMono8: return Eigen::Vector3f::Constant(table_[row[x]]);
-    default: return YuvAt(x, y);
+    default: {
+      const auto [luma, u, v] = YuvAt(x, y);
+      return LightOfYuv({static_cast<float>(luma), static_cast<float>(u), static_cast<float>(v)});
+    }
   }
 }
 
@@ -146,7 +144,7 @@ void LightReader::Prefetch(const PixelBox& box) const {
       __builtin_prefetch(image_.row(y) + std::min(at, last), 0, 1);
 }
 
-Eigen::Vector3f LightReader::Mean(float x, float y, float half_px, int step) const {
+Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {
   x = std::clamp(x, 0.0f, static_cast<float>(width() - 1));
   y = std::clamp(y, 0.0f, static_cast<float>(height() - 1));
   // Rounded without the library, whose functions cost a call where the processor may be of any age. What lies left of
@@ -166,25 +164,24 @@ Eigen::Vector3f LightReader::Mean(float x, float y, float half_px, int step) con
   x0 = std::max(x0, 0);
   y0 = std::max(y0, 0);
   if (bayer) return MosaicMean(x0, y0, x1, y1);
+  const float pixels = static_cast<float>((x1 - x0 + 1) * (y1 - y0 + 1));
   if (image_.format() == PixelFormat::kBgr8 || image_.format() == PixelFormat::kRgb8) {
-    if (std::min(x1 - x0, y1 - y0) < kWideWindow - 1) step = 1;
     float sum[3] = {0, 0, 0};
-    for (int yy = y0; yy <= y1; yy += step) {
+    for (int yy = y0; yy <= y1; ++yy) {
       // Row by row, so that the rows' sums do not wait for each other.
       float row[3] = {0, 0, 0};
       const std::uint8_t* p = image_.row(yy) + 3 * x0;
-      for (int xx = x0; xx <= x1; xx += step, p += 3 * step)
+      for (int xx = x0; xx <= x1; ++xx, p += 3)
         for (int c = 0; c < 3; ++c) row[c] += table_[p[c]];
       for (int c = 0; c < 3; ++c) sum[c] += row[c];
     }
-    const float pixels = static_cast<float>(((x1 - x0) / step + 1) * ((y1 - y0) / step + 1));
     const int red = image_.format() == PixelFormat::kBgr8 ? 2 : 0;
     return Eigen::Vector3f(sum[red], sum[1], sum[2 - red]) / pixels;
   }
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   for (int yy = y0; yy <= y1; ++yy)
     for (int xx = x0; xx <= x1; ++xx) sum += RgbAt(xx, yy);
-  return sum / static_cast<float>((x1 - x0 + 1) * (y1 - y0 + 1));
+  return sum / pixels;
 }
 
 Eigen::Vector3f LightReader::MosaicMean(int x0, int y0, int x1, int y1) const {

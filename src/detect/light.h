@@ -113,17 +113,23 @@ class LightReader {
 
   /// Light of the three channels around a point, 0..1 (slightly outside for YUV): the mean over the pixels at most
   /// half_px away along each axis, at least one of each channel. Points outside the image take its edge.
-  Eigen::Vector3f Rgb(float x, float y, float half_px) const { return Mean(x, y, half_px, 1); }
-  /// The same with more noise: of a wide window, every other pixel of every other row where there is colour at each.
-  Eigen::Vector3f RoughRgb(float x, float y, float half_px) const { return Mean(x, y, half_px, 2); }
+  Eigen::Vector3f Rgb(float x, float y, float half_px) const;
+  /// The same in a third of the time, for windows of one colour: over the largest square of whole pixels that fits into
+  /// the window wherever that lies, so that its size hardly ever changes from one cell to the next; and of the coded
+  /// values' mean, which differs from the mean of the light where the pixels differ from each other. 15 ns.
+  Eigen::Vector3f RoughRgb(float x, float y, float half_px) const;
 
  private:
-  /// @param step between the pixels that are read, where there is colour at each.
-  Eigen::Vector3f Mean(float x, float y, float half_px, int step) const;
+  /// Three values as the image codes them, of a pixel or the mean of some: R, G, B, or Y, U, V.
+  using Codes = Eigen::Array3f;
   Eigen::Vector3f RgbAt(int x, int y) const;
   /// Over a window of a mosaic that holds every channel.
   Eigen::Vector3f MosaicMean(int x0, int y0, int x1, int y1) const;
-  Eigen::Vector3f YuvAt(int x, int y) const;
+  std::array<int, 3> YuvAt(int x, int y) const;
+  Eigen::Vector3f LightOfYuv(const Codes& yuv) const;
+  /// Means over the square of `size` pixels a side from x0, y0.
+  Codes MeanOfPixels(int x0, int y0, int size) const;
+  Codes MeanOfMosaic(int x0, int y0, int size) const;
 
   ImageView image_;
   const std::array<float, 256>& table_;

@@ -45,5 +45,30 @@ TEST(LightReader, ReadsTheSameColourFromEveryFormat) {
   }
 }
 
+TEST(LightReader, ReadsRoughlyWhatItReadsExactly) {
+  for (const PixelFormat format :
+       {PixelFormat::kMono8, PixelFormat::kBgr8, PixelFormat::kRgb8, PixelFormat::kYuv444p, PixelFormat::kYuyv,
+        PixelFormat::kUyvy, PixelFormat::kNv12, PixelFormat::kYuv420p, PixelFormat::kYuv422p, PixelFormat::kBayerRg8,
+        PixelFormat::kBayerGb8, PixelFormat::kBayerGr8, PixelFormat::kBayerBg8}) {
+    test::KnownFrame frame = Board(format);
+    const SceneMarker& marker = frame.scene.markers[0];
+    const Image image = frame.Draw();
+    const LightReader reader(image.view(), kTable);
+    // The middles of a board's cells, in all phases of a mosaic, and the image's corners, also from outside.
+    std::vector<Eigen::Vector2d> places{{0, 0}, {-3, -2}, {639, 479}, {645.2, 480.7}};
+    for (int row = 0; row < marker.board.rows; ++row)
+      for (int col = 0; col < marker.board.cols; ++col)
+        places.push_back(
+            frame.options.camera.Project(marker.camera_from_marker * marker.PointAt(col + 0.5, row + 0.5)));
+    for (const Eigen::Vector2d& at : places)
+      for (const float half_px : {0.3f, 1.2f, 2.0f, 2.5f}) {
+        const float x = static_cast<float>(at.x()), y = static_cast<float>(at.y());
+        const Eigen::Vector3f a = reader.Rgb(x, y, half_px), b = reader.RoughRgb(x, y, half_px);
+        EXPECT_LT((a - b).norm(), 0.03f) << PixelFormatName(format) << " at " << at.transpose() << ", " << half_px
+                                         << " px: " << a.transpose() << " and " << b.transpose();
+      }
+  }
+}
+
 }  // namespace
 }  // namespace chequer
