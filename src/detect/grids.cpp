@@ -1,8 +1,6 @@
 #include "detect/grids.h"
 
 #include <bit>
-#include <cmath>
-#include <limits>
 
 namespace chequer {
 namespace {
@@ -13,40 +11,14 @@ constexpr float kMostRatio = 1.6f;
 /// How much a step of the lattice may differ from the one before it, as a share of it.
 constexpr float kMostChange = 0.2f;
 
-/// So far from an edge, px, half a pixel does not matter.
-constexpr float kFarFromEdge = 2;
+/// Share of the contrast of the weaker end that an edge has all along.
+constexpr float kLeastStep = 0.2f;
+/// How far from an edge its sides are looked at, at most: pixels of the plane that shows the corners.
+constexpr float kMostReach = 3;
 
 /// Steps in the lattice along directions 0 … 3.
 constexpr std::array<int, 4> kStepX{1, 0, -1, 0};
 constexpr std::array<int, 4> kStepY{0, 1, 0, -1};
-
-/// Whether the image shows an edge all along from a to b, light on the side that `lighter` (unit normal) points to.
-bool EdgeIsThere(const DetectionPlane& detection, const Corner& a, const Corner& b, const Eigen::Vector2f& lighter) {
-  const BytePlane& plane = detection.plane;
-  const Eigen::Vector2f along = b.position - a.position;
-  const float reach = std::min(0.25f * along.norm(), 3.0f * std::max(a.scale, b.scale));
-  const float least = 0.2f * std::min(a.contrast, b.contrast);
-  const Eigen::Vector2f origin = a.position - Eigen::Vector2f::Constant(detection.offset_px);
-  const float right = static_cast<float>(plane.width() - 1), bottom = static_cast<float>(plane.height() - 1);
-  const float out_x = reach * lighter.x(), out_y = reach * lighter.y();
-  // All places together: nearly every link that is asked for has its edge, and memory is waited for once.
-  const auto least_step = [&](const auto& value_at) {
-    const auto at = [&](float x, float y) {
-      return value_at(std::min(std::max(x, 0.0f), right), std::min(std::max(y, 0.0f), bottom));
-    };
-    float least_of_all = std::numeric_limits<float>::max();
-    for (const float part : {0.3f, 0.5f, 0.7f}) {
-      const float x = origin.x() + part * along.x(), y = origin.y() + part * along.y();
-      least_of_all = std::min(least_of_all, at(x + out_x, y + out_y) - at(x - out_x, y - out_y));
-    }
-    return least_of_all;
-  };
-  const auto nearest = [&](float x, float y) {
-    return static_cast<float>(plane.at(static_cast<int>(x + 0.5f), static_cast<int>(y + 0.5f)));
-  };
-  const auto between = [&](float x, float y) { return plane.Bilinear(x, y); };
-  return (reach >= kFarFromEdge ? least_step(nearest) : least_step(between)) >= least;
-}
 
 }  // namespace
 
@@ -63,22 +35,34 @@ void GridLinker::KeepMutual() {
     }
 }
 
-void GridLinker::KeepEdges(const DetectionPlane& plane, const std::vector<Corner>& corners) {
+void GridLinker::KeepEdges(const DetectionPlane& detection, const std::vector<Corner>& corners) {
+  probes_.Start(2 * links_.size());
+  probed_.clear();
+  const Eigen::Vector2f offset = Eigen::Vector2f::Constant(detection.offset_px);
   for (std::size_t i = 0; i < links_.size(); ++i) {
     // Each link once.
     unsigned rays = 0;
     for (unsigned k = 0; k < 4; ++k) rays |= static_cast<unsigned>(links_[i].corner[k] > static_cast<int>(i)) << k;
     for (rays &= links_[i].squares; rays != 0; rays &= rays - 1) {
-      const std::size_t k = static_cast<std::size_t>(std::countr_zero(rays));
-      const int j = links_[i].corner[k];
-      const Eigen::Vector2f along = corners[static_cast<std::size_t>(j)].position - corners[i].position;
-      Eigen::Vector2f lighter(-along.y(), along.x());  // by growing angle
-      lighter.normalize();
-      if (k % 2 == 1) lighter = -lighter;
-      if (EdgeIsThere(plane, corners[i], corners[static_cast<std::size_t>(j)], lighter)) continue;
-      links_[static_cast<std::size_t>(j)].corner[static_cast<std::size_t>(links_[i].ray[k])] = -1;
-      links_[i].corner[k] = -1;
+      const int k = std::countr_zero(rays);
+      const Corner &a = corners[i],
+                   &b = corners[static_cast<std::size_t>(links_[i].corner[static_cast<std::size_t>(k)])];
+      // Rays are numbered by growing angle, and light lies on from the even ones.
+      probes_.Add({.from = a.position - offset,
+                   .along = b.position - a.position,
+                   .light_on_left = k % 2 == 0,
+                   .most_reach = kMostReach * std::max(a.scale, b.scale),
+                   .least_step = kLeastStep * std::min(a.contrast, b.contrast)});
+      probed_.push_back({static_cast<int>(i), k});
     }
+  }
+  const std::span<const std::uint8_t> found = probes_.Look(detection.plane);
+  for (std::size_t probe = 0; probe < probed_.size(); ++probe) {
+    if (found[probe]) continue;
+    const std::size_t k = static_cast<std::size_t>(probed_[probe].ray);
+    Links& links = links_[static_cast<std::size_t>(probed_[probe].corner)];
+    links_[static_cast<std::size_t>(links.corner[k])].corner[static_cast<std::size_t>(links.ray[k])] = -1;
+    links.corner[k] = -1;
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "detect/corner_search.h"
 #include "detect/corners.h"
+#include "detect/edge_probes.h"
 
 namespace chequer {
 
@@ -60,13 +61,19 @@ class GridLinker {
 
  private:
   void KeepMutual();
-  void KeepEdges(const DetectionPlane& plane, const std::vector<Corner>& corners);
+  void KeepEdges(const DetectionPlane& detection, const std::vector<Corner>& corners);
   void KeepSquares(const std::vector<Corner>& corners);
   bool StartAt(int seed, const std::vector<Corner>& corners);
   void Walk(int seed, const std::vector<Corner>& corners, Grids& out);
 
   CornerSearch search_;
   std::vector<Links> links_;
+  EdgeProbes probes_;
+  /// Whose links the probes are.
+  struct Probed {
+    int corner = 0, ray = 0;
+  };
+  std::vector<Probed> probed_;
   std::vector<std::uint8_t> state_;
   std::vector<int> turn_;
   std::vector<LatticeCorner> queue_;
