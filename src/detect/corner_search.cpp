@@ -114,7 +114,7 @@ const CornerSearch::Window& CornerSearch::WindowAround(int row, int col, std::si
   return window;
 }
 
-NearestCorners CornerSearch::Find(int index, int row, int col, std::size_t size) {
+void CornerSearch::Find(int index, int row, int col, std::size_t size, NearestCorners& found) {
   // Wider windows look at the corners of the narrower ones again: they are few.
   const Window* window = &WindowAround(row, col, size);
   NearestKeys nearest = FindNearest(table_, index, window->Ranges(), kLongest);
@@ -124,14 +124,12 @@ NearestCorners CornerSearch::Find(int index, int row, int col, std::size_t size)
     window = &WindowAround(row, col, ++size);
     if (window->corners > before) nearest = FindNearest(table_, index, window->Ranges(), kLongest);
   }
-  NearestCorners found;
   for (std::size_t ray = 0; ray < 4; ++ray) {
     // Without branches: of none, the first.
     const int corner = nearest.Row(ray, window->ranges.data());
     found.corner[ray] = nearest.Found(ray) ? corner : -1;
     found.ray[ray] = static_cast<std::uint8_t>((ray + 1) % 2 + (nearest.LeadsBackByFirst(ray) ? 0 : 2));
   }
-  return found;
 }
 
 }  // namespace chequer

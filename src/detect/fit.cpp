@@ -102,9 +102,10 @@ void PhotometricFit::SetDerivatives() {
   // Each coordinate's where the middle of the corner's pixels lies along its edge.
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     const CornerPlace& place = pixels_.place(corner);
-    derivatives_[static_cast<std::size_t>(corner)] = {
-        BoardGeometry::MoveByParameters(place.board + Eigen::Vector2d(0, place.middle.y()), 0),
-        BoardGeometry::MoveByParameters(place.board + Eigen::Vector2d(place.middle.x(), 0), 1)};
+    const Eigen::Vector2d along_x_edge(place.board.x(), place.board.y() + place.middle.y()),
+        along_y_edge(place.board.x() + place.middle.x(), place.board.y());
+    derivatives_[static_cast<std::size_t>(corner)] = {BoardGeometry::MoveByParameters(along_x_edge, 0),
+                                                      BoardGeometry::MoveByParameters(along_y_edge, 1)};
   }
   equations_.SetDerivatives(std::span(derivatives_).first(static_cast<std::size_t>(pixels_.corners())));
 }

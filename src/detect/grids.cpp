@@ -165,8 +165,10 @@ void GridLinker::Link(const DetectionPlane& plane, std::vector<Corner>& corners,
   search_.Build(plane.plane.width() + 1, plane.plane.height() + 1, corners);
   const int count = static_cast<int>(corners.size());
   links_.resize(corners.size());
-  search_.ForEach([&](int i, const NearestCorners& nearest) {
-    links_[static_cast<std::size_t>(i)] = {.corner = nearest.corner, .ray = nearest.ray};
+  search_.ForEach([&](int i) -> NearestCorners& {
+    Links& links = links_[static_cast<std::size_t>(i)];
+    links.squares = 0;
+    return links;
   });
   KeepMutual();
   KeepSquares(corners);

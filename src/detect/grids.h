@@ -51,10 +51,8 @@ class GridLinker {
   const CornerSearch& search() const { return search_; }
 
   /// What leaves a corner.
-  struct Links {
-    std::array<int, 4> corner{-1, -1, -1, -1};  ///< at the end of each ray
-    std::array<std::uint8_t, 4> ray{};          ///< of that corner, that leads back
-    std::uint8_t squares = 0;                   ///< bit k: the link of ray k is a side of a closed square
+  struct Links : NearestCorners {
+    std::uint8_t squares = 0;  ///< bit k: the link of ray k is a side of a closed square
   };
   /// By corner, as last linked; for traces.
   std::span<const Links> links() const { return links_; }

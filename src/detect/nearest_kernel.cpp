@@ -51,13 +51,13 @@ void Nearest(const CornerTable& corners, int from, const CornerRange* ranges, st
   const V off_axis = hn::Set(d, nearest::kOffAxisCost), zero = hn::Zero(d);
   const auto distance_bits = hn::Set(di, -1 << NearestKeys::kIndexBits);
   const auto none = hn::Set(di, NearestKeys::kNone);
-  // In the loop, it would be built in memory anew.
-  const auto twice_lane = hn::ShiftLeft<1>(hn::Iota(di, 0));
+  // The places, counted up: in the loop, Iota would be built in memory anew.
+  auto twice_place = hn::ShiftLeft<1>(hn::Iota(di, 0));
+  const auto twice_lanes = hn::Set(di, 2 * lanes);
   auto key0 = none, key1 = none, key2 = none, key3 = none;
   for (std::size_t range = 0; range < count; ++range)
     for (int offset = 0; offset < kCornersAtOnce; offset += lanes) {
       const int i = ranges[range][0] + offset, left = std::max(ranges[range][1] - i, 0);
-      const int place = static_cast<int>(range) * kCornersAtOnce + offset;
       const auto column = [&](std::size_t k) HWY_ATTR { return hn::LoadU(d, corners.column(k) + i); };
       const V dx = hn::Sub(column(T::kX), x), dy = hn::Sub(column(T::kY), y);
       const V square = hn::MulAdd(dx, dx, hn::Mul(dy, dy));
@@ -81,7 +81,7 @@ void Nearest(const CornerTable& corners, int from, const CornerRange* ranges, st
       const V longer = hn::MulAdd(off_axis, hn::Sub(square, hn::Max(a0, a1)), square);
       const auto distance = hn::BitCast(di, hn::Mul(column(T::kHandicap), longer));
       const auto leads_back = hn::ShiftRight<31>(hn::BitCast(hn::RebindToUnsigned<DI>(), back));
-      const auto where = hn::Or(hn::Add(twice_lane, hn::Set(di, 2 * place)), hn::BitCast(di, leads_back));
+      const auto where = hn::Or(twice_place, hn::BitCast(di, leads_back));
       const auto key = hn::Or(hn::And(distance, distance_bits), where);
       fits = hn::And(fits, hn::And(hn::Or(on0, on1), hn::FirstN(d, static_cast<std::size_t>(left))));
       const auto forward = hn::And(fits, hn::Gt(along, zero)), backward = hn::AndNot(hn::Gt(along, zero), fits);
@@ -91,6 +91,7 @@ void Nearest(const CornerTable& corners, int from, const CornerRange* ranges, st
       keep(hn::And(second, forward), key1);
       keep(hn::AndNot(second, backward), key2);
       keep(hn::And(second, backward), key3);
+      twice_place = hn::Add(twice_place, twice_lanes);
     }
   keys.key = {hn::GetLane(hn::MinOfLanes(di, key0)), hn::GetLane(hn::MinOfLanes(di, key1)),
               hn::GetLane(hn::MinOfLanes(di, key2)), hn::GetLane(hn::MinOfLanes(di, key3))};

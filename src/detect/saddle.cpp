@@ -227,15 +227,18 @@ void AppendSaddles(const BytePlane& plane, std::span<const Peak> peaks, std::vec
         continue;
       }
       const Peak& peak = peaks[first + k];
-      const Eigen::Vector2f up(batch.rising[0][k], batch.rising[1][k]), down(batch.falling[0][k], batch.falling[1][k]);
-      Corner corner;
-      corner.position = {static_cast<float>(peak.x) + batch.off_peak[0][k],
-                         static_cast<float>(peak.y) + batch.off_peak[1][k]};
-      corner.rays = {up, down, -up, -down};
+      // Number by number: a copy of what was just written in parts would wait for it.
+      Corner& corner = corners.emplace_back();
+      const float x = static_cast<float>(peak.x) + batch.off_peak[0][k],
+                  y = static_cast<float>(peak.y) + batch.off_peak[1][k];
+      corner.position.x() = x, corner.position.y() = y;
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        const float up = batch.rising[axis][k], down = batch.falling[axis][k];
+        corner.rays[0].data()[axis] = up, corner.rays[1].data()[axis] = down;
+        corner.rays[2].data()[axis] = -up, corner.rays[3].data()[axis] = -down;
+      }
       corner.contrast = batch.contrast[k];
-      const float own = plane.Bilinear(corner.position.x(), corner.position.y());
-      corner.ridge = std::abs(own - batch.middle[k]) > kMostOffMiddle * corner.contrast;
-      corners.push_back(corner);
+      corner.ridge = std::abs(plane.Bilinear(x, y) - batch.middle[k]) > kMostOffMiddle * corner.contrast;
     }
   }
 }
