@@ -50,11 +50,22 @@ bool Lattice::Read(const Grid& grid, std::span<const LatticeCorner> members, con
     points_.push_back({corner.position.cast<double>(), corner.scale, at.corner});
   }
   if (static_cast<int>(points_.size()) < GridLinker::kFewest) return false;
-  if (!exact && cols <= most + kBeyond && rows <= most + kBeyond)
+  SumUp();
+  // With a whole board among so few, there is nothing to look for.
+  if (cols <= most + kBeyond && rows <= most + kBeyond && !HasWhole(most)) {
     if (const auto image_from_lattice = Fit({grid.min_x, grid.min_y, cols, rows}, nullptr))
       Extend(*image_from_lattice, corners, search, claimed, width, height);
-  SumUp();
+    SumUp();
+  }
   return true;
+}
+
+bool Lattice::HasWhole(int most) const {
+  Window window{0, 0, most, most};
+  for (window.y = window_.y; window.y + most <= window_.y + window_.rows; ++window.y)
+    for (window.x = window_.x; window.x + most <= window_.x + window_.cols; ++window.x)
+      if (Count(window) == most * most) return true;
+  return false;
 }
 
 void Lattice::SumUp() {

@@ -63,6 +63,8 @@ class Lattice {
   /// Corners in the first columns and rows of the window.
   int Below(int cols, int rows) const { return sums_[static_cast<std::size_t>(rows * (window_.cols + 1) + cols)]; }
   void SumUp();
+  /// Whether all corners of a board with `most` along each side are there.
+  bool HasWhole(int most) const;
   void Extend(const Eigen::Matrix3d& image_from_lattice, const std::vector<Corner>& corners, const CornerSearch* search,
               std::span<const std::uint8_t> claimed, int width, int height);
 

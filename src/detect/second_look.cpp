@@ -44,6 +44,8 @@ constexpr std::size_t kManyPoints = 100;
 /// cells.
 constexpr std::array<std::array<float, 2>, 8> kAround{
     {{4, 0}, {3, 3}, {0, 4}, {-3, 3}, {-4, 0}, {-3, -3}, {0, -4}, {3, -3}}};
+/// As far as they lie from it, px.
+constexpr float kAroundPx = 4;
 /// By how much yellow returns less blue than red and green, and blue more, together, as a share of the light: white and
 /// ink make 0.6 to 1.5 of it even where cells are 3 px high, photographs mostly less than 0.3.
 constexpr float kLeastInk = 0.55f;
@@ -53,7 +55,7 @@ constexpr float kLeastInk = 0.55f;
 bool ShowsInks(const LightReader& reader, const Eigen::Vector2f& at) {
   float yellow = 0, blue = 0, light = 0;
   for (const auto& [x, y] : kAround) {
-    const Eigen::Vector3f rgb = reader.Rgb(at.x() + x, at.y() + y, 0);
+    const Eigen::Vector3f rgb = reader.RoughRgb(at.x() + x, at.y() + y, 0);
     yellow = std::max(yellow, std::min(rgb[0], rgb[1]) - rgb[2]);
     blue = std::max(blue, rgb[2] - std::max(rgb[0], rgb[1]));
     light = std::max(light, rgb.sum() / 3);
@@ -80,8 +82,24 @@ void SecondLook::Start(const LightReader& reader, std::span<const StrongPoint> p
     if (point.contrast >= least &&
         !explained_[static_cast<std::size_t>(tile(point.position.y(), rows) * cols + tile(point.position.x(), cols))])
       points_.push_back(point);
-  if (points_.size() > kManyPoints)
-    std::erase_if(points_, [&](const StrongPoint& point) { return !ShowsInks(reader, point.position); });
+  if (points_.size() > kManyPoints) KeepInks(reader);
+}
+
+void SecondLook::KeepInks(const LightReader& reader) {
+  // They lie all over the image: the memory is asked for what some of the next will need.
+  constexpr std::size_t kAhead = 8;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (i + kAhead < points_.size()) {
+      const Eigen::Vector2f& at = points_[i + kAhead].position;
+      PixelBox box;
+      box.Add(at.x() - kAroundPx, at.y() - kAroundPx);
+      box.Add(at.x() + kAroundPx, at.y() + kAroundPx);
+      reader.Prefetch(box);
+    }
+    if (ShowsInks(reader, points_[i].position)) points_[kept++] = points_[i];
+  }
+  points_.resize(kept);
 }
 
 SecondLook::Place SecondLook::Gather(std::span<const StrongPoint> points, const Place& place) {

@@ -50,6 +50,8 @@ class SecondLook {
     int count = 0;
   };
 
+  /// Leaves out the points that do not stand among yellow and blue.
+  void KeepInks(const LightReader& reader);
   /// Where points lie closest, from their fullest tile on; without a count if that leads nowhere.
   std::optional<Place> FindPlace();
   /// kViewed where a board may have escaped the first look, else why not.
