@@ -27,7 +27,7 @@ inline constexpr int kRingMargin = 3;
 /// differ from those a quarter turn on, less the differences of opposite pixels, less the difference of the ring's mean
 /// and the centre. Corners of sharp cells of 4 px and up answer with 0.3 of their contrast and more (0.18 tilted by 60
 /// degrees), edges and outer T-corners of a board with less than 0.04; cells of which the shorter side is below 3.5 px
-/// answer with nothing to rely on. 0.2 ns a pixel.
+/// answer with nothing to rely on. 0.15 ns a pixel.
 class PeakScan {
  public:
   /// @param threshold least response of a peak.

@@ -31,7 +31,7 @@ class CornerSearch {
   /// Fills place(i), a NearestCorners&, for every corner, in their order: the nearest corners that lie along the rays
   /// of corner i, are of similar contrast, and whose own ray that comes back is of the opposite kind: neighbouring
   /// corners swap light and dark, so an edge that leaves one by a rising ray comes in by a falling one. In clutter,
-  /// gives up after a few dozen others. 0.12 µs a corner.
+  /// gives up after a few dozen others. 0.08 µs a corner.
   template <class Place>
   void ForEach(const Place& place) {
     for (int first = 0; first < count_;) {

@@ -44,7 +44,7 @@ class GridLinker {
   /// Sorts `corners`, then fills `out`. Guarantees that every link runs along an edge that the image shows, of opposite
   /// kinds at its ends, is mutual, no longer than CornerSearch::kLongest, and a side of a closed square; that the steps
   /// of a grid change by less than 20 % + 1 px from one to the next. It may join boards printed edge to edge, and lose
-  /// single corners: the next stage knows. 0.2 µs a corner, linear in them. `plane` (with its offset
+  /// single corners: the next stage knows. 0.15 µs a corner, linear in them. `plane` (with its offset
   /// to the image) tells whether the edge between two corners is there.
   void Link(const DetectionPlane& plane, std::vector<Corner>& corners, Grids& out);
   /// Of the corners as last linked.

@@ -114,9 +114,10 @@ class LightReader {
   /// Light of the three channels around a point, 0..1 (slightly outside for YUV): the mean over the pixels at most
   /// half_px away along each axis, at least one of each channel. Points outside the image take its edge.
   Eigen::Vector3f Rgb(float x, float y, float half_px) const;
-  /// The same in a third of the time, for windows of one colour: over the largest square of whole pixels that fits into
-  /// the window wherever that lies, so that its size hardly ever changes from one cell to the next; and of the coded
-  /// values' mean, which differs from the mean of the light where the pixels differ from each other. 15 ns.
+  /// The same in two thirds of the time, for windows of one colour: over the largest square of whole pixels that fits
+  /// into the window wherever that lies, so that its size hardly ever changes from one cell to the next; and of the
+  /// coded values' mean, which differs from the mean of the light where the pixels differ from each other. 60 ns, most
+  /// of which waits for memory.
   Eigen::Vector3f RoughRgb(float x, float y, float half_px) const;
 
  private:
