@@ -64,18 +64,25 @@ HWY_INLINE Normal NormalAt(D d, V a, const OddTerms& odd) {
 constexpr int kRow = kLaneColumns;
 constexpr int kChunk = 16;
 
+/// Where the sums of a vector of lanes stand in their block: each kind at a whole vector of memory.
+struct Sums {
+  float* first;
+  std::ptrdiff_t stride;  ///< from one kind to the next
+
+  HWY_INLINE float* Of(int which) const { return first + which * stride; }
+};
+
 /// Products of the columns kFirst … kLast − 1 with all that follow.
 constexpr int ProductsOf(int first, int last) { return ProductSum(last - 1, kRow - 1) - ProductSum(first, first) + 1; }
 
 /// sums += Σ over the chunk of row[a] · row[b], a = kFirst … kLast − 1, b = a …: rows of the triangle that share what
 /// is loaded, as many as the registers of AVX2 have sums for.
 template <int kFirst, int kLast>
-HWY_INLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, float* HWY_RESTRICT sums) {
+HWY_INLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, Sums sums) {
   const int lanes = static_cast<int>(hn::Lanes(d));
-  constexpr int kProducts = ProductsOf(kFirst, kLast);
-  sums += ProductSum(kFirst, kFirst) * lanes;
+  constexpr int kProducts = ProductsOf(kFirst, kLast), kFirstProduct = ProductSum(kFirst, kFirst);
   V sum[static_cast<std::size_t>(kProducts)];
-  for (int i = 0; i < kProducts; ++i) sum[i] = hn::Load(d, sums + i * lanes);
+  for (int i = 0; i < kProducts; ++i) sum[i] = hn::Load(d, sums.Of(kFirstProduct + i));
   for (int k = 0; k < count; ++k) {
     const float* HWY_RESTRICT row = rows + k * kRow * lanes;
     V factor[static_cast<std::size_t>(kLast - kFirst)];
@@ -83,15 +90,15 @@ HWY_INLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, floa
     for (int b = kFirst; b < kRow; ++b) {
       const V other = b < kLast ? factor[b - kFirst] : hn::Load(d, row + b * lanes);
       for (int a = kFirst; a < kLast && a <= b; ++a) {
-        V& to = sum[ProductSum(a, b) - ProductSum(kFirst, kFirst)];
+        V& to = sum[ProductSum(a, b) - kFirstProduct];
         to = hn::MulAdd(factor[a - kFirst], other, to);
       }
     }
   }
-  for (int i = 0; i < kProducts; ++i) hn::Store(sum[i], d, sums + i * lanes);
+  for (int i = 0; i < kProducts; ++i) hn::Store(sum[i], d, sums.Of(kFirstProduct + i));
 }
 
-HWY_INLINE void AddAllProducts(D d, const float* HWY_RESTRICT rows, int count, float* HWY_RESTRICT sums) {
+HWY_INLINE void AddAllProducts(D d, const float* HWY_RESTRICT rows, int count, Sums sums) {
   AddProducts<0, 1>(d, rows, count, sums);
   AddProducts<1, 3>(d, rows, count, sums);
   AddProducts<3, 5>(d, rows, count, sums);
@@ -99,7 +106,7 @@ HWY_INLINE void AddAllProducts(D d, const float* HWY_RESTRICT rows, int count, f
 }
 
 /// The same for the columns that are no levels: few enough for one go.
-HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count, float* HWY_RESTRICT sums) {
+HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count, Sums sums) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   constexpr int kColumns = 4, kColumn[kColumns] = {kShiftX, kShiftY, kBlur, kResidual};
   const auto each_product = [&](auto&& act) HWY_ATTR {
@@ -108,7 +115,7 @@ HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count,
   };
   V sum[kColumns * (kColumns + 1) / 2];
   each_product([&](int a, int b, int product)
-                   HWY_ATTR { sum[product] = hn::Load(d, sums + ProductSum(kColumn[a], kColumn[b]) * lanes); });
+                   HWY_ATTR { sum[product] = hn::Load(d, sums.Of(ProductSum(kColumn[a], kColumn[b]))); });
   for (int k = 0; k < count; ++k) {
     V value[kColumns];
     for (int a = 0; a < kColumns; ++a) value[a] = hn::Load(d, rows + (k * kRow + kColumn[a]) * lanes);
@@ -116,7 +123,7 @@ HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count,
                      HWY_ATTR { sum[product] = hn::MulAdd(value[a], value[b], sum[product]); });
   }
   each_product([&](int a, int b, int product)
-                   HWY_ATTR { hn::Store(sum[product], d, sums + ProductSum(kColumn[a], kColumn[b]) * lanes); });
+                   HWY_ATTR { hn::Store(sum[product], d, sums.Of(ProductSum(kColumn[a], kColumn[b]))); });
 }
 
 /// What the kernel's input says, of some lanes.
@@ -273,9 +280,9 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   HWY_ALIGN float edges[kChunk * EdgeRow::kValues * kMaxLanes];
   HWY_ALIGN float rows[kChunk * kRow * kMaxLanes];
-  HWY_ALIGN float products[kProductSums * kMaxLanes];
+  const Sums products{block.sum_data(0) + first, block.padded()};
   const V zero = hn::Zero(d);
-  for (int i = 0; i < kProductSums * lanes; i += lanes) hn::Store(zero, d, products + i);
+  for (int product = 0; product < kProductSums; ++product) hn::Store(zero, d, products.Of(product));
   const Model m = ModelOf(input, block, first);
   OtherSums sums{zero, zero, zero, zero, zero, zero, zero};
   int most = 0;
@@ -300,8 +307,6 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
     kSums == LaneSums::kShapes ? AddShapeProducts(d, rows, pixels, products)
                                : AddAllProducts(d, rows, pixels, products);
   }
-  for (int product = 0; product < kProductSums; ++product)
-    hn::StoreU(hn::Load(d, products + product * lanes), d, block.sum_data(product) + first);
   if constexpr (kSums == LaneSums::kShapes) return;
   const auto finish = [&](LaneSum which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
   finish(kWeight, sums.weight);
@@ -369,7 +374,7 @@ void LaneBlock::Reset(int lanes, int pixels_per_lane) {
   // Values beyond a lane's count are multiplied by zero: they must be finite, whatever an earlier board left there is.
   pixels_.resize(std::max(pixels_.size(), 3 * padded / kGroup * static_cast<std::size_t>(capacity_)));
   parameters_.assign(padded * kParameters, 1.0f);
-  sums_.resize(padded * kLaneSums);
+  sums_.resize(padded / kGroup * kLaneSums);
   counts_.assign(padded, 0);
 }
 

@@ -93,8 +93,8 @@ class LaneBlock {
   /// One value a lane.
   float* parameter_data(int which) { return parameters_.data() + which * padded_; }
   const float* parameter_data(int which) const { return parameters_.data() + which * padded_; }
-  float* sum_data(int which) { return sums_.data() + which * padded_; }
-  const float* sum_data(int which) const { return sums_.data() + which * padded_; }
+  float* sum_data(int which) { return sums_.data()->values + which * padded_; }
+  const float* sum_data(int which) const { return sums_.data()->values + which * padded_; }
   float sum(int which, int lane) const { return sum_data(which)[lane]; }
 
  private:
@@ -104,8 +104,8 @@ class LaneBlock {
   };
 
   int lanes_ = 0, padded_ = 0, capacity_ = 0;
-  std::vector<GroupValues> pixels_;
-  std::vector<float> parameters_, sums_;
+  std::vector<GroupValues> pixels_, sums_;
+  std::vector<float> parameters_;
   std::vector<int> counts_;
 };
 
