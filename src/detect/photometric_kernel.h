@@ -93,11 +93,14 @@ class LaneBlock {
   /// One value a lane.
   float* parameter_data(int which) { return parameters_.data() + which * padded_; }
   const float* parameter_data(int which) const { return parameters_.data() + which * padded_; }
-  float* sum_data(int which) { return sums_.data()->values + which * padded_; }
-  const float* sum_data(int which) const { return sums_.data()->values + which * padded_; }
+  float* sum_data(int which) { return first_sum() + which * padded_; }
+  const float* sum_data(int which) const { return first_sum() + which * padded_; }
   float sum(int which, int lane) const { return sum_data(which)[lane]; }
 
  private:
+  float* first_sum() { return sums_.data()->values; }
+  const float* first_sum() const { return sums_.data()->values; }
+
   /// One value of all of a group's lanes: the widest vector, in one line of the cache.
   struct alignas(kGroup * sizeof(float)) GroupValues {
     float values[kGroup];
