@@ -42,10 +42,6 @@ constexpr double kOtherBlur = 2;
 constexpr int kFirstStride = 2, kFirstStrideKnown = 3;
 /// Cells, in blurs, whose middles show their own light.
 constexpr double kClearCell = 6;
-/// An image's edges are no Gaussian's where other terms explain so much more of χ² (noise alone: 3).
-constexpr double kLeastGainOfEdges = 25;
-/// More is no blur.
-constexpr double kMostEdge = 0.08;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
 
@@ -65,7 +61,7 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
   blur_px_ = start.blur_px;
   shade_twice_ = bent_light_ = fit_ink_ = ink_moves_ = false;
   ink_spread_ = 0;
-  edges_ = start.image ? start.image->edges : EdgeShape{};
+  edges_ = {};
   result_.geometry = start.geometry;
   if (pixels_.Collect(reader, lens, size_, start.geometry, blur_px_) < kFewestCorners) return false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
@@ -78,8 +74,10 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
   input_.stride = kFirstStride;
   if (start.image && std::max(start.image->blur_px / blur_px_, blur_px_ / start.image->blur_px) < kOtherBlur) {
     blur_px_ = start.image->blur_px;
+    edges_ = start.image->edges;
     input_.stride = kFirstStrideKnown;
   }
+  profiles_.Set(edges_);
   StartLevels(reader, start);
   SetDerivatives();
   SetPlaces();
@@ -134,8 +132,10 @@ void PhotometricFit::SetLanes() {
   for (int i = 0; i < 9; ++i) input_.board_from_plane[i] = static_cast<float>(board_from_plane(i / 3, i % 3));
   input_.blur_px = static_cast<float>(blur_px_);
   const Eigen::Matrix2d board_by_pixel = BoardByPixel();
-  input_.edge_x = TermsOf(edges_, board_by_pixel.row(0));
-  input_.edge_y = TermsOf(edges_, board_by_pixel.row(1));
+  input_.edge_x = profiles_.Across(board_by_pixel.row(0));
+  input_.edge_y = profiles_.Across(board_by_pixel.row(1));
+  // The first step only has to come near.
+  input_.corner = input_.stride == 1 ? profiles_.Between(board_by_pixel.row(0)) : CornerExcess{};
   PhaseValues floor, slope;
   for (std::size_t phase = 0; phase < 4; ++phase) {
     const std::size_t channel = static_cast<std::size_t>(channel_of_phase_[phase]);
@@ -337,11 +337,12 @@ bool PhotometricFit::TellEdges() {
   Finish();
   if (result_.reprojection_rms_px > kOffPx) return false;
   const Eigen::Matrix2d board_by_pixel = BoardByPixel();
-  const EdgeShapeStep step =
+  const std::optional<EdgeShape> found =
       FindEdgeShape(input_, board_by_pixel.row(0), board_by_pixel.row(1), std::span(used_), pixels_);
-  if (step.gain < kLeastGainOfEdges) return false;
-  edges_ = {std::clamp(step.more.third, -kMostEdge, kMostEdge), std::clamp(step.more.fifth, -kMostEdge, kMostEdge)};
-  blur_px_ = std::clamp(blur_px_ + step.blur_px, 0.8 * blur_px_, 1.2 * blur_px_);
+  if (!found) return false;
+  edges_ = *found;
+  profiles_.Set(edges_);
+  blur_px_ = edges_.blur_px;
   return true;
 }
 

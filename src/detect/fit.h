@@ -125,6 +125,7 @@ class PhotometricFit {
   std::vector<std::uint8_t> hidden_cells_;  ///< scratch
   double blur_px_ = 1;
   EdgeShape edges_;
+  EdgeProfiles profiles_;
   BoardEquations::Vector step_;
   double gain_ = 0;            ///< of the last step: how much Σ w r² falls by it
   double corner_move_px_ = 0;  ///< of the last step: the farthest that a corner moved

@@ -34,26 +34,28 @@ struct Normal {
   V density, integral;
 };
 
-/// The odd coefficients of the polynomial below, less what an edge has beside the normal distribution.
-struct OddTerms {
-  V first, third, fifth;
+/// EdgeTerms, for vectors.
+struct PowerTerms {
+  V by_power[EdgeTerms::kTerms];
 };
 
-OddTerms OddTermsOf(const EdgeTerms& edge) {
+PowerTerms PowerTermsOf(const EdgeTerms& edge) {
   const D d;
-  return {hn::Set(d, -3.9820984e-1f - edge.first), hn::Set(d, -1.1694271e-1f - edge.third),
-          hn::Set(d, -8.04221e-3f - edge.fifth)};
+  PowerTerms terms;
+  for (int i = 0; i < EdgeTerms::kTerms; ++i)
+    terms.by_power[i] = hn::Set(d, edge.by_power[static_cast<std::size_t>(i)]);
+  return terms;
 }
 
-/// The integral to 5e-5: what lies beyond |a| is the exponential times a polynomial, best over 0..5, its terms summed
-/// so that few wait for others.
-HWY_INLINE Normal NormalAt(D d, V a, const OddTerms& odd) {
+/// What lies beyond |a| is the exponential times a polynomial, good over 0..5, its terms summed so that few wait for
+/// others.
+HWY_INLINE Normal NormalAt(D d, V a, const PowerTerms& edge) {
   const V size = hn::Min(hn::Abs(a), hn::Set(d, 5.0f)), square = hn::Mul(size, size);
   const V e = PowerOfTwo(d, hn::Mul(square, hn::Set(d, -0.72134752f)));
-  const auto term = [&](V by_size, float constant) HWY_ATTR { return hn::MulAdd(by_size, size, hn::Set(d, constant)); };
-  V p = hn::MulAdd(hn::Set(d, 7.0427e-4f), square, term(odd.fifth, 3.967331e-2f));
-  p = hn::MulAdd(p, square, term(odd.third, 2.4442466e-1f));
-  p = hn::MulAdd(p, square, term(odd.first, 4.9998433e-1f));
+  const V* by = edge.by_power;
+  V p = hn::MulAdd(by[5], square, hn::MulAdd(by[4], size, by[3]));
+  p = hn::MulAdd(p, square, hn::MulAdd(by[2], size, by[1]));
+  p = hn::MulAdd(p, square, hn::MulAdd(by[0], size, hn::Set(d, 4.9998433e-1f)));
   const V beyond = hn::Mul(p, e);
   const V integral = hn::IfThenElse(hn::Lt(a, hn::Zero(d)), beyond, hn::Sub(hn::Set(d, 1.0f), beyond));
   return {hn::Mul(e, hn::Set(d, 0.39894228f)), integral};
@@ -134,7 +136,9 @@ struct Model {
   V l00, l01, across0, across1, cross;  ///< light, its change from left to right above and below, and that by y
   V noise_floor, noise_slope;
   V inverse_blur, middle, saturation, limit, limit_square;
-  OddTerms odd_x, odd_y;
+  PowerTerms edge_x, edge_y;
+  V corner_square, corner_product;
+  bool plain_corners;
   V count;  ///< pixels
 };
 
@@ -156,8 +160,11 @@ Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
   m.across0 = hn::Sub(l10, m.l00);
   m.across1 = hn::Sub(l11, m.l01);
   m.cross = hn::Sub(m.across1, m.across0);
-  m.odd_x = OddTermsOf(input.edge_x);
-  m.odd_y = OddTermsOf(input.edge_y);
+  m.edge_x = PowerTermsOf(input.edge_x);
+  m.edge_y = PowerTermsOf(input.edge_y);
+  m.corner_square = hn::Set(d, input.corner.square);
+  m.corner_product = hn::Set(d, input.corner.product);
+  m.plain_corners = input.corner.none();
   m.noise_floor = parameter(LaneBlock::kNoiseFloor);
   m.noise_slope = parameter(LaneBlock::kNoiseSlope);
   m.middle = hn::Mul(hn::Add(hn::Add(m.l00, l11), hn::Add(l10, m.l01)), hn::Set(d, 0.25f));
@@ -190,7 +197,7 @@ HWY_INLINE void BlurEdges(const Model& m, float* HWY_RESTRICT row) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int axis = 0; axis < 2; ++axis) {
-    const Normal normal = NormalAt(d, hn::Load(d, row + axis * lanes), axis == 0 ? m.odd_x : m.odd_y);
+    const Normal normal = NormalAt(d, hn::Load(d, row + axis * lanes), axis == 0 ? m.edge_x : m.edge_y);
     hn::Store(normal.density, d, row + (EdgeRow::kDensityX + axis) * lanes);
     hn::Store(normal.integral, d, row + (EdgeRow::kIntegralX + axis) * lanes);
   }
@@ -216,7 +223,14 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V light
 
   // Cells' shares. Edges that are not square to each other blur together: the shares are those of a bivariate
   // normal distribution, to first order in the correlation.
-  const V twist = hn::Mul(m.correlation, hn::Mul(density_x, density_y));
+  V correlation = m.correlation;
+  if (!m.plain_corners) {
+    const V ay_square = hn::Mul(ay, ay);
+    const V fall = hn::NegMulAdd(hn::Set(d, CornerExcess::kFall), hn::MulAdd(ax, ax, ay_square), one);
+    const V square = hn::Mul(m.corner_square, hn::MulSub(ax, ax, ay_square));
+    correlation = hn::MulAdd(hn::MulAdd(m.corner_product, hn::Mul(ax, ay), square), fall, correlation);
+  }
+  const V twist = hn::Mul(correlation, hn::Mul(density_x, density_y));
   const V slope_x = hn::MulAdd(m.cross, down, m.across0);
   const V above = hn::MulAdd(m.across0, right, m.l00), below = hn::MulAdd(m.across1, right, m.l01);
   const V slope_y = hn::Sub(below, above);

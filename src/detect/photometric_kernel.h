@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -9,9 +10,9 @@ namespace chequer {
 ///
 /// A lane is one corner and one of the four parities of pixel coordinates (so that a lane's pixels share a channel of
 /// a mosaic). Its pixels are those nearer to the corner than to others. There the image is
-///   I = Σ_ij L_ij w_i(x) w_j(y)   (+ a term for edges that do not meet at right angles)
+///   I = Σ_ij L_ij w_i(x) w_j(y)   (+ terms for edges that do not meet at right angles, and CornerExcess)
 /// with x, y the board coordinates from the corner, L the light of the four cells and w the edges blurred by the lens,
-/// w_1(x) = Φ(x · px_per_cell / blur) and what EdgeTerms add to it, w_0 = 1 − w_1.
+/// w_1(x) = Φ(x · px_per_cell / blur) or what EdgeTerms have instead, w_0 = 1 − w_1.
 /// What Gauss-Newton needs of a lane are the products of these columns; lanes lie side by side in vectors, so that no
 /// sum crosses lanes.
 enum LaneColumn : int {
@@ -112,10 +113,22 @@ class LaneBlock {
   std::vector<int> counts_;
 };
 
-/// Terms that edges have beside the Gaussian's integral, of e^(−a²/2) a, a³ and a⁵, a in standard deviations of the
-/// blur. The derivatives by the edge's place are taken without them.
+/// What an edge's light leaves beyond |a| > 0, a in standard deviations of the blur: e^(−a²/2) (½ + Σ by_power[n − 1]
+/// |a|ⁿ). As they are here, a Gaussian's, to 5e-5. The derivatives by the edge's place are a Gaussian's for all.
 struct EdgeTerms {
-  float first = 0, third = 0, fifth = 0;
+  static constexpr int kTerms = 6;
+  std::array<float, kTerms> by_power{-3.9820984e-1f, 2.4442466e-1f, -1.1694271e-1f,
+                                     3.967331e-2f,   -8.04221e-3f,  7.0427e-4f};
+};
+
+/// What a corner's light has beside the product of its two edges' and what they lack to a right angle:
+/// φ(a) φ(b) (square (a² − b²) + product a b) (1 − kFall (a² + b²)) of what the cells across differ by, a and b in
+/// standard deviations of the blur from the edges, φ the normal distribution's density.
+struct CornerExcess {
+  static constexpr float kFall = 0.2235f;
+  float square = 0, product = 0;
+
+  bool none() const { return square == 0 && product == 0; }
 };
 
 /// Which sums are wanted.
@@ -130,8 +143,9 @@ struct KernelInput {
   float board_from_plane[9] = {};  ///< homography, row by row, of plane coordinates from the block's origin
   float blur_px = 1;               ///< standard deviation of the Gaussian, pixels
   EdgeTerms edge_x, edge_y;        ///< of edges of constant x and of constant y
-  float saturation = 1;            ///< light from which on a pixel only says "at least that much"
-  float robust_limit = 1e9f;       ///< residuals beyond so many standard deviations count with less weight (Huber)
+  CornerExcess corner;
+  float saturation = 1;       ///< light from which on a pixel only says "at least that much"
+  float robust_limit = 1e9f;  ///< residuals beyond so many standard deviations count with less weight (Huber)
   LaneSums sums = LaneSums::kNoise;
   int stride = 1;  ///< every how many of a lane's pixels are used, ≥ 1
 };

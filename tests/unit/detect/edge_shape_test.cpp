@@ -5,6 +5,8 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <utility>
 
 #include "chequer/detector.h"
 #include "simulate/stress.h"
@@ -26,18 +28,106 @@ LinearImage Smoothed(const LinearImage& image, float neighbour) {
   return smoothed;
 }
 
-TEST(EdgeShape, TermsAreThoseOfHermitesPolynomials) {
-  const EdgeTerms terms = TermsOf({0.02, 0.01}, {0, 2});
-  for (const float a : {-1.5f, 0.5f, 2.0f}) {
-    const float square = a * a;
-    EXPECT_NEAR(a * (terms.first + square * (terms.third + square * terms.fifth)),
-                0.02f * a * (square - 3) + 0.01f * a * (square * square - 10 * square + 15), 1e-6);
-  }
+/// Every pixel takes up a sixth of its neighbours; the lens blurs no more.
+constexpr double kSixth = 1.0 / 6;
+const EdgeShape kSmoothing{.blur_px = std::sqrt(1.0 / 12 + 2 * kSixth), .filter = 1};
+
+Eigen::Vector2d Slanted(double degrees) {
+  const double slant = degrees * std::numbers::pi / 180;
+  return {std::cos(slant), std::sin(slant)};
 }
 
-TEST(EdgeShape, SlantedEdgesHaveLess) {
-  const EdgeTerms upright = TermsOf({0, 0.01}, {1, 0}), slanted = TermsOf({0, 0.01}, {1, -1});
-  EXPECT_NEAR(slanted.fifth, upright.fifth / 4, 1e-7);
+/// What the kernel makes of the terms.
+double OfTerms(const EdgeTerms& terms, double deviations) {
+  const double size = std::abs(deviations);
+  double beyond = 0.5, power = 1;
+  for (const float term : terms.by_power) beyond += double{term} * (power *= size);
+  beyond *= std::exp(-0.5 * size * size);
+  return deviations < 0 ? beyond : 1 - beyond;
+}
+
+double Normal(double deviations) { return 0.5 * std::erfc(-deviations / std::numbers::sqrt2); }
+
+/// The light that a pixel smoothed by sixths receives of a quadrant that is turned by so much about its corner.
+double OfQuadrant(double degrees, double right, double down) {
+  const Eigen::Vector2d across = Slanted(degrees);
+  constexpr int kParts = 20;
+  const auto weight = [](double at) { return std::abs(at) < 0.5 ? 1 - 2 * kSixth : kSixth; };
+  double light = 0;
+  for (int i = 0; i < 3 * kParts; ++i)
+    for (int j = 0; j < 3 * kParts; ++j) {
+      const double x = (i + 0.5) / kParts - 1.5, y = (j + 0.5) / kParts - 1.5;
+      const double u = right + x * across.x() + y * across.y(), v = down - x * across.y() + y * across.x();
+      if (u > 0 && v > 0) light += weight(x) * weight(y);
+    }
+  return light / (kParts * kParts);
+}
+
+TEST(EdgeShape, OfSmoothedPixelsRisesInSteps) {
+  // An upright edge's light comes in as the smoothing's three squares pass over it.
+  for (const auto& [distance, light] : {std::pair{-1.5, 0.0},
+                                        {-1.0, kSixth / 2},
+                                        {-0.5, kSixth},
+                                        {0.0, 0.5},
+                                        {0.25, 0.5 + 0.25 * (1 - 2 * kSixth)},
+                                        {1.0, 1 - kSixth / 2},
+                                        {2.0, 1.0}})
+    EXPECT_NEAR(EdgeProfile(kSmoothing, {-3, 0}, distance), light, 0.01) << distance;
+}
+
+TEST(EdgeShape, OfALensIsAGaussian) {
+  for (const double slant : {0.0, 20.0, 45.0})
+    for (double a = -4; a <= 4; a += 0.5)
+      EXPECT_NEAR(EdgeProfile({.blur_px = 1, .filter = 0}, Slanted(slant), a), Normal(a), 5e-4);
+}
+
+TEST(EdgeShape, TermsAreItsProfile) {
+  for (const EdgeShape& shape : {kSmoothing, EdgeShape{0.6, 0.5}, EdgeShape{0.6, -0.5}, EdgeShape{0.4, 0}})
+    for (const double slant : {0.0, 10.0, 20.0, 30.0, 45.0}) {
+      const EdgeTerms terms = TermsOf(shape, Slanted(slant));
+      for (double a = -4; a <= 4; a += 0.1)
+        EXPECT_NEAR(OfTerms(terms, a), EdgeProfile(shape, Slanted(slant), a * shape.blur_px),
+                    slant < 15 ? 0.012 : 0.005)
+            << shape.blur_px << ", " << shape.filter << ", " << slant << " degrees, " << a;
+    }
+}
+
+TEST(EdgeShape, IsAGaussiansUnlessTold) {
+  for (double a = -4; a <= 4; a += 0.1) EXPECT_NEAR(OfTerms(TermsOf({}, {1, 0}), a), Normal(a), 1e-4);
+  EXPECT_TRUE(CornerExcessOf({}, Slanted(20)).none());
+}
+
+TEST(EdgeShape, IsTheSameBetweenNodes) {
+  EdgeProfiles profiles;
+  profiles.Set(kSmoothing);
+  for (double slant = 0; slant < 360; slant += 7) {
+    const EdgeTerms between = profiles.Across(Slanted(slant)), exact = TermsOf(kSmoothing, Slanted(slant));
+    for (double a = 0; a <= 4; a += 0.25) EXPECT_NEAR(OfTerms(between, a), OfTerms(exact, a), 1.5e-3) << slant;
+  }
+  // What was kept is not another shape's.
+  profiles.Set({});
+  EXPECT_EQ(profiles.Across({1, 0}).by_power, EdgeTerms{}.by_power);
+}
+
+TEST(EdgeShape, CornersHaveMostOfWhatTheirEdgesDoNotTell) {
+  for (const double slant : {10.0, 22.0, 40.0, 107.0}) {
+    const CornerExcess excess = CornerExcessOf(kSmoothing, Slanted(slant));
+    double square = 0, left = 0;
+    for (double a = -2.25; a <= 2.5; a += 0.5)
+      for (double b = -2.25; b <= 2.5; b += 0.5) {
+        const double right = a * kSmoothing.blur_px, down = b * kSmoothing.blur_px;
+        const double edges =
+            EdgeProfile(kSmoothing, Slanted(slant), right) * EdgeProfile(kSmoothing, Slanted(slant + 90), down);
+        const double lacks = OfQuadrant(slant, right, down) - edges, size = a * a + b * b;
+        const double has = std::exp(-0.5 * size) / (2 * std::numbers::pi) *
+                           (double{excess.square} * (a * a - b * b) + double{excess.product} * a * b) *
+                           (1 - double{CornerExcess::kFall} * size);
+        square += lacks * lacks;
+        left += (lacks - has) * (lacks - has);
+      }
+    EXPECT_LT(left, 0.4 * square) << slant << " degrees: " << std::sqrt(left / 100) << " of "
+                                  << std::sqrt(square / 100);
+  }
 }
 
 TEST(EdgeShape, DepthsBehindACamerasFilterAreAsExactAsTheNoiseAllows) {

@@ -98,6 +98,40 @@ class Kernel : public testing::Test {
   KernelInput input_;
 };
 
+TEST_F(Kernel, EdgesAndCornersAreAsTold) {
+  input_.edge_x.by_power = {-0.3f, 0.2f, -0.2f, 0.05f, 0.01f, -0.001f};
+  input_.corner = {.square = -0.2f, .product = 0.3f};
+  const auto edge = [](const EdgeTerms& terms, double a) {
+    const double size = std::abs(a);
+    double beyond = 0.5, power = 1;
+    for (const float term : terms.by_power) beyond += double{term} * (power *= size);
+    beyond *= std::exp(-0.5 * size * size);
+    return a < 0 ? beyond : 1 - beyond;
+  };
+  for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    AccumulateLanes(input_, block_);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const Lane& at = lanes_[static_cast<std::size_t>(lane)];
+      double sum = 0;
+      for (int i = 0; i < block_.count(lane); ++i) {
+        const auto [x, y] = Offset(lane, i);
+        const double a = x * at.px_x / double{input_.blur_px}, b = y * at.px_y / double{input_.blur_px};
+        const double wx = edge(input_.edge_x, a), wy = edge(input_.edge_y, b), size = a * a + b * b;
+        const double more = std::exp(-0.5 * size) / (2 * M_PI) *
+                            (at.correlation + (-0.2 * (a * a - b * b) + 0.3 * a * b) * (1 - 0.2235 * size));
+        const double model = at.level[0] * ((1 - wx) * (1 - wy) + more) + at.level[1] * (wx * (1 - wy) - more) +
+                             at.level[2] * ((1 - wx) * wy - more) + at.level[3] * (wx * wy + more);
+        const double residual = double{block_.light_data()[block_.Place(lane, i)]} - model;
+        sum += residual * residual / (at.floor + at.slope * std::max(model, 0.0));
+      }
+      EXPECT_NEAR(block_.sum(ProductSum(kResidual, kResidual), lane), sum, 2e-3 * sum)
+          << hwy::TargetName(target) << ", lane " << lane;
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
 TEST_F(Kernel, SumsAreThoseOfTheModelOnEveryTarget) {
   for (const auto target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
