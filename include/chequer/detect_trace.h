@@ -83,7 +83,7 @@ std::string Explain(const TraceCandidate& candidate);
 
 /// What became of a place that is full of strong contrasts although the first look found no board there.
 enum class PlaceFate : std::uint8_t {
-  kViewed,     ///< stretched, squeezed and searched again
+  kViewed,     ///< stretched, squeezed or sharpened, and searched again
   kTooMany,    ///< would have been viewed, had other places of the image not been before it
   kSparse,     ///< slanted, but a board with cells so large leaves more contrasts
   kFrontal,    ///< they spread as those of a board in plain view do, which the first look would have found
@@ -91,7 +91,7 @@ enum class PlaceFate : std::uint8_t {
   kFewPoints,  ///< too few contrasts hang together for a board
 };
 
-/// A place that was considered for a second look, for boards seen at a steep slant.
+/// A place that was considered for a second look, for boards seen at a steep slant or smeared by motion.
 struct TracePlace {
   PlaceFate fate = PlaceFate::kViewed;
   Eigen::Vector2d center_px{0, 0};
@@ -102,7 +102,8 @@ struct TracePlace {
   double slant = 1;    ///< how many times longer than wide the points spread
 
   // Where it was viewed:
-  int views = 0;  ///< each placed by what the one before showed; what follows is of the last
+  bool sharpened = false;  ///< it shows stripes, as of a board that moved: the view has them made even
+  int views = 0;           ///< each placed by what the one before showed; what follows is of the last
   /// Grey levels, row by row, `side` × `side`: what was searched. Cells of a board are about square in it.
   std::vector<std::uint8_t> view;
   int side = 0;

@@ -31,6 +31,7 @@ struct AnchoredBoard {
   int border_matches = 0;             ///< of them, those of the expected saturation
   float scale = 1;                    ///< image pixels per pixel of the coarsest level its corners came from (median)
   PixelBox box;                       ///< where it lies in the image, roughly
+  bool smeared = false;               ///< found where the image seems smeared
 };
 
 /// Finds the boards in grids: tries every placement and turn of every size that the light and dark cells allow and

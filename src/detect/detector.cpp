@@ -238,6 +238,7 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Trac
       const auto members = second_look.grids().Of(grid);
       finder.Trace(tracer.StartGrid());
       const bool found = finder.Find(grid, members, second_look.corners(), nullptr, reader, lens, boards);
+      for (std::size_t i = known; i < boards.size(); ++i) boards[i].smeared = second_look.smeared();
       tracer.EndGrid(members, found);
       // What a look has shown, another may show again from what is left around it.
       const auto is_known = [&](const AnchoredBoard& board) {
@@ -316,7 +317,8 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
                                               .light = board.light,
                                               .saturated = board.saturated,
                                               .covered = board.covered,
-                                              .image = image});
+                                              .image = image,
+                                              .smeared = board.smeared});
   if (!fitted) return refuse(Refusal::kNoFit);
   if (fitted->signal_to_noise < kLeastSignal) return refuse(Refusal::kNoise, fitted->signal_to_noise, kLeastSignal);
   if (fitted->reprojection_rms_px > kMostDeviationPx)

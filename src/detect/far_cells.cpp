@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detect/smear.h"
+
 namespace chequer {
 namespace {
 
@@ -15,6 +17,14 @@ constexpr float kTableEnd = 5.5f, kTableSteps = 64;
 /// How far beyond the rim the light beside the board is looked up, cells, and half the width of the window.
 constexpr double kBeside = 0.75, kBesideHalf = 0.25;
 
+/// Between the points of a smear that are looked at, in blurs: their sum is even to 1 %.
+constexpr double kTapBlurs = 1.5;
+constexpr int kMostTaps = 16;
+/// Of the derivatives by a smear, px, and every how many pixels tell it.
+constexpr float kSmearStepPx = 0.2f;
+constexpr int kSmearStride = 3;
+/// Of the derivatives by moves, cells.
+constexpr float kMoveStep = 0.02f;
 /// Of the derivative by the ink's spread, cells.
 constexpr float kSpreadStep = 0.01f;
 
@@ -87,6 +97,13 @@ FarCells::Around FarCells::AroundCorner(const Known& known, const BoardPixels& p
   around.corner = place.board.cast<float>();
   around.scale_x = static_cast<float>(1 / (board_by_pixel.row(0).norm() * known.blur_px));
   around.scale_y = static_cast<float>(1 / (board_by_pixel.row(1).norm() * known.blur_px));
+  around.near_scale_x =
+      around.scale_x / static_cast<float>(WiderBySmear(board_by_pixel.row(0), known.smear_px, known.blur_px));
+  around.near_scale_y =
+      around.scale_y / static_cast<float>(WiderBySmear(board_by_pixel.row(1), known.smear_px, known.blur_px));
+  around.smear = (board_by_pixel * known.smear_px).cast<float>();
+  around.taps =
+      std::clamp(static_cast<int>(std::ceil(known.smear_px.norm() / (kTapBlurs * known.blur_px))), 1, kMostTaps);
   const int row = corner / (size.cols - 1), col = corner % (size.cols - 1), cols = size.cols + 2;
   around.falling = IsDark(row, col);
   for (int r = 0; r < 4; ++r)
@@ -128,12 +145,47 @@ float FarCells::Far(const Around& around, int phase, const Eigen::Vector2f& from
   return spread == 0 ? far : far + Near(around, phase, from, spread) - Near(around, phase, from, 0);
 }
 
+float FarCells::FarOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const {
+  return Smeared(around, phase, from, around.smear) - NearOfSmeared(around, phase, from);
+}
+
+float FarCells::Smeared(const Around& around, int phase, const Eigen::Vector2f& from,
+                        const Eigen::Vector2f& smear) const {
+  std::array<float, 16> all{};
+  for (int tap = 0; tap < around.taps; ++tap) {
+    const float part = (static_cast<float>(tap) + 0.5f) / static_cast<float>(around.taps) - 0.5f;
+    const float x = from.x() + part * smear.x(), y = from.y() + part * smear.y();
+    const auto shares = [&](float at, float scale) {
+      const float before = Integral((at + 1) * scale), here = Integral(at * scale), after = Integral((at - 1) * scale);
+      return Shares{1 - before, before - here, here - after, after};
+    };
+    const Shares along = shares(x, around.scale_x), down = shares(y, around.scale_y);
+    for (std::size_t row = 0; row < 4; ++row)
+      for (std::size_t col = 0; col < 4; ++col) all[4 * row + col] += down[row] * along[col];
+  }
+  float light = 0;
+  for (std::size_t row = 0; row < 4; ++row)
+    for (std::size_t col = 0; col < 4; ++col)
+      light += all[4 * row + col] * around.light[row][col][static_cast<std::size_t>(phase)];
+  return light / static_cast<float>(around.taps);
+}
+
+float FarCells::NearOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const {
+  const float right = Integral(from.x() * around.near_scale_x), below = Integral(from.y() * around.near_scale_y);
+  const auto light = [&](std::size_t row, std::size_t col) {
+    return around.light[row][col][static_cast<std::size_t>(phase)];
+  };
+  return (1 - below) * ((1 - right) * light(1, 1) + right * light(1, 2)) +
+         below * ((1 - right) * light(2, 1) + right * light(2, 2));
+}
+
 void FarCells::TakeOut(const Known& known, BoardPixels& pixels) {
   const MarkerSize size = pixels.size();
   cells_ = beside_;
   for (int row = 0; row < size.rows; ++row)
     std::copy_n(known.levels.begin() + row * size.cols, size.cols, cells_.begin() + (row + 1) * (size.cols + 2) + 1);
   const float spread = static_cast<float>(known.ink_spread);
+  const bool smeared = !known.smear_px.isZero();
   LaneBlock& lanes = pixels.lanes();
   for (int corner = 0; corner < pixels.corners(); ++corner) {
     if (!pixels.inside(corner)) continue;
@@ -144,7 +196,8 @@ void FarCells::TakeOut(const Known& known, BoardPixels& pixels) {
         const std::size_t at = lanes.Place(lane, i);
         float& light = lanes.light_data()[at];
         if (light >= known.saturation) continue;
-        const float far = Far(around, phase, around.From(lanes.u_data()[at], lanes.v_data()[at]), spread);
+        const Eigen::Vector2f from = around.From(lanes.u_data()[at], lanes.v_data()[at]);
+        const float far = smeared ? FarOfSmeared(around, phase, from) : Far(around, phase, from, spread);
         float& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
         light += taken - far;
         taken = far;
@@ -185,6 +238,67 @@ double FarCells::MoreInkSpread(const Known& known, std::span<const bool> used, c
     }
   }
   return slope_square > 0 ? slope_residual / slope_square : 0;
+}
+
+Eigen::Vector2d FarCells::MoreSmear(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const {
+  const LaneBlock& lanes = pixels.lanes();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d products = Eigen::Vector2d::Zero();
+  for (int corner = 0; corner < pixels.corners(); ++corner) {
+    if (!used[static_cast<std::size_t>(corner)]) continue;
+    const Around around = AroundCorner(known, pixels, corner);
+    const Eigen::Matrix2f step = kSmearStepPx * pixels.place(corner).pixel_by_board.inverse().cast<float>();
+    for (int phase = 0; phase < 4; ++phase) {
+      const int lane = pixels.Lane(corner) + phase;
+      for (int i = 0; i < lanes.count(lane); i += kSmearStride) {
+        const std::size_t at = lanes.Place(lane, i);
+        if (lanes.light_data()[at] >= known.saturation) continue;
+        const Eigen::Vector2f from = around.From(lanes.u_data()[at], lanes.v_data()[at]);
+        Eigen::Vector2d slope;
+        for (int axis = 0; axis < 2; ++axis)
+          slope[axis] = static_cast<double>(Smeared(around, phase, from, around.smear + step.col(axis)) -
+                                            Smeared(around, phase, from, around.smear - step.col(axis))) /
+                        (2 * static_cast<double>(kSmearStepPx));
+        squares += slope * slope.transpose();
+        products += slope * static_cast<double>(lanes.light_data()[at] - NearOfSmeared(around, phase, from));
+      }
+    }
+  }
+  return squares.determinant() > 0 ? Eigen::Vector2d(squares.inverse() * products) : Eigen::Vector2d::Zero();
+}
+
+BoardGeometry::Information FarCells::ResponseToMoves(const Known& known, std::span<const bool> used,
+                                                     const BoardPixels& pixels) const {
+  const LaneBlock& lanes = pixels.lanes();
+  BoardGeometry::Information own = BoardGeometry::Information::Zero(), both = own;
+  for (int corner = 0; corner < pixels.corners(); ++corner) {
+    if (!used[static_cast<std::size_t>(corner)]) continue;
+    const Around around = AroundCorner(known, pixels, corner);
+    for (int phase = 0; phase < 4; ++phase) {
+      const int lane = pixels.Lane(corner) + phase;
+      for (int i = 0; i < lanes.count(lane); i += kSmearStride) {
+        const std::size_t at = lanes.Place(lane, i);
+        if (lanes.light_data()[at] >= known.saturation) continue;
+        const Eigen::Vector2f from = around.From(lanes.u_data()[at], lanes.v_data()[at]);
+        const Eigen::Vector2d board = (around.corner + from).cast<double>();
+        BoardGeometry::Parameters by_model = BoardGeometry::Parameters::Zero(), by_smeared = by_model;
+        for (int axis = 0; axis < 2; ++axis) {
+          const Eigen::Vector2f step = kMoveStep * Eigen::Vector2f::Unit(axis);
+          const BoardGeometry::Parameters move =
+              BoardGeometry::MoveByParameters(board, axis) / (2 * static_cast<double>(kMoveStep));
+          by_model += static_cast<double>(NearOfSmeared(around, phase, from + step) -
+                                          NearOfSmeared(around, phase, from - step)) *
+                      move;
+          by_smeared += static_cast<double>(Smeared(around, phase, from + step, around.smear) -
+                                            Smeared(around, phase, from - step, around.smear)) *
+                        move;
+        }
+        own += by_model * by_model.transpose();
+        both += by_model * by_smeared.transpose();
+      }
+    }
+  }
+  return own.ldlt().solve(both);
 }
 
 }  // namespace chequer

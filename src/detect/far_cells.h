@@ -34,6 +34,8 @@ class FarCells {
     double blur_px = 1;
     /// By how much dark cells grow into light ones on each side, cells.
     double ink_spread = 0;
+    /// The way of every point during the exposure, image pixels: the corners' own model has a blur as wide instead.
+    Eigen::Vector2d smear_px = Eigen::Vector2d::Zero();
     /// By cell, row by row.
     std::span<const PhaseValues> levels;
     /// Light from which on pixels stay as they are.
@@ -46,14 +48,23 @@ class FarCells {
   /// By how much the ink spreads more than is known, by a least squares step of that alone over the pixels as they were
   /// left by TakeOut(). @param used by corner.
   double MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const;
+  /// By how much the smear is longer than is known, image pixels, by a step of the same kind.
+  Eigen::Vector2d MoreSmear(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const;
+  /// Of small moves of a smeared board, how much those are that a step by the corners' own model makes of them; as
+  /// BoardGeometry has moves.
+  BoardGeometry::Information ResponseToMoves(const Known& known, std::span<const bool> used,
+                                             const BoardPixels& pixels) const;
 
  private:
   /// The cells around a corner, and how its pixels lie among them.
   struct Around {
     Eigen::Matrix3f board_from_plane;
     Eigen::Vector2f corner;
-    float scale_x = 1, scale_y = 1;  ///< standard deviations of the blur a cell
-    bool falling = false;            ///< dark are the cells up left and down right
+    float scale_x = 1, scale_y = 1;                   ///< standard deviations of the blur a cell
+    float near_scale_x = 1, near_scale_y = 1;         ///< the same of the corners' own model
+    Eigen::Vector2f smear = Eigen::Vector2f::Zero();  ///< the way of a point, cells
+    int taps = 1;                                     ///< points of that way that are looked at
+    bool falling = false;                             ///< dark are the cells up left and down right
     std::array<std::array<PhaseValues, 4>, 4> light;
 
     /// Of a pixel, cells from the corner.
@@ -62,6 +73,10 @@ class FarCells {
   Around AroundCorner(const Known& known, const BoardPixels& pixels, int corner) const;
   /// Of a pixel that lies there, cells from the corner: what the model leaves out, and what it has.
   float Far(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const;
+  /// The same where the image is smeared: the mean of what the points of the way show, less the corner's own model.
+  float FarOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const;
+  float Smeared(const Around& around, int phase, const Eigen::Vector2f& from, const Eigen::Vector2f& smear) const;
+  float NearOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const;
   float Near(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const;
   /// Integral of the normal distribution, to 1e-5.
   float Integral(float deviations) const;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "detect/small_cholesky.h"
+#include "detect/smear.h"
 
 namespace chequer {
 namespace {
@@ -42,6 +43,15 @@ constexpr double kOtherBlur = 2;
 constexpr int kFirstStride = 2, kFirstStrideKnown = 3;
 /// Cells, in blurs, whose middles show their own light.
 constexpr double kClearCell = 6;
+/// Boards that seem blurred so much, cells and px, may be smeared.
+constexpr double kSmearedBlur = 0.12, kSmearedBlurPx = 1.2;
+/// A smear that is one raises the contrast over what is not explained by more: 5 to 12 times where it is 0.6 cells or
+/// more.
+constexpr double kClearerBySmear = 1.5;
+/// Corners of smeared boards lie where a plane has them to 0.05 px; farther off, it was not that smear.
+constexpr double kMostOffSmearedPx = 0.15;
+/// Of a smear, what it reaches beyond a board's rim, over what a blur does.
+constexpr double kSmearReach = 0.1;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
 
@@ -63,7 +73,8 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
   ink_spread_ = 0;
   edges_ = {};
   result_.geometry = start.geometry;
-  if (pixels_.Collect(reader, lens, size_, start.geometry, blur_px_) < kFewestCorners) return false;
+  if (pixels_.Collect(reader, lens, size_, start.geometry, blur_px_ + kSmearReach * smear_px_.norm()) < kFewestCorners)
+    return false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     const std::size_t cell = static_cast<std::size_t>(pixels_.Cell(corner)),
                       below = cell + static_cast<std::size_t>(size_.cols);
@@ -118,11 +129,13 @@ void PhotometricFit::SetPlaces() {
     const CornerPlace& place = pixels_.place(corner);
     const Eigen::Matrix2d board_by_pixel = place.pixel_by_board.inverse();
     const double px_x = 1 / board_by_pixel.row(0).norm(), px_y = 1 / board_by_pixel.row(1).norm();
+    const double wider_x = WiderBySmear(board_by_pixel.row(0), smear_px_, blur_px_),
+                 wider_y = WiderBySmear(board_by_pixel.row(1), smear_px_, blur_px_);
     const int lane = pixels_.Lane(corner);
     set(LaneBlock::kCornerX, lane, place.board.x());
     set(LaneBlock::kCornerY, lane, place.board.y());
-    set(LaneBlock::kPxPerCellX, lane, px_x);
-    set(LaneBlock::kPxPerCellY, lane, px_y);
+    set(LaneBlock::kPxPerCellX, lane, px_x / wider_x);
+    set(LaneBlock::kPxPerCellY, lane, px_y / wider_y);
     set(LaneBlock::kCorrelation, lane, board_by_pixel.row(0).dot(board_by_pixel.row(1)) * px_x * px_y);
   }
 }
@@ -285,10 +298,15 @@ void PhotometricFit::Finish() {
   constexpr int kBlurUnknown = BoardGeometry::kParameters;
   const BoardEquations::Matrix& normal = equations_.normal();
   const BoardGeometry::Parameters by_blur = normal.col(kBlurUnknown).head<BoardGeometry::kParameters>();
-  result_.information =
-      result_.geometry.FromMoves((normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
-                                  by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
-                                 std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9}));
+  BoardGeometry::Information of_moves =
+      (normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
+       by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
+      std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
+  if (!smear_px_.isZero()) {
+    const BoardGeometry::Information response = far_cells_.ResponseToMoves(Known(), used_, pixels_);
+    of_moves = response.transpose() * of_moves * response;
+  }
+  result_.information = result_.geometry.FromMoves(of_moves);
   result_.image = {noise_, blur_px_, edges_};
   result_.reprojection_rms_px = std::sqrt(shift_square / n);
   result_.signal_to_noise = contrast / n / std::max(std::sqrt(residual_square / std::max(residual_count, 1.0)), 1e-6);
@@ -310,6 +328,7 @@ bool PhotometricFit::Settle(const Lens& lens, const Start& start, bool noise_kno
       SetPlaces();
     }
     input_.robust_limit = noise_known ? kRobustLimit : 1e9f;
+    if (!smear_px_.isZero()) SetPlaces();  // the blur has changed
     if (take_out_) TakeOutLight();
     if (!Step(sums) || corner_move_px_ > kRunawayPx) return false;
     const bool changed = FindHiddenCorners();
@@ -347,6 +366,29 @@ bool PhotometricFit::TellEdges() {
 }
 
 const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& lens, const Start& start) {
+  smear_px_.setZero();
+  const FittedBoard* fitted = start.smeared ? nullptr : FitAsItIs(reader, lens, start);
+  if (fitted && fitted->image.blur_px < std::max(kSmearedBlur * CellPx(), kSmearedBlurPx)) return fitted;
+  Start smeared = start;
+  smeared.image = nullptr;
+  if (fitted) smeared.geometry = fitted->geometry;
+  const Smears smears = FindSmears(reader, lens, start.size, smeared.geometry);
+  if (smears.count == 0) return fitted;
+  bool found = fitted != nullptr;
+  if (found) best_ = *fitted;
+  double least_signal = found ? kClearerBySmear * best_.signal_to_noise : 0;
+  for (std::size_t i = 0; i < smears.count; ++i) {
+    smear_px_ = smears.by_px[i];
+    fitted = FitAsItIs(reader, lens, smeared);
+    if (!fitted || fitted->signal_to_noise < least_signal || fitted->reprojection_rms_px > kMostOffSmearedPx) continue;
+    best_ = *fitted;
+    least_signal = best_.signal_to_noise;
+    found = true;
+  }
+  return found ? &best_ : nullptr;
+}
+
+const FittedBoard* PhotometricFit::FitAsItIs(const LightReader& reader, const Lens& lens, const Start& start) {
   if (!Prepare(reader, lens, start)) return nullptr;
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   input_.robust_limit = 1e9f;
@@ -358,19 +400,21 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
   for (double chosen_for = start.blur_px; blur_px_ > kWiderBlur * chosen_for;) {
     chosen_for = blur_px_;
-    if (pixels_.Collect(reader, lens, size_, result_.geometry, blur_px_) < kFewestCorners) return nullptr;
+    if (pixels_.Collect(reader, lens, size_, result_.geometry, blur_px_ + kSmearReach * smear_px_.norm()) <
+        kFewestCorners)
+      return nullptr;
     SetDerivatives();
     SetPlaces();
     if (!Step(first) || corner_move_px_ > kRunawayPx) return nullptr;
   }
   hidden_cells_.assign(start.covered.begin(), start.covered.end());
   EvenOutShading(start);
-  take_out_ = FarCells::Matter(pixels_, blur_px_);
+  take_out_ = !smear_px_.isZero() || FarCells::Matter(pixels_, blur_px_);
   if (take_out_) far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
   input_.stride = 1;
   if (!Settle(lens, start, start.image != nullptr)) return nullptr;
   Finish();
-  if (result_.reprojection_rms_px > kOffPx) {
+  if (result_.reprojection_rms_px > kOffPx && smear_px_.isZero()) {
     if (!take_out_) far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
     if (StartInk()) {
       without_ink_ = result_;

@@ -64,6 +64,8 @@ class PhotometricFit {
     std::span<const std::uint8_t> covered;
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
+    /// It was found where the image is smeared.
+    bool smeared = false;
   };
 
   /// Nothing if the board lies outside the image for the most part, does not look like the model, or the fit runs away.
@@ -71,6 +73,7 @@ class PhotometricFit {
   const FittedBoard* Fit(const LightReader& reader, const Lens& lens, const Start& start);
 
  private:
+  const FittedBoard* FitAsItIs(const LightReader& reader, const Lens& lens, const Start& start);
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start);
   void StartLevels(const LightReader& reader, const Start& start);
   void SetDerivatives();
@@ -116,7 +119,7 @@ class PhotometricFit {
   std::array<bool, kMaxCorners> usable_{}, used_{};
   std::vector<PhaseValues> levels_;
   NoiseModel noise_;
-  FittedBoard without_ink_;
+  FittedBoard without_ink_, best_;
   FarCells far_cells_;
   bool take_out_ = false, fit_ink_ = false, ink_moves_ = false, bent_light_ = false;
   bool shade_twice_ = false;                   ///< the first shading is not good enough for boards as large
@@ -124,6 +127,7 @@ class PhotometricFit {
   int ink_steps_ = 0;
   std::vector<std::uint8_t> hidden_cells_;  ///< scratch
   double blur_px_ = 1;
+  Eigen::Vector2d smear_px_ = Eigen::Vector2d::Zero();  ///< the way of a point during the exposure
   EdgeShape edges_;
   EdgeProfiles profiles_;
   BoardEquations::Vector step_;

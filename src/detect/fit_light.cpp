@@ -19,6 +19,8 @@ constexpr double kLeastInkSpreadPx = 0.1;
 constexpr double kLeastInkSpread = 0.015;
 /// The spread over that step, as levels and blur have taken up the rest: measured.
 constexpr double kFirstInkStep = 1.75;
+/// Longer steps lead elsewhere.
+constexpr double kMostSmearStepPx = 1;
 /// Steps that fall more slowly are not trusted to go on as they do.
 constexpr double kMostStepRatio = 0.93;
 /// Its last step, cells.
@@ -92,6 +94,15 @@ void PhotometricFit::EvenOutPixels(const Shading& shading) {
 void PhotometricFit::TakeOutLight() {
   FarCells::Known known = Known();
   far_cells_.TakeOut(known, pixels_);
+  if (!smear_px_.isZero()) {
+    const Eigen::Vector2d more = far_cells_.MoreSmear(known, used_, pixels_);
+    if (more.norm() < kMostSmearStepPx) {
+      smear_px_ += more;
+      SetPlaces();
+      known = Known();
+      far_cells_.TakeOut(known, pixels_);
+    }
+  }
   if (!fit_ink_) return;
   const double more = far_cells_.MoreInkSpread(known, used_, pixels_);
   // Levels and blur follow slowly: every third step is as long as all that would follow (Aitken).
@@ -125,6 +136,7 @@ FarCells::Known PhotometricFit::Known() const {
   return {.geometry = &result_.geometry,
           .blur_px = blur_px_,
           .ink_spread = ink_spread_,
+          .smear_px = smear_px_,
           .levels = levels_,
           .saturation = input_.saturation};
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "detect/affine_view.h"
+#include "detect/smear_view.h"
 
 namespace chequer {
 namespace {
@@ -31,6 +32,9 @@ constexpr int kFewestOfWide = 18;
 constexpr int kMostViews = 2, kEnoughLinked = 12;
 /// Share of the most contrast that corners of one board have at least.
 constexpr float kShareOfMost = 0.4f;
+/// A place changes along one direction by no more than that, of what it changes across, if it holds a smeared board:
+/// smeared by 1.2 cells, 0.05 to 0.35; by less, the first look shows it.
+constexpr float kMostEven = 0.55f;
 /// Places that are considered.
 constexpr int kMostPlaces = 6;
 /// Blur of common images, px: of a view that is stretched along y it is much the same along y as what the smoothing
@@ -170,14 +174,7 @@ void SecondLook::View(const Pyramid& pyramid, const Place& place) {
   const float variance = kBlurPx * kBlurPx * (1 / (step[1] * step[1]) - 1 / (step[0] * step[0]));
   const int width = 2 * static_cast<int>(std::lround((std::sqrt(6 * std::max(variance, 0.0f) + 1) - 1) / 2)) + 1;
   if (width > 1) SmoothRows(width, view_.plane, sums_);
-  FindCornersIn(view_.plane, scan_, corners_, refused_);
-  linker_.Link(view_, corners_, grids_);
-  for (Corner& corner : corners_) {
-    corner.position = place.middle + image_by_view * (corner.position -
-                                                      Eigen::Vector2f::Constant(0.5f * static_cast<float>(side - 1)));
-    corner.scale = scale;
-  }
-  if (trace_) NoteView(place, image_by_view);
+  ShowCorners(place, image_by_view, scale);
 }
 
 void SecondLook::LookAt(const Pyramid& pyramid, Place place) {
@@ -210,6 +207,39 @@ void SecondLook::Forget(const Place& place) {
   });
 }
 
+void SecondLook::ShowCorners(const Place& place, const Eigen::Matrix2f& image_by_view, float scale) {
+  FindCornersIn(view_.plane, scan_, corners_, refused_);
+  linker_.Link(view_, corners_, grids_);
+  const float half = 0.5f * static_cast<float>(view_.plane.width() - 1);
+  for (Corner& corner : corners_) {
+    corner.position = place.middle + image_by_view * (corner.position - Eigen::Vector2f::Constant(half));
+    corner.scale = scale;
+  }
+  if (trace_) NoteView(place, image_by_view);
+}
+
+bool SecondLook::LookThroughSmear(const Pyramid& pyramid, const Place& place) {
+  const float cell_px = std::sqrt(place.spread[0] * place.spread[1]) / kSpreadCells;
+  int level = 0;
+  while (level + 1 < Pyramid::kLevels && cell_px / static_cast<float>(2 << level) > kCellPx) ++level;
+  const float scale = static_cast<float>(1 << level);
+  const BytePlane& plane = pyramid.level(level);
+  const Eigen::Vector2f middle = pyramid.FromImage(place.middle, level);
+  const Change change = ChangeAround(plane, middle, cell_px / scale);
+  if (change.share > kMostEven) return false;
+  Eigen::Matrix2f image_by_view;
+  image_by_view << change.least, Eigen::Vector2f(-change.least.y(), change.least.x());
+  image_by_view *= cell_px / kCellPx;
+  ViewPlane(plane, middle, image_by_view / scale, static_cast<int>(2 * kHalfCells * kCellPx), view_.plane);
+  EvenOutChange(static_cast<int>(kCellPx), view_.plane, smear_);
+  ShowCorners(place, image_by_view, scale);
+  if (trace_) {
+    trace_->back().fate = PlaceFate::kViewed;
+    trace_->back().sharpened = true;
+  }
+  return true;
+}
+
 bool SecondLook::Next(const Pyramid& pyramid) {
   while (looks_ < kMostLooks && places_ < kMostPlaces) {
     const std::optional<Place> place = FindPlace();
@@ -217,9 +247,11 @@ bool SecondLook::Next(const Pyramid& pyramid) {
     ++places_;
     if (place->count == 0) continue;
     const PlaceFate fate = Judge(*place);
-    const bool promising = fate == PlaceFate::kViewed;
+    bool promising = fate == PlaceFate::kViewed;
     if (trace_) NotePlace(*place, fate);
     if (promising) LookAt(pyramid, *place);
+    smeared_ = fate == PlaceFate::kFrontal && LookThroughSmear(pyramid, *place);
+    promising |= smeared_;
     Forget(*place);
     looks_ += promising;
     if (promising) return true;

@@ -10,14 +10,17 @@
 #include "detect/corners.h"
 #include "detect/grids.h"
 #include "detect/light.h"
+#include "detect/smear_view.h"
 
 namespace chequer {
 
 /// Looks once more, and closer, at places that are full of strong contrasts among yellow and blue but gave no board:
 /// seen at a steep slant, the cells of a board are so narrow, or meet at such sharp angles, that the ring of the first
 /// look does not fit. The points' own spread tells how the place must be stretched and squeezed for a board to look as
-/// if seen from the front, its cells some 8 px wide; of that view, corners are found and linked as ever. Keeps its
-/// memory. Costs nothing where no place stands out; of those that do, kMostLooks at most are viewed.
+/// if seen from the front, its cells some 8 px wide; of that view, corners are found and linked as ever. A place that
+/// spreads as in plain view but shows stripes is a board that moved while the image was exposed, by more than a cell:
+/// it is viewed with the stripes made even. Keeps its memory. Costs nothing where no place stands out; of those that
+/// do, kMostLooks at most are viewed.
 class SecondLook {
  public:
   static constexpr int kMostLooks = 2;
@@ -33,6 +36,8 @@ class SecondLook {
   const std::vector<Corner>& corners() const { return corners_; }
   const Grids& grids() const { return grids_; }
   const GridLinker& linker() const { return linker_; }
+  /// Whether the place seems smeared, and was sharpened.
+  bool smeared() const { return smeared_; }
 
   /// From now on, appends every place that is considered to `places`; null: no longer. For finding out why there is no
   /// board; costs a comparison a place where nobody asks.
@@ -62,18 +67,24 @@ class SecondLook {
   static Place Gather(std::span<const StrongPoint> points, const Place& place);
   void LookAt(const Pyramid& pyramid, Place place);
   void View(const Pyramid& pyramid, const Place& place);
+  /// Views a place that seems smeared, sharpened; false if it does not.
+  bool LookThroughSmear(const Pyramid& pyramid, const Place& place);
+  /// Finds and links the corners of the view of a place.
+  void ShowCorners(const Place& place, const Eigen::Matrix2f& image_by_view, float scale);
   void NotePlace(const Place& place, PlaceFate fate);
   void NoteView(const Place& place, const Eigen::Matrix2f& image_by_view);
   /// What would have been viewed if an image's looks had not been used up.
   void NoteTheRest();
 
   int width_ = 0, height_ = 0;
+  bool smeared_ = false;
   int looks_ = 0, places_ = 0;
   std::vector<StrongPoint> points_, seen_;
   std::vector<std::uint16_t> in_tile_;
   std::vector<std::uint8_t> explained_;  ///< tiles with boards
   DetectionPlane view_;
   std::vector<int> sums_;
+  SmearScratch smear_;
   PeakScan scan_;
   std::vector<RefusedPeak> refused_;
   GridLinker linker_;

@@ -92,7 +92,9 @@ std::string Explain(const TracePlace& place) {
     case PlaceFate::kTooLarge: return "not viewed: " + points + " that go on for farther than a board";
     case PlaceFate::kFewPoints: return "not viewed: only " + points + " hang together, too few for a board";
   }
-  const std::string shown = spread + Fill("; straightened, it shows %.0f corners, ", place.corners, 0) +
+  const char* shows = place.sharpened ? "; it seems smeared: with its stripes made even, it shows %.0f corners, "
+                                      : "; straightened, it shows %.0f corners, ";
+  const std::string shown = spread + Fill(shows, place.corners, 0) +
                             (place.most_linked > 0 ? Fill("%.0f of them in the largest group: ", place.most_linked, 0)
                                                    : "none of them linked to squares: ");
   if (place.boards > 0)

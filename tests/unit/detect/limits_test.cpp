@@ -112,8 +112,8 @@ INSTANTIATE_TEST_SUITE_P(Stress, Limits,
                          testing::Values(Limit{"tilt_deg=55", 20, 20}, Limit{"tilt_deg=65", 20, 20},
                                          Limit{"tilt_deg=70", 20, 20}, Limit{"tilt_deg=75", 20, 18},
                                          Limit{"tilt_deg=80", 20, 10}, Limit{"side_px=21", 20, 18},
-                                         Limit{"occluded=0.1", 20, 20}, Limit{"occluded=0.2", 20, 19},
-                                         Limit{"ink_spread=0.2", 20, 17}),
+                                         Limit{"motion_px=12", 20, 12}, Limit{"occluded=0.1", 20, 20},
+                                         Limit{"occluded=0.2", 20, 19}, Limit{"ink_spread=0.2", 20, 17}),
                          NameOf);
 
 }  // namespace
