@@ -318,7 +318,9 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
                                               .saturated = board.saturated,
                                               .covered = board.covered,
                                               .image = image,
-                                              .smeared = board.smeared});
+                                              .smeared = board.smeared,
+                                              // One in an image: a swarm that moves has to be done in time.
+                                              .may_be_smeared = index == 0});
   if (!fitted) return refuse(Refusal::kNoFit);
   if (fitted->signal_to_noise < kLeastSignal) return refuse(Refusal::kNoise, fitted->signal_to_noise, kLeastSignal);
   if (fitted->reprojection_rms_px > kMostDeviationPx)

@@ -368,6 +368,7 @@ bool PhotometricFit::TellEdges() {
 const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& lens, const Start& start) {
   smear_px_.setZero();
   const FittedBoard* fitted = start.smeared ? nullptr : FitAsItIs(reader, lens, start);
+  if (!start.smeared && !start.may_be_smeared) return fitted;
   if (fitted && fitted->image.blur_px < std::max(kSmearedBlur * CellPx(), kSmearedBlurPx)) return fitted;
   Start smeared = start;
   smeared.image = nullptr;

@@ -64,8 +64,8 @@ class PhotometricFit {
     std::span<const std::uint8_t> covered;
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
-    /// It was found where the image is smeared.
-    bool smeared = false;
+    /// It was found where the image is smeared; or, if it seems blurred, that may be tried: about 20 ms where it is so.
+    bool smeared = false, may_be_smeared = false;
   };
 
   /// Nothing if the board lies outside the image for the most part, does not look like the model, or the fit runs away.
