@@ -167,11 +167,16 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
   if (!homography) return Refuse(placement, Refusal::kNotPlane, 0, 0);
   board.plane_from_board = *homography;
   sorted_.clear();
+  board.found.fill(false);
   for (int y = window.y; y < window.y + window.rows; ++y)
     for (int x = window.x; x < window.x + window.cols; ++x)
       if (const Lattice::Point* point = lattice_.At(x, y)) {
         sorted_.push_back(point->scale);
         claimed_[static_cast<std::size_t>(point->corner)] = 1;
+        const Eigen::Vector2d at = board_from_lattice * (Eigen::Vector2d(x, y) - center);
+        const int row = static_cast<int>(std::lround(at.y() + 0.5 * (pattern.size.rows - 2))),
+                  col = static_cast<int>(std::lround(at.x() + 0.5 * (pattern.size.cols - 2)));
+        board.found[static_cast<std::size_t>(row * (pattern.size.cols - 1) + col)] = true;
       }
   board.scale = MedianInPlace(sorted_);
   return true;

@@ -32,6 +32,8 @@ struct AnchoredBoard {
   float scale = 1;                    ///< image pixels per pixel of the coarsest level its corners came from (median)
   PixelBox box;                       ///< where it lies in the image, roughly
   bool smeared = false;               ///< found where the image seems smeared
+  /// Of its inner corners, row by row: those that were found. The others lie where these have them.
+  std::array<bool, kMaxCorners> found{};
 };
 
 /// Finds the boards in grids: tries every placement and turn of every size that the light and dark cells allow and

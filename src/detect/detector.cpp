@@ -317,6 +317,7 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
                                               .light = board.light,
                                               .saturated = board.saturated,
                                               .covered = board.covered,
+                                              .found = board.found,
                                               .image = image,
                                               .smeared = board.smeared,
                                               // One in an image: a swarm that moves has to be done in time.

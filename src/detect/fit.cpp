@@ -24,6 +24,8 @@ constexpr double kSettledLightPx = 0.002;
 constexpr double kOffPx = 0.06;
 /// Corners that move farther in one step were never on a board.
 constexpr double kRunawayPx = 3;
+/// Until corners that were found lie right.
+constexpr int kStepsOfFound = 3;
 /// Beyond it, the corners are placed anew.
 constexpr double kFollowPx = 0.3;
 /// Standard deviations beyond which a pixel counts with less weight.
@@ -389,6 +391,33 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   return found ? &best_ : nullptr;
 }
 
+bool PhotometricFit::ComeNearByFound(const LightReader& reader, const Lens& lens, const Start& start) {
+  // Few corners on one side place those on the other badly.
+  if (!Prepare(reader, lens, start)) return false;
+  input_.stride = 1;
+  int found = 0;
+  for (std::size_t corner = 0; corner < used_.size(); ++corner) {
+    used_[corner] = used_[corner] && start.found[corner];
+    found += used_[corner];
+  }
+  if (found < kFewestCorners || found == pixels_.corners()) return false;
+  for (int step = 0; step < kStepsOfFound; ++step) {
+    if (!Step(LaneSums::kLevels)) return false;
+    for (int corner = 0; corner < pixels_.corners(); ++corner) {
+      if (!used_[static_cast<std::size_t>(corner)]) continue;
+      if ((pixels_.place(corner).pixel_by_board * MoveOf(corner)).norm() > kRunawayPx) return false;
+    }
+    pixels_.PlaceCorners(lens, result_.geometry);
+    SetPlaces();
+  }
+  // Where these have the others, there are other pixels.
+  Start again = start;
+  again.geometry = result_.geometry;
+  again.image = nullptr;
+  if (!Prepare(reader, lens, again)) return false;
+  return Step(LaneSums::kLevels) && corner_move_px_ <= kRunawayPx;
+}
+
 const FittedBoard* PhotometricFit::FitAsItIs(const LightReader& reader, const Lens& lens, const Start& start) {
   if (!Prepare(reader, lens, start)) return nullptr;
   // The first step only has to come near: a part of the pixels does, whatever their noise.
@@ -397,7 +426,8 @@ const FittedBoard* PhotometricFit::FitAsItIs(const LightReader& reader, const Le
   // do not blur into them.
   const bool knows_levels = start.image && BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * blur_px_ < 1;
   const LaneSums first = knows_levels ? LaneSums::kShapes : LaneSums::kLevels;
-  if (!Step(first) || corner_move_px_ > kRunawayPx) return nullptr;
+  const bool near = Step(first) && corner_move_px_ <= kRunawayPx;
+  if (!near && !ComeNearByFound(reader, lens, start)) return nullptr;
   // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
   for (double chosen_for = start.blur_px; blur_px_ > kWiderBlur * chosen_for;) {
     chosen_for = blur_px_;

@@ -44,7 +44,8 @@ struct FittedBoard {
 /// Fits geometry, cell levels (free for every cell and channel), blur and noise of one board to its pixels, by
 /// Gauss-Newton on the model of photometric_kernel.h (detection.md 3.4 gives the derivation; Krüger and Yang have the
 /// corner-wise model). Keeps its memory.
-/// Gives up where a corner moves by more than 3 px in a step; a result's last step moved no corner by more than 0.05
+/// Gives up where a corner moves by more than 3 px in a step, but in the first one only if those that were found do; a
+/// result's last step moved no corner by more than 0.05
 /// px, so that what is left is of second order, or was the eighth. The pose that it leads to is near the Cramér–Rao
 /// bound, 0.0025 px for the centre of a board of 8 px cells: side_by_side prints how near, case by case. What no model
 /// of a plane knows (bent paper, what is left of the lens) widens the information instead. 24 µs a board of 7.8 px
@@ -62,6 +63,8 @@ class PhotometricFit {
     std::span<const std::uint8_t> saturated;
     /// Cells that do not show: corners with two of them are left out.
     std::span<const std::uint8_t> covered;
+    /// Corners that were found; the geometry may have others pixels off.
+    std::array<bool, kMaxCorners> found{};
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
     /// It was found where the image is smeared; or, if it seems blurred, that may be tried: about 20 ms where it is so.
@@ -76,6 +79,9 @@ class PhotometricFit {
   const FittedBoard* FitAsItIs(const LightReader& reader, const Lens& lens, const Start& start);
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start);
   void StartLevels(const LightReader& reader, const Start& start);
+  /// Where the first step runs away: by the pixels around the corners that were found alone, until those lie right,
+  /// then by all. False if they run away too, or none are left out.
+  bool ComeNearByFound(const LightReader& reader, const Lens& lens, const Start& start);
   void SetDerivatives();
   /// What the kernel is told of the corners' places, and of what changes with every step.
   void SetPlaces();
@@ -132,7 +138,7 @@ class PhotometricFit {
   EdgeProfiles profiles_;
   BoardEquations::Vector step_;
   double gain_ = 0;            ///< of the last step: how much Σ w r² falls by it
-  double corner_move_px_ = 0;  ///< of the last step: the farthest that a corner moved
+  double corner_move_px_ = 0;  ///< of the last step: the farthest that a corner, inside, moved
   double blur_change_ = 0;     ///< of the last step, as a share
   FittedBoard result_;
 };
