@@ -17,10 +17,8 @@ constexpr float kParts[] = {0.3f, 0.5f, 0.7f};
 constexpr float kReach = 0.25f;
 constexpr int kPoints = 6;
 
-/// What the loops below read: plain values, so that nothing that other files use too is compiled for one target.
+/// What the loops below read of a plane.
 struct Input {
-  const float* columns;  ///< EdgeProbes::kColumns of them
-  std::size_t stride, count;
   const std::uint8_t* pixels;
   int width, height;
   std::ptrdiff_t row;
@@ -85,13 +83,13 @@ V LevelAt(const Points& points, int point) {
   return hn::MulAdd(points.down[point], hn::Sub(bottom, top), top);
 }
 
-void LookAlong(const edge_probes::Input& in, std::uint8_t* found) {
+void LookAlong(const FloatColumns& columns, std::size_t count, const edge_probes::Input& in, std::uint8_t* found) {
   using P = EdgeProbes;
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   Points points;
-  for (std::size_t first = 0; first < in.count; first += static_cast<std::size_t>(lanes)) {
-    const auto column = [&](std::size_t k) HWY_ATTR { return hn::LoadU(d, in.columns + k * in.stride + first); };
+  for (std::size_t first = 0; first < count; first += static_cast<std::size_t>(lanes)) {
+    const auto column = [&](std::size_t k) HWY_ATTR { return hn::LoadU(d, columns.column(k) + first); };
     const V x = column(P::kX), y = column(P::kY), along_x = column(P::kAlongX), along_y = column(P::kAlongY);
     const V square = hn::MulAdd(along_x, along_x, hn::Mul(along_y, along_y));
     const V length = hn::Sqrt(hn::Max(square, hn::Set(d, 1e-6f)));
@@ -119,6 +117,7 @@ void LookAlong(const edge_probes::Input& in, std::uint8_t* found) {
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <algorithm>
 
 namespace chequer {
 namespace {
@@ -129,16 +128,15 @@ HWY_EXPORT(LookAlong);
 
 void EdgeProbes::Start(std::size_t most) {
   count_ = 0;
-  stride_ = most + kBeyond;
-  if (columns_.size() < kColumns * stride_) columns_.resize(kColumns * stride_);
+  columns_.Resize(kColumns, most);
+  if (found_.size() < most + FloatColumns::kBeyond) found_.resize(most + FloatColumns::kBeyond);
 }
 
 std::span<const std::uint8_t> EdgeProbes::Look(const BytePlane& plane) {
-  if (found_.size() < stride_) found_.resize(stride_);
   // What vectors read beyond the last line are places too.
-  for (std::size_t k = 0; k < kColumns; ++k) std::fill_n(columns_.data() + k * stride_ + count_, kBeyond, 0.0f);
-  if (count_ > 0) HWY_DYNAMIC_DISPATCH(LookAlong)
-  ({columns_.data(), stride_, count_, plane.row(0), plane.width(), plane.height(), plane.stride()}, found_.data());
+  for (std::size_t k = 0; k < kColumns; ++k) std::fill_n(columns_.column(k) + count_, FloatColumns::kBeyond, 0.0f);
+  const edge_probes::Input input{plane.row(0), plane.width(), plane.height(), plane.stride()};
+  HWY_DYNAMIC_DISPATCH(LookAlong)(columns_, count_, input, found_.data());
   return std::span(found_).first(count_);
 }
 

@@ -1,17 +1,17 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "detect/float_columns.h"
 #include "detect/plane.h"
 
 namespace chequer {
 
-/// Lines along which an edge is expected, by columns, which vectors read. Keeps its memory.
+/// Lines along which an edge is expected. Keeps its memory.
 class EdgeProbes {
  public:
   struct Probe {
@@ -24,7 +24,7 @@ class EdgeProbes {
   /// Forgets all. @param most that may be added.
   void Start(std::size_t most);
   void Add(const Probe& probe) {
-    const auto set = [&](Column k, float value) { columns_[k * stride_ + count_] = value; };
+    const auto set = [&](Column k, float value) { columns_.column(k)[count_] = value; };
     set(kX, probe.from.x()), set(kY, probe.from.y());
     set(kAlongX, probe.along.x()), set(kAlongY, probe.along.y());
     set(kSide, probe.light_on_left ? 1.0f : -1.0f);
@@ -39,11 +39,8 @@ class EdgeProbes {
   enum Column : std::size_t { kX, kY, kAlongX, kAlongY, kSide, kMostReach, kLeastStep, kColumns };
 
  private:
-  /// Vectors may run over the end of a column.
-  static constexpr std::size_t kBeyond = 64;
-
-  std::size_t count_ = 0, stride_ = 0;
-  std::vector<float> columns_;
+  std::size_t count_ = 0;
+  FloatColumns columns_;
   std::vector<std::uint8_t> found_;
 };
 

@@ -94,6 +94,7 @@ FarCells::Around FarCells::AroundCorner(const Known& known, const BoardPixels& p
   const Eigen::Matrix2d board_by_pixel = place.pixel_by_board.inverse();
   Around around;
   around.board_from_plane = pixels.BoardFromPlane(*known.geometry).cast<float>();
+  around.board_by_pixel = board_by_pixel.cast<float>();
   around.corner = place.board.cast<float>();
   around.scale_x = static_cast<float>(1 / (board_by_pixel.row(0).norm() * known.blur_px));
   around.scale_y = static_cast<float>(1 / (board_by_pixel.row(1).norm() * known.blur_px));
@@ -216,88 +217,77 @@ void FarCells::PutBack(BoardPixels& pixels) {
     }
 }
 
-double FarCells::MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const {
-  const float spread = static_cast<float>(known.ink_spread);
+template <class Visit>
+void FarCells::ForPixels(const Known& known, std::span<const bool> used, const BoardPixels& pixels, int stride,
+                         const Visit& visit) const {
   const LaneBlock& lanes = pixels.lanes();
-  double slope_residual = 0, slope_square = 0;
   for (int corner = 0; corner < pixels.corners(); ++corner) {
     if (!used[static_cast<std::size_t>(corner)]) continue;
     const Around around = AroundCorner(known, pixels, corner);
     for (int phase = 0; phase < 4; ++phase) {
       const int lane = pixels.Lane(corner) + phase;
-      for (int i = 0; i < lanes.count(lane); ++i) {
+      for (int i = 0; i < lanes.count(lane); i += stride) {
         const std::size_t at = lanes.Place(lane, i);
-        if (lanes.light_data()[at] >= known.saturation) continue;
-        const Eigen::Vector2f from = around.From(lanes.u_data()[at], lanes.v_data()[at]);
-        const float slope =
-            (Near(around, phase, from, spread + kSpreadStep) - Near(around, phase, from, spread - kSpreadStep)) /
-            (2 * kSpreadStep);
-        slope_residual += slope * (lanes.light_data()[at] - Near(around, phase, from, 0));
-        slope_square += slope * slope;
+        const float light = lanes.light_data()[at];
+        if (light >= known.saturation) continue;
+        visit(around, phase, around.From(lanes.u_data()[at], lanes.v_data()[at]), light);
       }
     }
   }
+}
+
+double FarCells::MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const {
+  const float spread = static_cast<float>(known.ink_spread);
+  double slope_residual = 0, slope_square = 0;
+  ForPixels(known, used, pixels, 1, [&](const Around& around, int phase, const Eigen::Vector2f& from, float light) {
+    const float slope =
+        (Near(around, phase, from, spread + kSpreadStep) - Near(around, phase, from, spread - kSpreadStep)) /
+        (2 * kSpreadStep);
+    slope_residual += slope * (light - Near(around, phase, from, 0));
+    slope_square += slope * slope;
+  });
   return slope_square > 0 ? slope_residual / slope_square : 0;
 }
 
 Eigen::Vector2d FarCells::MoreSmear(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const {
-  const LaneBlock& lanes = pixels.lanes();
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
   Eigen::Vector2d products = Eigen::Vector2d::Zero();
-  for (int corner = 0; corner < pixels.corners(); ++corner) {
-    if (!used[static_cast<std::size_t>(corner)]) continue;
-    const Around around = AroundCorner(known, pixels, corner);
-    const Eigen::Matrix2f step = kSmearStepPx * pixels.place(corner).pixel_by_board.inverse().cast<float>();
-    for (int phase = 0; phase < 4; ++phase) {
-      const int lane = pixels.Lane(corner) + phase;
-      for (int i = 0; i < lanes.count(lane); i += kSmearStride) {
-        const std::size_t at = lanes.Place(lane, i);
-        if (lanes.light_data()[at] >= known.saturation) continue;
-        const Eigen::Vector2f from = around.From(lanes.u_data()[at], lanes.v_data()[at]);
-        Eigen::Vector2d slope;
-        for (int axis = 0; axis < 2; ++axis)
-          slope[axis] = static_cast<double>(Smeared(around, phase, from, around.smear + step.col(axis)) -
-                                            Smeared(around, phase, from, around.smear - step.col(axis))) /
-                        (2 * static_cast<double>(kSmearStepPx));
-        squares += slope * slope.transpose();
-        products += slope * static_cast<double>(lanes.light_data()[at] - NearOfSmeared(around, phase, from));
-      }
+  const auto add = [&](const Around& around, int phase, const Eigen::Vector2f& from, float light) {
+    Eigen::Vector2d slope;
+    for (int axis = 0; axis < 2; ++axis) {
+      const Eigen::Vector2f step = kSmearStepPx * around.board_by_pixel.col(axis);
+      slope[axis] = static_cast<double>(Smeared(around, phase, from, around.smear + step) -
+                                        Smeared(around, phase, from, around.smear - step)) /
+                    (2 * static_cast<double>(kSmearStepPx));
     }
-  }
+    squares += slope * slope.transpose();
+    products += slope * static_cast<double>(light - NearOfSmeared(around, phase, from));
+  };
+  ForPixels(known, used, pixels, kSmearStride, add);
   return squares.determinant() > 0 ? Eigen::Vector2d(squares.inverse() * products) : Eigen::Vector2d::Zero();
 }
 
 BoardGeometry::Information FarCells::ResponseToMoves(const Known& known, std::span<const bool> used,
                                                      const BoardPixels& pixels) const {
-  const LaneBlock& lanes = pixels.lanes();
   BoardGeometry::Information own = BoardGeometry::Information::Zero(), both = own;
-  for (int corner = 0; corner < pixels.corners(); ++corner) {
-    if (!used[static_cast<std::size_t>(corner)]) continue;
-    const Around around = AroundCorner(known, pixels, corner);
-    for (int phase = 0; phase < 4; ++phase) {
-      const int lane = pixels.Lane(corner) + phase;
-      for (int i = 0; i < lanes.count(lane); i += kSmearStride) {
-        const std::size_t at = lanes.Place(lane, i);
-        if (lanes.light_data()[at] >= known.saturation) continue;
-        const Eigen::Vector2f from = around.From(lanes.u_data()[at], lanes.v_data()[at]);
-        const Eigen::Vector2d board = (around.corner + from).cast<double>();
-        BoardGeometry::Parameters by_model = BoardGeometry::Parameters::Zero(), by_smeared = by_model;
-        for (int axis = 0; axis < 2; ++axis) {
-          const Eigen::Vector2f step = kMoveStep * Eigen::Vector2f::Unit(axis);
-          const BoardGeometry::Parameters move =
-              BoardGeometry::MoveByParameters(board, axis) / (2 * static_cast<double>(kMoveStep));
-          by_model += static_cast<double>(NearOfSmeared(around, phase, from + step) -
-                                          NearOfSmeared(around, phase, from - step)) *
-                      move;
-          by_smeared += static_cast<double>(Smeared(around, phase, from + step, around.smear) -
-                                            Smeared(around, phase, from - step, around.smear)) *
-                        move;
-        }
-        own += by_model * by_model.transpose();
-        both += by_model * by_smeared.transpose();
-      }
+  const auto add = [&](const Around& around, int phase, const Eigen::Vector2f& from, float) {
+    const Eigen::Vector2d board = (around.corner + from).cast<double>();
+    BoardGeometry::Parameters by_model = BoardGeometry::Parameters::Zero(), by_smeared = by_model;
+    for (int axis = 0; axis < 2; ++axis) {
+      const Eigen::Vector2f step = kMoveStep * Eigen::Vector2f::Unit(axis);
+      const BoardGeometry::Parameters move =
+          BoardGeometry::MoveByParameters(board, axis) / (2 * static_cast<double>(kMoveStep));
+      by_model +=
+          static_cast<double>(NearOfSmeared(around, phase, from + step) - NearOfSmeared(around, phase, from - step)) *
+          move;
+      by_smeared += static_cast<double>(Smeared(around, phase, from + step, around.smear) -
+                                        Smeared(around, phase, from - step, around.smear)) *
+                    move;
     }
-  }
+    own += by_model * by_model.transpose();
+    both += by_model * by_smeared.transpose();
+  };
+  ForPixels(known, used, pixels, kSmearStride, add);
   return own.ldlt().solve(both);
 }
 

@@ -59,6 +59,7 @@ class FarCells {
   /// The cells around a corner, and how its pixels lie among them.
   struct Around {
     Eigen::Matrix3f board_from_plane;
+    Eigen::Matrix2f board_by_pixel;
     Eigen::Vector2f corner;
     float scale_x = 1, scale_y = 1;                   ///< standard deviations of the blur a cell
     float near_scale_x = 1, near_scale_y = 1;         ///< the same of the corners' own model
@@ -71,6 +72,11 @@ class FarCells {
     Eigen::Vector2f From(float u, float v) const;
   };
   Around AroundCorner(const Known& known, const BoardPixels& pixels, int corner) const;
+  /// Calls visit(around, phase, from, light) for every stride-th pixel of a lane, of the corners that are used; not for
+  /// saturated ones.
+  template <class Visit>
+  void ForPixels(const Known& known, std::span<const bool> used, const BoardPixels& pixels, int stride,
+                 const Visit& visit) const;
   /// Of a pixel that lies there, cells from the corner: what the model leaves out, and what it has.
   float Far(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const;
   /// The same where the image is smeared: the mean of what the points of the way show, less the corner's own model.

@@ -45,11 +45,10 @@ struct FittedBoard {
 /// Gauss-Newton on the model of photometric_kernel.h (detection.md 3.4 gives the derivation; Krüger and Yang have the
 /// corner-wise model). Keeps its memory.
 /// Gives up where a corner moves by more than 3 px in a step, but in the first one only if those that were found do; a
-/// result's last step moved no corner by more than 0.05
-/// px, so that what is left is of second order, or was the eighth. The pose that it leads to is near the Cramér–Rao
-/// bound, 0.0025 px for the centre of a board of 8 px cells: side_by_side prints how near, case by case. What no model
-/// of a plane knows (bent paper, what is left of the lens) widens the information instead. 24 µs a board of 7.8 px
-/// cells, growing with its pixels.
+/// result's last step moved no corner by more than 0.05 px, so that what is left is of second order, or was the eighth.
+/// The pose that it leads to is near the Cramér–Rao bound, 0.0025 px for the centre of a board of 8 px cells:
+/// side_by_side prints how near, case by case. What no model of a plane knows (bent paper, what is left of the lens)
+/// widens the information instead. 24 µs a board of 7.8 px cells, growing with its pixels.
 /// Where the light is bent, cells are small against the blur, or ink has spread, the pixels' light is corrected between
 /// the steps (shading.h, far_cells.h): up to 0.5 ms.
 class PhotometricFit {
@@ -138,7 +137,7 @@ class PhotometricFit {
   EdgeProfiles profiles_;
   BoardEquations::Vector step_;
   double gain_ = 0;            ///< of the last step: how much Σ w r² falls by it
-  double corner_move_px_ = 0;  ///< of the last step: the farthest that a corner, inside, moved
+  double corner_move_px_ = 0;  ///< of the last step: the farthest that a corner moved
   double blur_change_ = 0;     ///< of the last step, as a share
   FittedBoard result_;
 };

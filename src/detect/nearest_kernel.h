@@ -5,27 +5,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
+
+#include "detect/float_columns.h"
 
 namespace chequer {
 
-/// What the search needs of corners, by columns, which vectors read. Keeps its memory.
-struct CornerTable {
+/// What the search needs of corners.
+struct CornerTable : FloatColumns {
   enum Column : std::size_t { kX, kY, kRay0X, kRay0Y, kRay1X, kRay1Y, kContrast, kHandicap, kColumns };
 
-  /// Values are undefined afterwards. Vectors may run over the end of a column.
-  void Resize(std::size_t count) {
-    stride = count + kBeyond;
-    if (values.size() < kColumns * stride) values.resize(kColumns * stride);
-  }
-  float* column(std::size_t k) { return values.data() + k * stride; }
-  const float* column(std::size_t k) const { return values.data() + k * stride; }
-
- private:
-  static constexpr std::size_t kBeyond = 64;
-
-  std::size_t stride = 0;
-  std::vector<float> values;
+  /// Values are undefined afterwards.
+  void Resize(std::size_t count) { FloatColumns::Resize(kColumns, count); }
 };
 
 /// Rows of a table that stand one after the other: the first and before which they end.
