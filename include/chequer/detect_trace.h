@@ -99,10 +99,12 @@ struct TracePlace {
   std::array<Eigen::Vector2f, 4> outline_px{};
   int points = 0;      ///< strong contrasts
   double cell_px = 0;  ///< the shorter side of the cells, if these were a board's corners
-  double slant = 1;    ///< how many times longer than wide the points spread
+  double slant = 1;    ///< how many times longer than wide they spread
+  /// The spread is that of what changes from pixel to pixel around the points, which tell too little.
+  bool by_change = false;
 
   // Where it was viewed:
-  bool sharpened = false;  ///< it shows stripes, as of a board that moved: the view has them made even
+  bool sharpened = false;  ///< it shows stripes, as of a board that moved or is very narrow: the view has them made even
   int views = 0;           ///< each placed by what the one before showed; what follows is of the last
   /// Grey levels, row by row, `side` × `side`: what was searched. Cells of a board are about square in it.
   std::vector<std::uint8_t> view;

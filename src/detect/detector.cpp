@@ -230,7 +230,7 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Trac
     if (corner.contrast >= least) strong.push_back({corner.position, corner.contrast});
   second_look.Start(reader, strong, least, found_in);
   second_look.Trace(tracer.places());
-  while (second_look.Next(pyramid)) {
+  while (second_look.Next(pyramid, reader)) {
     tracer.StartLook(second_look, boards.size());
     finder.StartCorners(second_look.corners().size());
     for (const Grid& grid : second_look.grids().grids) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "detect/affine_view.h"
 #include "detect/smear_view.h"
@@ -16,11 +17,13 @@ namespace {
 constexpr int kFewestPoints = 6;
 /// Sides of the tiles that count points, px, as a power of two.
 constexpr int kTileShift = 5;
-/// Corners of an even lattice lie within so many standard deviations of their middle (2.83 for 5 × 5), with a margin
-/// for what is linked to it by chance.
-constexpr float kReach = 3.0f;
+/// What lies so near to a board's points is of that board for the most part, px.
+constexpr float kSeedPx = 14;
+/// Points of a place that are asked for inks.
+constexpr std::size_t kMostAsked = 6;
 /// Cells in the view, px, and its half side in cells: a board of six and what the spread misjudges.
 constexpr float kCellPx = 8, kHalfCells = 5.5f;
+constexpr int kViewPx = static_cast<int>(2 * kHalfCells * kCellPx);
 /// Beyond that, pixels are only blown up; with less, a coarser plane shows as much.
 constexpr float kMostZoom = 3, kLeastZoom = 1.2f;
 /// Other places had their chance in the first look, px: a spread that is so many times longer than wide, or cells that
@@ -54,17 +57,35 @@ constexpr float kAroundPx = 4;
 /// ink make 0.6 to 1.5 of it even where cells are 3 px high, photographs mostly less than 0.3.
 constexpr float kLeastInk = 0.55f;
 
-/// Whether a point stands among yellow and blue. Clutter around a board, which would hide how the board's own points
-/// spread, hardly ever does. A mean of red and green would take a green circuit board for ink.
-bool ShowsInks(const LightReader& reader, const Eigen::Vector2f& at) {
-  float yellow = 0, blue = 0, light = 0;
-  for (const auto& [x, y] : kAround) {
-    const Eigen::Vector3f rgb = reader.RoughRgb(at.x() + x, at.y() + y, 0);
-    yellow = std::max(yellow, std::min(rgb[0], rgb[1]) - rgb[2]);
-    blue = std::max(blue, rgb[2] - std::max(rgb[0], rgb[1]));
-    light = std::max(light, rgb.sum() / 3);
+/// Whether the first look may have missed a board there.
+bool MayHaveEscaped(const Place& place) {
+  return place.cell_px() < kMostCellPx || place.spread[0] > kLeastSlant * place.spread[1];
+}
+
+/// What the pixels around points show of the inks.
+class InkSigns {
+ public:
+  void Add(const LightReader& reader, const Eigen::Vector2f& at) {
+    for (const auto& [x, y] : kAround) {
+      const Eigen::Vector3f rgb = reader.RoughRgb(at.x() + x, at.y() + y, 0);
+      // A mean of red and green would take a green circuit board for ink.
+      yellow_ = std::max(yellow_, std::min(rgb[0], rgb[1]) - rgb[2]);
+      blue_ = std::max(blue_, rgb[2] - std::max(rgb[0], rgb[1]));
+      light_ = std::max(light_, rgb.sum() / 3);
+    }
   }
-  return yellow + blue > kLeastInk * light;
+  bool AreThere() const { return yellow_ + blue_ > kLeastInk * light_; }
+
+ private:
+  float yellow_ = 0, blue_ = 0, light_ = 0;
+};
+
+/// Whether a point stands among yellow and blue. Clutter around a board, which would hide how the board's own points
+/// spread, hardly ever does.
+bool ShowsInks(const LightReader& reader, const Eigen::Vector2f& at) {
+  InkSigns signs;
+  signs.Add(reader, at);
+  return signs.AreThere();
 }
 
 }  // namespace
@@ -74,6 +95,7 @@ void SecondLook::Start(const LightReader& reader, std::span<const StrongPoint> p
   width_ = reader.width();
   height_ = reader.height();
   looks_ = places_ = 0;
+  unclear_.reset();
   points_.clear();
   const int cols = (width_ >> kTileShift) + 1, rows = (height_ >> kTileShift) + 1;
   const auto tile = [](float at, int count) { return std::clamp(static_cast<int>(at) >> kTileShift, 0, count - 1); };
@@ -106,31 +128,8 @@ void SecondLook::KeepInks(const LightReader& reader) {
   points_.resize(kept);
 }
 
-SecondLook::Place SecondLook::Gather(std::span<const StrongPoint> points, const Place& place) {
-  const Eigen::Vector2f scale = (kReach * place.spread).cwiseInverse();
-  Eigen::Vector2f sum = Eigen::Vector2f::Zero();
-  Eigen::Matrix2f squares = Eigen::Matrix2f::Zero();
-  Place found;
-  for (const StrongPoint& point : points) {
-    const Eigen::Vector2f away = point.position - place.middle;
-    if ((place.axes.transpose() * away).cwiseProduct(scale).squaredNorm() > 1) continue;
-    ++found.count;
-    sum += away;
-    squares += away * away.transpose();
-  }
-  if (found.count == 0) return found;
-  const float n = static_cast<float>(found.count);
-  const Eigen::Vector2f mean = sum / n;
-  found.middle = place.middle + mean;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f> solver(squares / n - mean * mean.transpose());
-  const Eigen::Vector2f along = solver.eigenvectors().col(1);
-  found.axes << along, Eigen::Vector2f(-along.y(), along.x());  // not mirrored
-  found.spread = solver.eigenvalues().reverse().cwiseMax(1).cwiseSqrt();
-  return found;
-}
-
-std::optional<SecondLook::Place> SecondLook::FindPlace() {
-  if (static_cast<int>(points_.size()) < kFewestPoints) return std::nullopt;
+std::optional<Place> SecondLook::FindPlace() {
+  if (points_.empty()) return std::nullopt;
   const int cols = (width_ >> kTileShift) + 1, rows = (height_ >> kTileShift) + 1;
   in_tile_.assign(static_cast<std::size_t>(cols * rows), 0);
   const auto tile_of = [&](const StrongPoint& point) {
@@ -150,11 +149,15 @@ std::optional<SecondLook::Place> SecondLook::FindPlace() {
   // From the fullest tile on, as far as the points go on.
   for (int i = 0, before = -1; i < 6 && place.count != before; ++i) {
     before = place.count;
-    place = Gather(points_, place);
+    place = GatherPoints(points_, place);
   }
+  members_.clear();
+  for (const StrongPoint& point : points_)
+    if (members_.size() < kMostAsked && IsWithinReach(place, point.position)) members_.push_back(point.position);
   if (place.count < kFewestPoints || place.spread[0] > kMostSpread) {
-    if (trace_) NotePlace(place, place.count < kFewestPoints ? PlaceFate::kFewPoints : PlaceFate::kTooLarge);
     std::erase_if(points_, [&](const StrongPoint& point) { return tile_of(point) == fullest; });
+    if (place.count < kFewestPoints) return place;
+    if (trace_) NotePlace(place, PlaceFate::kTooLarge);
     place.count = 0;
   }
   return place;
@@ -162,7 +165,7 @@ std::optional<SecondLook::Place> SecondLook::FindPlace() {
 
 void SecondLook::View(const Pyramid& pyramid, const Place& place) {
   // Cells are as wide in the view as they are high.
-  const float cell_px = place.spread[1] / kSpreadCells, zoom = std::min(kCellPx / cell_px, kMostZoom);
+  const float cell_px = place.cell_px(), zoom = std::min(kCellPx / cell_px, kMostZoom);
   int level = 0;
   while (level + 1 < Pyramid::kLevels && zoom * static_cast<float>(2 << level) < kLeastZoom) ++level;
   const float scale = static_cast<float>(1 << level);
@@ -180,31 +183,26 @@ void SecondLook::View(const Pyramid& pyramid, const Place& place) {
 void SecondLook::LookAt(const Pyramid& pyramid, Place place) {
   for (int view = 0; view < kMostViews; ++view) {
     View(pyramid, place);
-    const bool linked = std::any_of(grids_.grids.begin(), grids_.grids.end(),
-                                    [](const Grid& grid) { return grid.count >= kEnoughLinked; });
-    if (linked) return;
+    if (ShowsBoard()) return;
     // What looks like corners now tells better where they lie, and how they spread.
     float most = 0;
     for (const Corner& corner : corners_) most = std::max(most, corner.contrast);
     seen_.clear();
     for (const Corner& corner : corners_)
       if (corner.contrast > kShareOfMost * most) seen_.push_back({corner.position, corner.contrast});
-    place = Gather(seen_, place);
+    place = GatherPoints(seen_, place);
     if (place.count < kFewestPoints) return;
   }
 }
 
 PlaceFate SecondLook::Judge(const Place& place) {
-  if (place.spread[1] < kMostCellPx * kSpreadCells) return PlaceFate::kViewed;
-  if (place.spread[0] <= kLeastSlant * place.spread[1]) return PlaceFate::kFrontal;
-  return place.count < kFewestOfWide ? PlaceFate::kSparse : PlaceFate::kViewed;
+  if (place.count < kFewestPoints) return PlaceFate::kFewPoints;
+  if (!MayHaveEscaped(place)) return PlaceFate::kFrontal;
+  return place.cell_px() >= kMostCellPx && place.count < kFewestOfWide ? PlaceFate::kSparse : PlaceFate::kViewed;
 }
 
 void SecondLook::Forget(const Place& place) {
-  const Eigen::Vector2f scale = (kReach * place.spread).cwiseInverse();
-  std::erase_if(points_, [&](const StrongPoint& point) {
-    return (place.axes.transpose() * (point.position - place.middle)).cwiseProduct(scale).squaredNorm() <= 1;
-  });
+  std::erase_if(points_, [&](const StrongPoint& point) { return IsWithinReach(place, point.position); });
 }
 
 void SecondLook::ShowCorners(const Place& place, const Eigen::Matrix2f& image_by_view, float scale) {
@@ -230,7 +228,7 @@ bool SecondLook::LookThroughSmear(const Pyramid& pyramid, const Place& place) {
   Eigen::Matrix2f image_by_view;
   image_by_view << change.least, Eigen::Vector2f(-change.least.y(), change.least.x());
   image_by_view *= cell_px / kCellPx;
-  ViewPlane(plane, middle, image_by_view / scale, static_cast<int>(2 * kHalfCells * kCellPx), view_.plane);
+  ViewPlane(plane, middle, image_by_view / scale, kViewPx, view_.plane);
   EvenOutChange(static_cast<int>(kCellPx), view_.plane, smear_);
   ShowCorners(place, image_by_view, scale);
   if (trace_) {
@@ -240,21 +238,73 @@ bool SecondLook::LookThroughSmear(const Pyramid& pyramid, const Place& place) {
   return true;
 }
 
-bool SecondLook::Next(const Pyramid& pyramid) {
+bool SecondLook::ShowsBoard() const {
+  return std::any_of(grids_.grids.begin(), grids_.grids.end(),
+                     [](const Grid& grid) { return grid.count >= kEnoughLinked; });
+}
+
+std::optional<Place> SecondLook::FindChange(const Pyramid& pyramid, const LightReader& reader,
+                                            const Place& points) const {
+  InkSigns at_points, along_it;
+  for (const Eigen::Vector2f& point : members_) at_points.Add(reader, point);
+  if (!at_points.AreThere()) return std::nullopt;
+  std::optional<Place> place = PlaceOfChange(pyramid.base.plane, pyramid.FromImage(points.middle, 0), kSeedPx);
+  if (!place || !MayHaveEscaped(*place)) return std::nullopt;
+  place->middle = pyramid.ToImage(place->middle, 0);
+  place->count = points.count;
+  for (const float share : {-1.0f, -0.5f, 0.0f, 0.5f, 1.0f})
+    along_it.Add(reader, place->middle + share * place->spread[0] * place->axes.col(0));
+  return along_it.AreThere() ? place : std::nullopt;
+}
+
+void SecondLook::ViewSharpened(const Pyramid& pyramid, const Place& place) {
+  // Along its narrow side, the lens has made the cells as even as motion would.
+  const float scale = place.cell_px() / kCellPx, slant = place.spread[0] / place.spread[1];
+  Eigen::Matrix2f image_by_view;
+  image_by_view << scale * place.axes.col(1), -scale * slant * place.axes.col(0);
+  ViewPlane(pyramid.level(0), pyramid.FromImage(place.middle, 0), image_by_view, kViewPx, view_.plane);
+  EvenOutChange(static_cast<int>(kCellPx), view_.plane, smear_);
+  ShowCorners(place, image_by_view, 1);
+  if (trace_) trace_->back().sharpened = true;
+}
+
+bool SecondLook::LookByChange(const Pyramid& pyramid, const LightReader& reader, const Place& points) {
+  const std::optional<Place> place = FindChange(pyramid, reader, points);
+  if (!place) return false;
+  if (trace_) {
+    NotePlace(*place, PlaceFate::kViewed);
+    trace_->back().by_change = true;
+  }
+  Forget(*place);
+  LookAt(pyramid, *place);
+  if (!ShowsBoard()) ViewSharpened(pyramid, *place);
+  return true;
+}
+
+bool SecondLook::Next(const Pyramid& pyramid, const LightReader& reader) {
+  smeared_ = false;
+  if (unclear_ && LookByChange(pyramid, reader, *std::exchange(unclear_, std::nullopt))) return true;
   while (looks_ < kMostLooks && places_ < kMostPlaces) {
     const std::optional<Place> place = FindPlace();
     if (!place) return false;
     ++places_;
     if (place->count == 0) continue;
     const PlaceFate fate = Judge(*place);
-    bool promising = fate == PlaceFate::kViewed;
-    if (trace_) NotePlace(*place, fate);
-    if (promising) LookAt(pyramid, *place);
+    const bool by_points = fate == PlaceFate::kViewed || fate == PlaceFate::kFrontal;
+    if (trace_ && by_points) NotePlace(*place, fate);
+    bool viewed = fate == PlaceFate::kViewed;
+    if (viewed) LookAt(pyramid, *place);
     smeared_ = fate == PlaceFate::kFrontal && LookThroughSmear(pyramid, *place);
-    promising |= smeared_;
-    Forget(*place);
-    looks_ += promising;
-    if (promising) return true;
+    viewed |= smeared_;
+    if (fate != PlaceFate::kFewPoints) Forget(*place);
+    // Where points tell too little of a place, its pixels may tell more.
+    if (!viewed)
+      viewed = LookByChange(pyramid, reader, *place);
+    else if (!ShowsBoard())
+      unclear_ = place;
+    if (trace_ && !by_points && !viewed) NotePlace(*place, fate);
+    looks_ += viewed;
+    if (viewed) return true;
   }
   if (trace_) NoteTheRest();
   return false;

@@ -10,6 +10,7 @@
 #include "detect/corners.h"
 #include "detect/grids.h"
 #include "detect/light.h"
+#include "detect/place.h"
 #include "detect/smear_view.h"
 
 namespace chequer {
@@ -19,8 +20,10 @@ namespace chequer {
 /// look does not fit. The points' own spread tells how the place must be stretched and squeezed for a board to look as
 /// if seen from the front, its cells some 8 px wide; of that view, corners are found and linked as ever. A place that
 /// spreads as in plain view but shows stripes is a board that moved while the image was exposed, by more than a cell:
-/// it is viewed with the stripes made even. Keeps its memory. Costs nothing where no place stands out; of those that
-/// do, kMostLooks at most are viewed.
+/// it is viewed with the stripes made even. Where points are few, or show no board, what changes from pixel to pixel
+/// around them tells the place instead, and where the lens blurs the narrow cells, the view is sharpened along them.
+/// Keeps its memory. Costs nothing where no place stands out; of those that do, kMostLooks at most are viewed, each by
+/// its points and by its pixels.
 class SecondLook {
  public:
   static constexpr int kMostLooks = 2;
@@ -29,8 +32,9 @@ class SecondLook {
   /// count that stand among the inks of a marker. @param least contrast that counts.
   void Start(const LightReader& reader, std::span<const StrongPoint> points, float least,
              std::span<const PixelBox> boards);
-  /// Fills corners() and grids() with what the next place shows. False once there is none left.
-  bool Next(const Pyramid& pyramid);
+  /// Fills corners() and grids() with what the next place shows, or the last one once more. False once there is none
+  /// left.
+  bool Next(const Pyramid& pyramid, const LightReader& reader);
 
   /// Of the last look, positions in the image.
   const std::vector<Corner>& corners() const { return corners_; }
@@ -44,29 +48,26 @@ class SecondLook {
   void Trace(std::vector<TracePlace>* places) { trace_ = places; }
 
  private:
-  /// Standard deviation of the corners of a board along a side, cells: √2 for five.
-  static constexpr float kSpreadCells = 1.41f;
-
-  /// Where points lie: their mean and the axes of their spread.
-  struct Place {
-    Eigen::Vector2f middle = Eigen::Vector2f::Zero();
-    Eigen::Matrix2f axes = Eigen::Matrix2f::Identity();  ///< columns, the longer first
-    Eigen::Vector2f spread = Eigen::Vector2f::Ones();    ///< standard deviations along them, px
-    int count = 0;
-  };
-
   /// Leaves out the points that do not stand among yellow and blue.
   void KeepInks(const LightReader& reader);
-  /// Where points lie closest, from their fullest tile on; without a count if that leads nowhere.
+  /// Where points lie closest, from their fullest tile on; without a count if that leads nowhere. Too few of them are
+  /// forgotten at once.
   std::optional<Place> FindPlace();
-  /// kViewed where a board may have escaped the first look, else why not.
+  /// kViewed where the first look may have missed a board, else why not.
   static PlaceFate Judge(const Place& place);
   /// Leaves out the points of a place.
   void Forget(const Place& place);
-  /// Of the points that lie within reach of a place.
-  static Place Gather(std::span<const StrongPoint> points, const Place& place);
   void LookAt(const Pyramid& pyramid, Place place);
   void View(const Pyramid& pyramid, const Place& place);
+  /// The place around some points that its pixels' change tells, if the first look may have missed a board there and
+  /// it stands among inks.
+  std::optional<Place> FindChange(const Pyramid& pyramid, const LightReader& reader, const Place& points) const;
+  /// Views that place; false if there is none.
+  bool LookByChange(const Pyramid& pyramid, const LightReader& reader, const Place& points);
+  /// Views a place with what is blurred along its narrow side raised again.
+  void ViewSharpened(const Pyramid& pyramid, const Place& place);
+  /// Whether so much is linked that it will be a board if it is one.
+  bool ShowsBoard() const;
   /// Views a place that seems smeared, sharpened; false if it does not.
   bool LookThroughSmear(const Pyramid& pyramid, const Place& place);
   /// Finds and links the corners of the view of a place.
@@ -80,6 +81,8 @@ class SecondLook {
   bool smeared_ = false;
   int looks_ = 0, places_ = 0;
   std::vector<StrongPoint> points_, seen_;
+  std::vector<Eigen::Vector2f> members_;  ///< some points of the last place
+  std::optional<Place> unclear_;          ///< was viewed, but shows little
   std::vector<std::uint16_t> in_tile_;
   std::vector<std::uint8_t> explained_;  ///< tiles with boards
   DetectionPlane view_;

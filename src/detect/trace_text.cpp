@@ -81,8 +81,10 @@ std::string Explain(const TraceCandidate& candidate) {
 
 std::string Explain(const TracePlace& place) {
   const std::string points = std::to_string(place.points) + " strong contrasts";
-  const std::string spread = points + Fill(" that spread like the corners of cells of %.1f px, %.1f times as long",
-                                           place.cell_px, place.slant);
+  const std::string spread =
+      points + Fill(place.by_change ? ", and what changes around them spreads like cells of %.1f px, %.1f times as long"
+                                    : " that spread like the corners of cells of %.1f px, %.1f times as long",
+                    place.cell_px, place.slant);
   switch (place.fate) {
     case PlaceFate::kViewed: break;
     case PlaceFate::kTooMany: return "not viewed: " + spread + "; other places of this image came first";
@@ -92,8 +94,9 @@ std::string Explain(const TracePlace& place) {
     case PlaceFate::kTooLarge: return "not viewed: " + points + " that go on for farther than a board";
     case PlaceFate::kFewPoints: return "not viewed: only " + points + " hang together, too few for a board";
   }
-  const char* shows = place.sharpened ? "; it seems smeared: with its stripes made even, it shows %.0f corners, "
-                                      : "; straightened, it shows %.0f corners, ";
+  const char* shows = place.sharpened && place.by_change ? "; straightened and sharpened, it shows %.0f corners, "
+                      : place.sharpened ? "; it seems smeared: with its stripes made even, it shows %.0f corners, "
+                                        : "; straightened, it shows %.0f corners, ";
   const std::string shown = spread + Fill(shows, place.corners, 0) +
                             (place.most_linked > 0 ? Fill("%.0f of them in the largest group: ", place.most_linked, 0)
                                                    : "none of them linked to squares: ");
