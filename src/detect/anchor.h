@@ -126,7 +126,9 @@ class BoardFinder {
   void ResampleByHomography(const Lattice::Window& window, const LightReader& reader);
   bool MayBeBorder(const BorderPattern& pattern, const Lattice::Window& window, int turn, const LightReader& reader);
   void MarkVisible(const Lattice::Window& window, const LightReader& reader);
-  /// Cells of the window that show and are not covered.
+  /// Cells of the window that are not covered.
+  static int CellsBesides(const Placement& placement);
+  /// Of these, those that show.
   int ShowingBesides(const Placement& placement) const;
   bool ShowsEnough(const Placement& placement);
   bool JudgeBorder(Placement& placement);

@@ -1,4 +1,7 @@
 // Placements of which a part may be hidden.
+#include <algorithm>
+#include <utility>
+
 #include "detect/anchor.h"
 
 namespace chequer {
@@ -12,6 +15,11 @@ constexpr double kLeastVisibleBesides = 0.8;
 constexpr int kMostCovered = 2;
 
 }  // namespace
+
+int BoardFinder::CellsBesides(const Placement& placement) {
+  const int rows = placement.corners.rows + 1, cols = placement.corners.cols + 1;
+  return rows * cols - placement.covered.lines * (placement.covered.side < 2 ? cols : rows);
+}
 
 int BoardFinder::ShowingBesides(const Placement& placement) const {
   const Cover& covered = placement.covered;
@@ -27,18 +35,28 @@ int BoardFinder::ShowingBesides(const Placement& placement) const {
 }
 
 bool BoardFinder::ShowsEnough(const Placement& placement) {
-  const int rows = placement.corners.rows + 1, cols = placement.corners.cols + 1;
-  const int lines = placement.covered.lines, hidden = lines * (placement.covered.side < 2 ? cols : rows);
+  const int besides = CellsBesides(placement);
   // What is left of a covered board has to be beyond doubt.
-  const double least = (lines ? kLeastVisibleBesides : kLeastVisible) * (rows * cols - hidden);
+  const double least = (placement.covered.lines ? kLeastVisibleBesides : kLeastVisible) * besides;
   const int showing = ShowingBesides(placement);
   return showing >= least || Refuse(placement, Refusal::kCellsDoNotShow, showing, least);
 }
 
 bool BoardFinder::JudgeCovered(Placement& placement) {
-  for (placement.covered.lines = 1; placement.covered.lines <= kMostCovered; ++placement.covered.lines)
-    for (placement.covered.side = 0; placement.covered.side < 4; ++placement.covered.side)
+  // The cover lies where it explains most of what does not show: at another side, the border that is left may match
+  // too.
+  std::array<std::pair<int, int>, 4> sides;
+  for (placement.covered.lines = 1; placement.covered.lines <= kMostCovered; ++placement.covered.lines) {
+    for (int side = 0; side < 4; ++side) {
+      placement.covered.side = side;
+      sides[static_cast<std::size_t>(side)] = {CellsBesides(placement) - ShowingBesides(placement), side};
+    }
+    std::sort(sides.begin(), sides.end());
+    for (const auto& [not_showing, side] : sides) {
+      placement.covered.side = side;
       if (ShowsEnough(placement) && JudgeBorder(placement)) return true;
+    }
+  }
   return false;
 }
 

@@ -135,6 +135,20 @@ TEST(FewPoints, StillLeadToABoard) {
   EXPECT_GE(read, 4);
 }
 
+TEST(Covered, TheSideIsThatWhichDoesNotShow) {
+  // Strips along one side, most of a line of cells: what is left of the border matches as if another side were covered,
+  // and with both of them, next to nothing of the board is left.
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  for (const std::uint64_t seed : {603u, 1088u, 1097u, 1226u, 1393u})
+    for (const StressCase& stress : StressCases(code, seed)) {
+      if (stress.tag != "occluded=0.1") continue;
+      const std::vector<MarkerPose> markers = Look(stress, code, seed);
+      ASSERT_EQ(markers.size(), 1u) << "seed " << seed;
+      EXPECT_EQ(markers[0].id, stress.scene.markers[0].board.id) << "seed " << seed;
+      EXPECT_GE(markers[0].corners_used, 20) << "seed " << seed;
+    }
+}
+
 std::string NameOf(const testing::TestParamInfo<Limit>& limit) {
   std::string name = limit.param.tag;
   std::replace_if(
