@@ -42,6 +42,9 @@ bool LiesOn(const AnchoredBoard& board, const AnchoredBoard& other) {
   return std::abs(at.x()) < 0.5 * other.size.cols && std::abs(at.y()) < 0.5 * other.size.rows;
 }
 
+/// Of a board's corners, those that were found.
+std::ptrdiff_t Found(const AnchoredBoard& board) { return std::count(board.found.begin(), board.found.end(), true); }
+
 std::vector<BorderPattern> PatternsOf(const DetectorOptions& options) {
   std::vector<BorderPattern> patterns;
   for (const MarkerFamily& family : options.families) {
@@ -89,6 +92,9 @@ struct Detector::Impl {
   void Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace);
   void FindBoards(const LightReader& reader, const Lens& lens, Tracer& tracer);
   void LookAgain(const LightReader& reader, const Lens& lens, Tracer& tracer);
+  /// What a look has shown, another may show again, from what is left around it or more clearly: of boards from `known`
+  /// on, those that are not new take the place of the others or are forgotten.
+  void KeepBetter(std::size_t known, Tracer& tracer);
   void FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const;
   void Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity, const Lens& lens,
                 MarkerPose& marker) const;
@@ -240,15 +246,25 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Trac
       const bool found = finder.Find(grid, members, second_look.corners(), nullptr, reader, lens, boards);
       for (std::size_t i = known; i < boards.size(); ++i) boards[i].smeared = second_look.smeared();
       tracer.EndGrid(members, found);
-      // What a look has shown, another may show again from what is left around it.
-      const auto is_known = [&](const AnchoredBoard& board) {
-        return std::any_of(boards.begin(), boards.begin() + static_cast<std::ptrdiff_t>(known),
-                           [&](const AnchoredBoard& other) { return LiesOn(board, other); });
-      };
-      boards.erase(std::remove_if(boards.begin() + static_cast<std::ptrdiff_t>(known), boards.end(), is_known),
-                   boards.end());
+      KeepBetter(known, tracer);
     }
     tracer.EndLook(boards.size());
+  }
+}
+
+void Detector::Impl::KeepBetter(std::size_t known, Tracer& tracer) {
+  for (std::size_t i = known; i < boards.size();) {
+    std::size_t same = 0;
+    while (same < known && !LiesOn(boards[i], boards[same])) ++same;
+    if (same == known) {
+      ++i;
+      continue;
+    }
+    if (Found(boards[i]) > Found(boards[same])) {
+      std::swap(boards[i], boards[same]);
+      tracer.Replace(same);
+    }
+    boards.erase(boards.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }
 

@@ -50,7 +50,8 @@ void ForRows(const BytePlane& plane, const Place& place, float reach, const Visi
   const Eigen::Matrix2f scaled = place.axes * (reach * place.spread).cwiseInverse().asDiagonal();
   const Eigen::Matrix2f metric = scaled * scaled.transpose();
   const float half_height = std::sqrt(metric(0, 0) / metric.determinant());
-  const auto inside = [](float at, int most) { return std::clamp(static_cast<int>(at), 0, most); };
+  // Even ones: what is left of a mosaic has a period of two.
+  const auto inside = [](float at, int most) { return std::clamp(static_cast<int>(at), 0, most) & ~1; };
   const int most_x = plane.width() - 2, most_y = plane.height() - 2;
   const int past = inside(place.middle.y() + half_height, most_y);
   for (int y = inside(place.middle.y() - half_height, most_y); y < past; y += 2) {

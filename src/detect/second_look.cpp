@@ -56,6 +56,8 @@ constexpr float kAroundPx = 4;
 /// By how much yellow returns less blue than red and green, and blue more, together, as a share of the light: white and
 /// ink make 0.6 to 1.5 of it even where cells are 3 px high, photographs mostly less than 0.3.
 constexpr float kLeastInk = 0.55f;
+/// The same along a place whose points have it: cells of one ink lie there by chance.
+constexpr float kLeastInkAlong = 0.35f;
 
 /// Whether the first look may have missed a board there.
 bool MayHaveEscaped(const Place& place) {
@@ -74,7 +76,7 @@ class InkSigns {
       light_ = std::max(light_, rgb.sum() / 3);
     }
   }
-  bool AreThere() const { return yellow_ + blue_ > kLeastInk * light_; }
+  bool AreThere(float least = kLeastInk) const { return yellow_ + blue_ > least * light_; }
 
  private:
   float yellow_ = 0, blue_ = 0, light_ = 0;
@@ -254,7 +256,7 @@ std::optional<Place> SecondLook::FindChange(const Pyramid& pyramid, const LightR
   place->count = points.count;
   for (const float share : {-1.0f, -0.5f, 0.0f, 0.5f, 1.0f})
     along_it.Add(reader, place->middle + share * place->spread[0] * place->axes.col(0));
-  return along_it.AreThere() ? place : std::nullopt;
+  return along_it.AreThere(kLeastInkAlong) ? place : std::nullopt;
 }
 
 void SecondLook::ViewSharpened(const Pyramid& pyramid, const Place& place) {

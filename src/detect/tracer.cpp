@@ -129,6 +129,10 @@ void Tracer::StartLook(const SecondLook& look, std::size_t boards) {
     if (group.place == place_) place.most_linked = std::max(place.most_linked, static_cast<int>(group.corners.size()));
 }
 
+void Tracer::Replace(std::size_t board) {
+  if (trace_ && board < place_of_board_.size()) place_of_board_[board] = place_;
+}
+
 void Tracer::EndLook(std::size_t boards) {
   if (!trace_) return;
   trace_->places.back().boards = static_cast<int>(boards - place_of_board_.size());

@@ -32,6 +32,8 @@ class Tracer {
   std::vector<TracePlace>* places() { return trace_ ? &trace_->places : nullptr; }
   /// The place that was told last has been viewed: its corners, links and small groups. @param boards known before.
   void StartLook(const SecondLook& look, std::size_t boards);
+  /// The look that was started last shows a known board better.
+  void Replace(std::size_t board);
   /// @param boards known by now.
   void EndLook(std::size_t boards);
   /// All boards are anchored.

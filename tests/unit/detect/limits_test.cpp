@@ -82,6 +82,18 @@ TEST(SecondLook, ReportsNoMarkerTwice) {
     }
 }
 
+TEST(SecondLook, ReplacesWhatTheFirstHasSeenBadly) {
+  // In frame 86, few corners of the first look make a board that is placed wrong; the second look sees all 25.
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  for (const StressCase& stress : StressCases(code, 86)) {
+    if (stress.tag != "tilt_deg=70") continue;
+    const std::vector<MarkerPose> markers = Look(stress, code, 86);
+    ASSERT_EQ(markers.size(), 1u);
+    EXPECT_EQ(markers[0].id, stress.scene.markers[0].board.id);
+    EXPECT_EQ(markers[0].corners_used, 25);
+  }
+}
+
 TEST(SecondLook, TellsABoardFromTheClutterAroundIt) {
   // Black letters all around hide how the corners of the board spread, were it not for its colours: without them, none
   // of these frames is read.

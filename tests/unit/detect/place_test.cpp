@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -64,8 +65,10 @@ TEST(PlaceOfChange, FollowsNeitherGroundNorLines) {
   EXPECT_FALSE(PlaceOfChange(ground, {160, 120}, 14));
   for (const float angle : {0.1f, 0.8f, 1.5f}) {
     const Eigen::Vector2f across(-std::sin(angle), std::cos(angle));
+    // As sharp as lenses draw it.
     const BytePlane line = Draw(320, 240, [&](const Eigen::Vector2f& at) {
-      return std::abs(across.dot(at - Eigen::Vector2f(160, 120))) < 2 ? 230 : 0;
+      const float away = std::abs(across.dot(at - Eigen::Vector2f(160, 120)));
+      return away < 3 ? 112 + static_cast<int>(100 * std::min(3 - away, 1.5f) / 1.5f) : 0;
     });
     EXPECT_FALSE(PlaceOfChange(line, {160, 120}, 14)) << angle;
   }
