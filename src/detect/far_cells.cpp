@@ -27,6 +27,8 @@ constexpr int kSmearStride = 3;
 constexpr float kMoveStep = 0.02f;
 /// Of the derivative by the ink's spread, cells.
 constexpr float kSpreadStep = 0.01f;
+/// Edges that spread to either side do so within as many of the spread at least: turned sooner, they would fold.
+constexpr float kTurnSpreads = 1;
 
 /// Shares of the four cells along one axis, from the one before the corner's two on.
 using Shares = std::array<float, 4>;
@@ -61,7 +63,7 @@ bool FarCells::Matter(const BoardPixels& pixels, double blur_px) {
 void FarCells::Start(const LightReader& reader, const Lens& lens, const BoardGeometry& geometry,
                      const std::array<int, 4>& channel_of_phase, const BoardPixels& pixels) {
   const LaneBlock& lanes = pixels.lanes();
-  taken_.assign(static_cast<std::size_t>(lanes.lanes() * lanes.capacity()), 0.0f);
+  taken_.assign(static_cast<std::size_t>(lanes.lanes() * lanes.capacity()), Taken{});
   const int rows = pixels.size().rows + 2, cols = pixels.size().cols + 2;
   beside_.resize(static_cast<std::size_t>(rows * cols));
   for (int row = 0; row < rows; ++row)
@@ -95,6 +97,7 @@ FarCells::Around FarCells::AroundCorner(const Known& known, const BoardPixels& p
   Around around;
   around.board_from_plane = pixels.BoardFromPlane(*known.geometry).cast<float>();
   around.board_by_pixel = board_by_pixel.cast<float>();
+  around.plane_by_board = (place.plane_by_pixel * place.pixel_by_board).cast<float>();
   around.corner = place.board.cast<float>();
   around.scale_x = static_cast<float>(1 / (board_by_pixel.row(0).norm() * known.blur_px));
   around.scale_y = static_cast<float>(1 / (board_by_pixel.row(1).norm() * known.blur_px));
@@ -143,7 +146,14 @@ float FarCells::Far(const Around& around, int phase, const Eigen::Vector2f& from
     for (std::size_t col = 0; col < 4; ++col)
       far += (all_y[row] * all_x[col] - near_y[row] * near_x[col]) *
              around.light[row][col][static_cast<std::size_t>(phase)];
-  return spread == 0 ? far : far + Near(around, phase, from, spread) - Near(around, phase, from, 0);
+  if (spread == 0) return far;
+  return far + Near(around, phase, from, spread) - Near(around, phase, Unspread(around, from, spread), 0);
+}
+
+Eigen::Vector2f FarCells::Unspread(const Around& around, const Eigen::Vector2f& from, float spread) const {
+  const float most_scale = 1 / (kTurnSpreads * std::abs(spread)), side = around.falling ? spread : -spread;
+  const auto turn = [&](float at, float scale) { return side * (2 * Integral(at * std::min(scale, most_scale)) - 1); };
+  return from + Eigen::Vector2f(turn(from.y(), around.scale_y), turn(from.x(), around.scale_x));
 }
 
 float FarCells::FarOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const {
@@ -195,13 +205,22 @@ void FarCells::TakeOut(const Known& known, BoardPixels& pixels) {
       const int lane = pixels.Lane(corner) + phase;
       for (int i = 0; i < lanes.count(lane); ++i) {
         const std::size_t at = lanes.Place(lane, i);
-        float& light = lanes.light_data()[at];
+        float &u = lanes.u_data()[at], &v = lanes.v_data()[at], &light = lanes.light_data()[at];
         if (light >= known.saturation) continue;
-        const Eigen::Vector2f from = around.From(lanes.u_data()[at], lanes.v_data()[at]);
-        const float far = smeared ? FarOfSmeared(around, phase, from) : Far(around, phase, from, spread);
-        float& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
-        light += taken - far;
-        taken = far;
+        Taken& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
+        u -= taken.u;
+        v -= taken.v;
+        light += taken.light;
+        const Eigen::Vector2f from = around.From(u, v);
+        taken = {smeared ? FarOfSmeared(around, phase, from) : Far(around, phase, from, spread), 0, 0};
+        if (spread != 0) {
+          const Eigen::Vector2f move = around.plane_by_board * (Unspread(around, from, spread) - from);
+          taken.u = move.x();
+          taken.v = move.y();
+        }
+        u += taken.u;
+        v += taken.v;
+        light -= taken.light;
       }
     }
   }
@@ -211,9 +230,12 @@ void FarCells::PutBack(BoardPixels& pixels) {
   LaneBlock& lanes = pixels.lanes();
   for (int lane = 0; lane < lanes.lanes(); ++lane)
     for (int i = 0; i < lanes.count(lane); ++i) {
-      float& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
-      lanes.light_data()[lanes.Place(lane, i)] += taken;
-      taken = 0;
+      Taken& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
+      const std::size_t at = lanes.Place(lane, i);
+      lanes.u_data()[at] -= taken.u;
+      lanes.v_data()[at] -= taken.v;
+      lanes.light_data()[at] += taken.light;
+      taken = {};
     }
 }
 
@@ -230,7 +252,8 @@ void FarCells::ForPixels(const Known& known, std::span<const bool> used, const B
         const std::size_t at = lanes.Place(lane, i);
         const float light = lanes.light_data()[at];
         if (light >= known.saturation) continue;
-        visit(around, phase, around.From(lanes.u_data()[at], lanes.v_data()[at]), light);
+        const Taken& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
+        visit(around, phase, around.From(lanes.u_data()[at] - taken.u, lanes.v_data()[at] - taken.v), light);
       }
     }
   }
@@ -243,7 +266,8 @@ double FarCells::MoreInkSpread(const Known& known, std::span<const bool> used, c
     const float slope =
         (Near(around, phase, from, spread + kSpreadStep) - Near(around, phase, from, spread - kSpreadStep)) /
         (2 * kSpreadStep);
-    slope_residual += slope * (light - Near(around, phase, from, 0));
+    const Eigen::Vector2f unspread = spread == 0 ? from : Unspread(around, from, spread);
+    slope_residual += slope * (light - Near(around, phase, unspread, 0));
     slope_square += slope * slope;
   });
   return slope_square > 0 ? slope_residual / slope_square : 0;
@@ -270,22 +294,28 @@ Eigen::Vector2d FarCells::MoreSmear(const Known& known, std::span<const bool> us
 BoardGeometry::Information FarCells::ResponseToMoves(const Known& known, std::span<const bool> used,
                                                      const BoardPixels& pixels) const {
   BoardGeometry::Information own = BoardGeometry::Information::Zero(), both = own;
+  const bool smeared = !known.smear_px.isZero();
+  const float spread = static_cast<float>(known.ink_spread);
+  const auto image = [&](const Around& around, int phase, const Eigen::Vector2f& from) {
+    return smeared ? Smeared(around, phase, from, around.smear) : Near(around, phase, from, spread);
+  };
+  const auto model = [&](const Around& around, int phase, const Eigen::Vector2f& from) {
+    return smeared ? NearOfSmeared(around, phase, from) : Near(around, phase, from, 0);
+  };
   const auto add = [&](const Around& around, int phase, const Eigen::Vector2f& from, float) {
     const Eigen::Vector2d board = (around.corner + from).cast<double>();
-    BoardGeometry::Parameters by_model = BoardGeometry::Parameters::Zero(), by_smeared = by_model;
+    const Eigen::Vector2f seen_at = smeared ? from : Unspread(around, from, spread);
+    BoardGeometry::Parameters by_model = BoardGeometry::Parameters::Zero(), by_image = by_model;
     for (int axis = 0; axis < 2; ++axis) {
       const Eigen::Vector2f step = kMoveStep * Eigen::Vector2f::Unit(axis);
       const BoardGeometry::Parameters move =
           BoardGeometry::MoveByParameters(board, axis) / (2 * static_cast<double>(kMoveStep));
       by_model +=
-          static_cast<double>(NearOfSmeared(around, phase, from + step) - NearOfSmeared(around, phase, from - step)) *
-          move;
-      by_smeared += static_cast<double>(Smeared(around, phase, from + step, around.smear) -
-                                        Smeared(around, phase, from - step, around.smear)) *
-                    move;
+          static_cast<double>(model(around, phase, seen_at + step) - model(around, phase, seen_at - step)) * move;
+      by_image += static_cast<double>(image(around, phase, from + step) - image(around, phase, from - step)) * move;
     }
     own += by_model * by_model.transpose();
-    both += by_model * by_smeared.transpose();
+    both += by_model * by_image.transpose();
   };
   ForPixels(known, used, pixels, kSmearStride, add);
   return own.ldlt().solve(both);

@@ -15,8 +15,9 @@ namespace chequer {
 /// What the photometric model leaves out: a corner's pixels also hold light of the cells beyond the four around it, and
 /// at the rim of what lies beside the board. That matters where the blur is not small against a cell, from half the
 /// distance of three standard deviations on: there the light is computed from the cells' levels, and from the image
-/// beside the board, and taken out of the pixels. So is what ink has spread over, which moves edges to either side by
-/// turns. Keeps its memory.
+/// beside the board, and taken out of the pixels. Ink that has spread moves edges to either side by turns: pixels are
+/// moved back with them, so that the model's derivatives are right too, and what that leaves is taken out. Keeps its
+/// memory.
 class FarCells {
  public:
   FarCells();
@@ -50,8 +51,8 @@ class FarCells {
   double MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const;
   /// By how much the smear is longer than is known, image pixels, by a step of the same kind.
   Eigen::Vector2d MoreSmear(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const;
-  /// Of small moves of a smeared board, how much those are that a step by the corners' own model makes of them; as
-  /// BoardGeometry has moves.
+  /// Of small moves of a board that is smeared or whose ink has spread, how much those are that a step by the corners'
+  /// own model makes of them; as BoardGeometry has moves.
   BoardGeometry::Information ResponseToMoves(const Known& known, std::span<const bool> used,
                                              const BoardPixels& pixels) const;
 
@@ -59,7 +60,7 @@ class FarCells {
   /// The cells around a corner, and how its pixels lie among them.
   struct Around {
     Eigen::Matrix3f board_from_plane;
-    Eigen::Matrix2f board_by_pixel;
+    Eigen::Matrix2f board_by_pixel, plane_by_board;
     Eigen::Vector2f corner;
     float scale_x = 1, scale_y = 1;                   ///< standard deviations of the blur a cell
     float near_scale_x = 1, near_scale_y = 1;         ///< the same of the corners' own model
@@ -70,6 +71,10 @@ class FarCells {
 
     /// Of a pixel, cells from the corner.
     Eigen::Vector2f From(float u, float v) const;
+  };
+  /// What was done to a pixel: light that was taken out, and the move of its plane coordinates.
+  struct Taken {
+    float light = 0, u = 0, v = 0;
   };
   Around AroundCorner(const Known& known, const BoardPixels& pixels, int corner) const;
   /// Calls visit(around, phase, from, light) for every stride-th pixel of a lane, of the corners that are used; not for
@@ -84,13 +89,15 @@ class FarCells {
   float Smeared(const Around& around, int phase, const Eigen::Vector2f& from, const Eigen::Vector2f& smear) const;
   float NearOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const;
   float Near(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const;
+  /// Where a pixel would lie if the edges beside it had not spread.
+  Eigen::Vector2f Unspread(const Around& around, const Eigen::Vector2f& from, float spread) const;
   /// Integral of the normal distribution, to 1e-5.
   float Integral(float deviations) const;
 
   std::vector<float> integral_;      ///< table
   std::vector<PhaseValues> cells_;   ///< with a ring of what lies beside the board
   std::vector<PhaseValues> beside_;  ///< the same; only the ring is told
-  std::vector<float> taken_;         ///< by lane and pixel
+  std::vector<Taken> taken_;         ///< by lane and pixel
 };
 
 }  // namespace chequer

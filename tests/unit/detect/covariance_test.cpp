@@ -78,7 +78,8 @@ INSTANTIATE_TEST_SUITE_P(Stress, HonestCovariance,
                                          Condition{"psf_px=2", 1.8}, Condition{"psf_px=3", 2.5},
                                          Condition{"gradient=0.5", 1.8}, Condition{"gradient=0.7", 1.8},
                                          Condition{"gradient=0.9", 2.2}, Condition{"occluded=0.1", 1.8},
-                                         Condition{"occluded=0.2", 2.2}, Condition{"ink_spread=0.05", 2.5}),
+                                         Condition{"occluded=0.2", 2.2}, Condition{"ink_spread=0.05", 1.8},
+                                         Condition{"ink_spread=0.1", 1.8}, Condition{"ink_spread=0.2", 1.8}),
                          ConditionName);
 
 }  // namespace
