@@ -82,7 +82,7 @@ void FarCells::Start(const LightReader& reader, const Lens& lens, const BoardGeo
           reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px));
       for (std::size_t phase = 0; phase < 4; ++phase)
         beside_[static_cast<std::size_t>(row * cols + col)][phase] =
-            reader.channels() == 3 ? light[channel_of_phase[phase]] : 0.5f * (light[0] + light[1]);
+            reader.channels() == 3 ? light[channel_of_phase[phase]] : RedAndGreen::Of(light[0], light[1]);
     }
 }
 

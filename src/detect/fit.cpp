@@ -59,7 +59,7 @@ constexpr float kSaturation = 253.5f / 255;
 
 /// Where a phase's samples lie in the light (R, G, B) of a cell.
 float LightOf(const Eigen::Vector3f& light, int channels, int channel) {
-  return channels == 3 ? light[channel] : 0.5f * (light[0] + light[1]);
+  return channels == 3 ? light[channel] : RedAndGreen::Of(light[0], light[1]);
 }
 
 }  // namespace
