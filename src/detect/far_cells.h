@@ -51,8 +51,10 @@ class FarCells {
   double MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const;
   /// By how much the smear is longer than is known, image pixels, by a step of the same kind.
   Eigen::Vector2d MoreSmear(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const;
-  /// Of small moves of a board that is smeared or whose ink has spread, how much those are that a step by the corners'
-  /// own model makes of them; as BoardGeometry has moves.
+  /// Whether what is taken out changes so much when the board moves that the corners' own model misjudges moves.
+  static bool MoveWithBoard(const Known& known, const BoardPixels& pixels);
+  /// Of a board's small moves then, how much those are that the steps by the corners' own model make of them, cells'
+  /// levels following; as BoardGeometry has moves, for information about them.
   BoardGeometry::Information ResponseToMoves(const Known& known, std::span<const bool> used,
                                              const BoardPixels& pixels) const;
 
@@ -65,6 +67,7 @@ class FarCells {
     float scale_x = 1, scale_y = 1;                   ///< standard deviations of the blur a cell
     float near_scale_x = 1, near_scale_y = 1;         ///< the same of the corners' own model
     Eigen::Vector2f smear = Eigen::Vector2f::Zero();  ///< the way of a point, cells
+    int row = 0, col = 0;                             ///< the cell towards −x, −y
     int taps = 1;                                     ///< points of that way that are looked at
     bool falling = false;                             ///< dark are the cells up left and down right
     std::array<std::array<PhaseValues, 4>, 4> light;
@@ -76,6 +79,7 @@ class FarCells {
   struct Taken {
     float light = 0, u = 0, v = 0;
   };
+  static bool ReachAcross(double share, const BoardPixels& pixels, double blur_px);
   Around AroundCorner(const Known& known, const BoardPixels& pixels, int corner) const;
   /// Calls visit(around, phase, from, light) for every stride-th pixel of a lane, of the corners that are used; not for
   /// saturated ones.
@@ -86,6 +90,11 @@ class FarCells {
   float Far(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const;
   /// The same where the image is smeared: the mean of what the points of the way show, less the corner's own model.
   float FarOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const;
+  struct PixelDerivatives;
+  /// Of the light of 4 × 4 cells around, row by row.
+  using CellShares = std::array<float, 16>;
+  CellShares SharesOfSmeared(const Around& around, const Eigen::Vector2f& from, const Eigen::Vector2f& smear) const;
+  CellShares SharesOfModel(const Around& around, const Eigen::Vector2f& from) const;
   float Smeared(const Around& around, int phase, const Eigen::Vector2f& from, const Eigen::Vector2f& smear) const;
   float NearOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const;
   float Near(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const;
@@ -94,7 +103,8 @@ class FarCells {
   /// Integral of the normal distribution, to 1e-5.
   float Integral(float deviations) const;
 
-  std::vector<float> integral_;      ///< table
+  std::vector<float> integral_;  ///< table
+  std::array<int, 4> channel_of_phase_{};
   std::vector<PhaseValues> cells_;   ///< with a ring of what lies beside the board
   std::vector<PhaseValues> beside_;  ///< the same; only the ring is told
   std::vector<Taken> taken_;         ///< by lane and pixel

@@ -309,9 +309,9 @@ void PhotometricFit::Finish() {
       (normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
        by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
       std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
-  if (!smear_px_.isZero() || ink_spread_ != 0) {
+  if (take_out_ && FarCells::MoveWithBoard(Known(), pixels_)) {
     const BoardGeometry::Information response = far_cells_.ResponseToMoves(Known(), used_, pixels_);
-    of_moves = response.transpose() * of_moves * response;
+    if (response.allFinite()) of_moves = response.transpose() * of_moves * response;
   }
   result_.information = result_.geometry.FromMoves(of_moves);
   result_.image = {noise_, blur_px_, edges_};

@@ -49,8 +49,8 @@ struct FittedBoard {
 /// The pose that it leads to is near the Cramér–Rao bound, 0.0025 px for the centre of a board of 8 px cells:
 /// side_by_side prints how near, case by case. What no model of a plane knows (bent paper, what is left of the lens)
 /// widens the information instead. 24 µs a board of 7.8 px cells, growing with its pixels.
-/// Where the light is bent, cells are small against the blur, or ink has spread, the pixels' light is corrected between
-/// the steps (shading.h, far_cells.h): up to 0.5 ms.
+/// Where the light is bent, or cells are small against the blur, the pixels' light is corrected between the steps
+/// (shading.h, far_cells.h): up to 0.5 ms; where ink has spread, so are their places: 2 to 10 ms.
 class PhotometricFit {
  public:
   struct Start {
