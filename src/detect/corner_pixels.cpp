@@ -80,17 +80,17 @@ constexpr int kTogether = 4;
 
 HWY_INLINE int WholeGoes(int count) { return (count + kTogether - 1) / kTogether * kTogether; }
 
-/// Puts the next `count` pixels of a row, a multiple of kTogether, into their lanes. @tparam kMean is what
-/// run.is_mean() says.
-template <bool kMean>
+/// Puts the next `count` pixels of a row, a multiple of kTogether, into their lanes. @tparam kMixed is what
+/// run.is_mixed() says.
+template <bool kMixed>
 HWY_INLINE void PutGoes(const LightReader::Run& run, int count, PlaneWalk walk, Lanes lanes) {
   const std::uint8_t *first = run.first, *second = run.second;
   const float* const table = run.table;
   for (; count > 0; count -= kTogether)
     for (int pair = 0; pair < kTogether / 2; ++pair, first += run.step, second += run.step) {
-      Put(walk, kMean ? 0.5f * (table[*first] + table[first[run.other]]) : table[*first], lanes.first);
+      Put(walk, kMixed ? RedAndGreen::Of(table[first[run.red]], table[*first]) : table[*first], lanes.first);
       walk.Next();
-      Put(walk, kMean ? 0.5f * (table[*second] + table[second[run.other]]) : table[*second], lanes.second);
+      Put(walk, kMixed ? RedAndGreen::Of(table[second[run.red]], table[*second]) : table[*second], lanes.second);
       walk.Next();
     }
 }
@@ -124,7 +124,7 @@ void PutSome(const LightReader::Run& run, int count, const Keeps& keeps, PlaneWa
   for (int i = 0; i < count; ++i, walk.Next()) {
     if (!keeps(i)) continue;
     const std::uint8_t* at = (i % 2 ? run.second : run.first) + i / 2 * run.step;
-    Put(walk, run.is_mean() ? run.Mean(at) : run.table[*at], i % 2 ? lanes.second : lanes.first);
+    Put(walk, run.is_mixed() ? run.Mixed(at) : run.table[*at], i % 2 ? lanes.second : lanes.first);
     ++(i % 2 ? second_count : first_count);
   }
 }
@@ -156,10 +156,10 @@ struct Target {
 
 /// Puts a row with no more pixels than there is room for. The pixels after it, up to whole goes, are put too, as they
 /// need: they are not counted, and the next row overwrites them.
-template <bool kMean>
+template <bool kMixed>
 HWY_INLINE void PutRow(const LightReader::Rows& rows, const Row& row, Target& target) {
   const int phase = row.phase();
-  PutGoes<kMean>(rows.From(row.x, row.y), WholeGoes(row.pixels), row.walk, target.From(phase));
+  PutGoes<kMixed>(rows.From(row.x, row.y), WholeGoes(row.pixels), row.walk, target.From(phase));
   target.count[phase] += (row.pixels + 1) / 2;
   target.count[phase ^ 1] += row.pixels / 2;
 }
@@ -202,7 +202,7 @@ void TakePart(const CornerPart& part, const LightReader::Rows& rows, int width, 
                     spans.pixels[i],
                     {spans.at[0][i], spans.at[1][i], spans.step[0][i], spans.step[1][i], change_u, change_v}};
       if (part.thinning.all && row.x + WholeGoes(row.pixels) <= width && target.HasRoom(row)) {
-        rows.are_means() ? PutRow<true>(rows, row, target) : PutRow<false>(rows, row, target);
+        rows.are_mixed() ? PutRow<true>(rows, row, target) : PutRow<false>(rows, row, target);
         continue;
       }
       PutRowOfFew(part, rows, row, static_cast<float>(spans.first[i]) - part.corner_x,

@@ -1,5 +1,6 @@
 #include "detect/far_cells.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -12,6 +13,8 @@ namespace {
 
 /// Of the blur over a cell's shorter way across: the edges beyond are half a cell away from a corner's farthest pixels.
 constexpr double kLeastBlurOfCell = 0.14;
+/// The same from where on what the cells beyond do when the board moves counts against what the four around do.
+constexpr double kMovingBlurOfCell = 0.22;
 /// The table of the normal distribution's integral: from −5.5 to 5.5 standard deviations.
 constexpr float kTableEnd = 5.5f, kTableSteps = 64;
 /// How far beyond the rim the light beside the board is looked up, cells, and half the width of the window.
@@ -23,10 +26,17 @@ constexpr int kMostTaps = 16;
 /// Of the derivatives by a smear, px, and every how many pixels tell it.
 constexpr float kSmearStepPx = 0.2f;
 constexpr int kSmearStride = 3;
-/// Of the derivatives by moves, cells.
+/// Of the derivatives by moves, cells, and every how many pixels tell how much those count where nothing is smeared.
 constexpr float kMoveStep = 0.02f;
+constexpr int kMoveStride = 7;
+/// The channel of that phase stands for all, which answer alike.
+constexpr std::size_t kToldPhase = 1;
+/// What pixels tell of the levels of cells that none shows.
+constexpr double kLeastInformation = 1e-3;
 /// Of the derivative by the ink's spread, cells.
 constexpr float kSpreadStep = 0.01f;
+/// Edges that spread to either side do so within as many of the spread at least: turned sooner, they would fold.
+constexpr float kTurnSpreads = 1;
 
 /// Shares of the four cells along one axis, from the one before the corner's two on.
 using Shares = std::array<float, 4>;
@@ -47,21 +57,30 @@ float FarCells::Integral(float deviations) const {
   return integral_[i] + (at - static_cast<float>(i)) * (integral_[i + 1] - integral_[i]);
 }
 
-bool FarCells::Matter(const BoardPixels& pixels, double blur_px) {
+bool FarCells::ReachAcross(double share, const BoardPixels& pixels, double blur_px) {
   for (int corner = 0; corner < pixels.corners(); ++corner) {
     if (!pixels.inside(corner)) continue;
     const Eigen::Matrix2d& pixel_by_board = pixels.place(corner).pixel_by_board;
     const double across =
         pixel_by_board.determinant() / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
-    if (blur_px > kLeastBlurOfCell * across) return true;
+    if (blur_px > share * across) return true;
   }
   return false;
 }
 
+bool FarCells::Matter(const BoardPixels& pixels, double blur_px) {
+  return ReachAcross(kLeastBlurOfCell, pixels, blur_px);
+}
+
+bool FarCells::MoveWithBoard(const Known& known, const BoardPixels& pixels) {
+  return !known.smear_px.isZero() || known.ink_spread != 0 || ReachAcross(kMovingBlurOfCell, pixels, known.blur_px);
+}
+
 void FarCells::Start(const LightReader& reader, const Lens& lens, const BoardGeometry& geometry,
                      const std::array<int, 4>& channel_of_phase, const BoardPixels& pixels) {
+  channel_of_phase_ = channel_of_phase;
   const LaneBlock& lanes = pixels.lanes();
-  taken_.assign(static_cast<std::size_t>(lanes.lanes() * lanes.capacity()), 0.0f);
+  taken_.assign(static_cast<std::size_t>(lanes.lanes() * lanes.capacity()), Taken{});
   const int rows = pixels.size().rows + 2, cols = pixels.size().cols + 2;
   beside_.resize(static_cast<std::size_t>(rows * cols));
   for (int row = 0; row < rows; ++row)
@@ -80,7 +99,7 @@ void FarCells::Start(const LightReader& reader, const Lens& lens, const BoardGeo
           reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px));
       for (std::size_t phase = 0; phase < 4; ++phase)
         beside_[static_cast<std::size_t>(row * cols + col)][phase] =
-            reader.channels() == 3 ? light[channel_of_phase[phase]] : 0.5f * (light[0] + light[1]);
+            reader.channels() == 3 ? light[channel_of_phase[phase]] : RedAndGreen::Of(light[0], light[1]);
     }
 }
 
@@ -95,6 +114,7 @@ FarCells::Around FarCells::AroundCorner(const Known& known, const BoardPixels& p
   Around around;
   around.board_from_plane = pixels.BoardFromPlane(*known.geometry).cast<float>();
   around.board_by_pixel = board_by_pixel.cast<float>();
+  around.plane_by_board = (place.plane_by_pixel * place.pixel_by_board).cast<float>();
   around.corner = place.board.cast<float>();
   around.scale_x = static_cast<float>(1 / (board_by_pixel.row(0).norm() * known.blur_px));
   around.scale_y = static_cast<float>(1 / (board_by_pixel.row(1).norm() * known.blur_px));
@@ -106,6 +126,8 @@ FarCells::Around FarCells::AroundCorner(const Known& known, const BoardPixels& p
   around.taps =
       std::clamp(static_cast<int>(std::ceil(known.smear_px.norm() / (kTapBlurs * known.blur_px))), 1, kMostTaps);
   const int row = corner / (size.cols - 1), col = corner % (size.cols - 1), cols = size.cols + 2;
+  around.row = row;
+  around.col = col;
   around.falling = IsDark(row, col);
   for (int r = 0; r < 4; ++r)
     for (int c = 0; c < 4; ++c)
@@ -143,16 +165,23 @@ float FarCells::Far(const Around& around, int phase, const Eigen::Vector2f& from
     for (std::size_t col = 0; col < 4; ++col)
       far += (all_y[row] * all_x[col] - near_y[row] * near_x[col]) *
              around.light[row][col][static_cast<std::size_t>(phase)];
-  return spread == 0 ? far : far + Near(around, phase, from, spread) - Near(around, phase, from, 0);
+  if (spread == 0) return far;
+  return far + Near(around, phase, from, spread) - Near(around, phase, Unspread(around, from, spread), 0);
+}
+
+Eigen::Vector2f FarCells::Unspread(const Around& around, const Eigen::Vector2f& from, float spread) const {
+  const float most_scale = 1 / (kTurnSpreads * std::abs(spread)), side = around.falling ? spread : -spread;
+  const auto turn = [&](float at, float scale) { return side * (2 * Integral(at * std::min(scale, most_scale)) - 1); };
+  return from + Eigen::Vector2f(turn(from.y(), around.scale_y), turn(from.x(), around.scale_x));
 }
 
 float FarCells::FarOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const {
   return Smeared(around, phase, from, around.smear) - NearOfSmeared(around, phase, from);
 }
 
-float FarCells::Smeared(const Around& around, int phase, const Eigen::Vector2f& from,
-                        const Eigen::Vector2f& smear) const {
-  std::array<float, 16> all{};
+FarCells::CellShares FarCells::SharesOfSmeared(const Around& around, const Eigen::Vector2f& from,
+                                               const Eigen::Vector2f& smear) const {
+  CellShares all{};
   for (int tap = 0; tap < around.taps; ++tap) {
     const float part = (static_cast<float>(tap) + 0.5f) / static_cast<float>(around.taps) - 0.5f;
     const float x = from.x() + part * smear.x(), y = from.y() + part * smear.y();
@@ -164,20 +193,37 @@ float FarCells::Smeared(const Around& around, int phase, const Eigen::Vector2f& 
     for (std::size_t row = 0; row < 4; ++row)
       for (std::size_t col = 0; col < 4; ++col) all[4 * row + col] += down[row] * along[col];
   }
+  for (float& share : all) share /= static_cast<float>(around.taps);
+  return all;
+}
+
+FarCells::CellShares FarCells::SharesOfModel(const Around& around, const Eigen::Vector2f& from) const {
+  const float right = Integral(from.x() * around.near_scale_x), below = Integral(from.y() * around.near_scale_y);
+  CellShares shares{};
+  shares[5] = (1 - below) * (1 - right);
+  shares[6] = (1 - below) * right;
+  shares[9] = below * (1 - right);
+  shares[10] = below * right;
+  return shares;
+}
+
+float FarCells::Smeared(const Around& around, int phase, const Eigen::Vector2f& from,
+                        const Eigen::Vector2f& smear) const {
+  const CellShares all = SharesOfSmeared(around, from, smear);
   float light = 0;
   for (std::size_t row = 0; row < 4; ++row)
     for (std::size_t col = 0; col < 4; ++col)
       light += all[4 * row + col] * around.light[row][col][static_cast<std::size_t>(phase)];
-  return light / static_cast<float>(around.taps);
+  return light;
 }
 
 float FarCells::NearOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const {
-  const float right = Integral(from.x() * around.near_scale_x), below = Integral(from.y() * around.near_scale_y);
-  const auto light = [&](std::size_t row, std::size_t col) {
-    return around.light[row][col][static_cast<std::size_t>(phase)];
-  };
-  return (1 - below) * ((1 - right) * light(1, 1) + right * light(1, 2)) +
-         below * ((1 - right) * light(2, 1) + right * light(2, 2));
+  const CellShares shares = SharesOfModel(around, from);
+  float light = 0;
+  for (std::size_t row = 1; row < 3; ++row)
+    for (std::size_t col = 1; col < 3; ++col)
+      light += shares[4 * row + col] * around.light[row][col][static_cast<std::size_t>(phase)];
+  return light;
 }
 
 void FarCells::TakeOut(const Known& known, BoardPixels& pixels) {
@@ -195,13 +241,22 @@ void FarCells::TakeOut(const Known& known, BoardPixels& pixels) {
       const int lane = pixels.Lane(corner) + phase;
       for (int i = 0; i < lanes.count(lane); ++i) {
         const std::size_t at = lanes.Place(lane, i);
-        float& light = lanes.light_data()[at];
+        float &u = lanes.u_data()[at], &v = lanes.v_data()[at], &light = lanes.light_data()[at];
         if (light >= known.saturation) continue;
-        const Eigen::Vector2f from = around.From(lanes.u_data()[at], lanes.v_data()[at]);
-        const float far = smeared ? FarOfSmeared(around, phase, from) : Far(around, phase, from, spread);
-        float& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
-        light += taken - far;
-        taken = far;
+        Taken& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
+        u -= taken.u;
+        v -= taken.v;
+        light += taken.light;
+        const Eigen::Vector2f from = around.From(u, v);
+        taken = {smeared ? FarOfSmeared(around, phase, from) : Far(around, phase, from, spread), 0, 0};
+        if (spread != 0) {
+          const Eigen::Vector2f move = around.plane_by_board * (Unspread(around, from, spread) - from);
+          taken.u = move.x();
+          taken.v = move.y();
+        }
+        u += taken.u;
+        v += taken.v;
+        light -= taken.light;
       }
     }
   }
@@ -211,9 +266,12 @@ void FarCells::PutBack(BoardPixels& pixels) {
   LaneBlock& lanes = pixels.lanes();
   for (int lane = 0; lane < lanes.lanes(); ++lane)
     for (int i = 0; i < lanes.count(lane); ++i) {
-      float& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
-      lanes.light_data()[lanes.Place(lane, i)] += taken;
-      taken = 0;
+      Taken& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
+      const std::size_t at = lanes.Place(lane, i);
+      lanes.u_data()[at] -= taken.u;
+      lanes.v_data()[at] -= taken.v;
+      lanes.light_data()[at] += taken.light;
+      taken = {};
     }
 }
 
@@ -230,7 +288,8 @@ void FarCells::ForPixels(const Known& known, std::span<const bool> used, const B
         const std::size_t at = lanes.Place(lane, i);
         const float light = lanes.light_data()[at];
         if (light >= known.saturation) continue;
-        visit(around, phase, around.From(lanes.u_data()[at], lanes.v_data()[at]), light);
+        const Taken& taken = taken_[static_cast<std::size_t>(lane * lanes.capacity() + i)];
+        visit(around, phase, around.From(lanes.u_data()[at] - taken.u, lanes.v_data()[at] - taken.v), light);
       }
     }
   }
@@ -243,7 +302,8 @@ double FarCells::MoreInkSpread(const Known& known, std::span<const bool> used, c
     const float slope =
         (Near(around, phase, from, spread + kSpreadStep) - Near(around, phase, from, spread - kSpreadStep)) /
         (2 * kSpreadStep);
-    slope_residual += slope * (light - Near(around, phase, from, 0));
+    const Eigen::Vector2f unspread = spread == 0 ? from : Unspread(around, from, spread);
+    slope_residual += slope * (light - Near(around, phase, unspread, 0));
     slope_square += slope * slope;
   });
   return slope_square > 0 ? slope_residual / slope_square : 0;
@@ -267,28 +327,71 @@ Eigen::Vector2d FarCells::MoreSmear(const Known& known, std::span<const bool> us
   return squares.determinant() > 0 ? Eigen::Vector2d(squares.inverse() * products) : Eigen::Vector2d::Zero();
 }
 
+/// Of a pixel's light, by the geometry's parameters and by the levels around, as far as those are not zero.
+struct FarCells::PixelDerivatives {
+  PixelDerivatives(const Around& around, MarkerSize size, const BoardGeometry::Parameters& by_geometry,
+                   const CellShares& by_levels) {
+    for (int i = 0; i < BoardGeometry::kParameters; ++i) Add(i, by_geometry[i]);
+    for (int i = 0; i < 16; ++i) {
+      const int row = around.row - 1 + i / 4, col = around.col - 1 + i % 4;
+      const float share = by_levels[static_cast<std::size_t>(i)];
+      if (share == 0 || row < 0 || col < 0 || row >= size.rows || col >= size.cols) continue;
+      Add(BoardGeometry::kParameters + row * size.cols + col, static_cast<double>(share));
+    }
+  }
+  void Add(int unknown, double by) {
+    of[count] = unknown;
+    value[count++] = by;
+  }
+
+  std::array<double, BoardGeometry::kParameters + 16> value;
+  std::array<int, BoardGeometry::kParameters + 16> of;
+  std::size_t count = 0;
+};
+
 BoardGeometry::Information FarCells::ResponseToMoves(const Known& known, std::span<const bool> used,
                                                      const BoardPixels& pixels) const {
-  BoardGeometry::Information own = BoardGeometry::Information::Zero(), both = own;
+  constexpr int kParameters = BoardGeometry::kParameters;
+  const MarkerSize size = pixels.size();
+  const int unknowns = kParameters + size.rows * size.cols;
+  const float spread = static_cast<float>(known.ink_spread);
+  // The steps solve own · step = modelᵀ residual; what is there answers with both · truth.
+  Eigen::MatrixXd own = Eigen::MatrixXd::Identity(unknowns, unknowns) * kLeastInformation, both = own;
   const auto add = [&](const Around& around, int phase, const Eigen::Vector2f& from, float) {
+    if (channel_of_phase_[static_cast<std::size_t>(phase)] != channel_of_phase_[kToldPhase]) return;
     const Eigen::Vector2d board = (around.corner + from).cast<double>();
-    BoardGeometry::Parameters by_model = BoardGeometry::Parameters::Zero(), by_smeared = by_model;
+    const Eigen::Vector2f seen_at = spread == 0 ? from : Unspread(around, from, spread);
+    BoardGeometry::Parameters by_model = BoardGeometry::Parameters::Zero(), by_image = by_model;
     for (int axis = 0; axis < 2; ++axis) {
       const Eigen::Vector2f step = kMoveStep * Eigen::Vector2f::Unit(axis);
       const BoardGeometry::Parameters move =
           BoardGeometry::MoveByParameters(board, axis) / (2 * static_cast<double>(kMoveStep));
-      by_model +=
-          static_cast<double>(NearOfSmeared(around, phase, from + step) - NearOfSmeared(around, phase, from - step)) *
-          move;
-      by_smeared += static_cast<double>(Smeared(around, phase, from + step, around.smear) -
-                                        Smeared(around, phase, from - step, around.smear)) *
-                    move;
+      const auto slope = [&](const auto& light) { return static_cast<double>(light(step) - light(-step)); };
+      by_model += slope([&](const Eigen::Vector2f& by) { return NearOfSmeared(around, phase, seen_at + by); }) * move;
+      by_image += slope([&](const Eigen::Vector2f& by) {
+                    return spread == 0 ? Smeared(around, phase, from + by, around.smear)
+                                       : Near(around, phase, from + by, spread);
+                  }) *
+                  move;
     }
-    own += by_model * by_model.transpose();
-    both += by_model * by_smeared.transpose();
+    const CellShares shares = SharesOfModel(around, seen_at);
+    const PixelDerivatives model(around, size, by_model, shares);
+    const PixelDerivatives image(around, size, by_image,
+                                 spread == 0 ? SharesOfSmeared(around, from, around.smear) : shares);
+    for (std::size_t i = 0; i < model.count; ++i) {
+      for (std::size_t j = 0; j < model.count; ++j) own(model.of[j], model.of[i]) += model.value[i] * model.value[j];
+      for (std::size_t j = 0; j < image.count; ++j) both(model.of[i], image.of[j]) += model.value[i] * image.value[j];
+    }
   };
-  ForPixels(known, used, pixels, kSmearStride, add);
-  return own.ldlt().solve(both);
+  ForPixels(known, used, pixels, known.smear_px.isZero() ? kMoveStride : kSmearStride, add);
+  // Of a pixel noise of one, the geometry's covariances.
+  using Geometry = Eigen::Matrix<double, Eigen::Dynamic, kParameters>;
+  const Geometry geometry = Geometry::Identity(unknowns, kParameters);
+  const Geometry of_own = own.llt().solve(geometry), answer = both.transpose().partialPivLu().solve(geometry);
+  const auto root = [](const BoardGeometry::Information& covariance) {
+    return BoardGeometry::Information(covariance.llt().matrixL());
+  };
+  return root(of_own.topRows<kParameters>()) * root(answer.transpose() * own * answer).inverse();
 }
 
 }  // namespace chequer

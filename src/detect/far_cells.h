@@ -15,8 +15,9 @@ namespace chequer {
 /// What the photometric model leaves out: a corner's pixels also hold light of the cells beyond the four around it, and
 /// at the rim of what lies beside the board. That matters where the blur is not small against a cell, from half the
 /// distance of three standard deviations on: there the light is computed from the cells' levels, and from the image
-/// beside the board, and taken out of the pixels. So is what ink has spread over, which moves edges to either side by
-/// turns. Keeps its memory.
+/// beside the board, and taken out of the pixels. Ink that has spread moves edges to either side by turns: pixels are
+/// moved back with them, so that the model's derivatives are right too, and what that leaves is taken out. Keeps its
+/// memory.
 class FarCells {
  public:
   FarCells();
@@ -50,8 +51,10 @@ class FarCells {
   double MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const;
   /// By how much the smear is longer than is known, image pixels, by a step of the same kind.
   Eigen::Vector2d MoreSmear(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const;
-  /// Of small moves of a smeared board, how much those are that a step by the corners' own model makes of them; as
-  /// BoardGeometry has moves.
+  /// Whether what is taken out changes so much when the board moves that the corners' own model misjudges moves.
+  static bool MoveWithBoard(const Known& known, const BoardPixels& pixels);
+  /// Of a board's small moves then, how much those are that the steps by the corners' own model make of them, cells'
+  /// levels following; as BoardGeometry has moves, for information about them.
   BoardGeometry::Information ResponseToMoves(const Known& known, std::span<const bool> used,
                                              const BoardPixels& pixels) const;
 
@@ -59,11 +62,12 @@ class FarCells {
   /// The cells around a corner, and how its pixels lie among them.
   struct Around {
     Eigen::Matrix3f board_from_plane;
-    Eigen::Matrix2f board_by_pixel;
+    Eigen::Matrix2f board_by_pixel, plane_by_board;
     Eigen::Vector2f corner;
     float scale_x = 1, scale_y = 1;                   ///< standard deviations of the blur a cell
     float near_scale_x = 1, near_scale_y = 1;         ///< the same of the corners' own model
     Eigen::Vector2f smear = Eigen::Vector2f::Zero();  ///< the way of a point, cells
+    int row = 0, col = 0;                             ///< the cell towards −x, −y
     int taps = 1;                                     ///< points of that way that are looked at
     bool falling = false;                             ///< dark are the cells up left and down right
     std::array<std::array<PhaseValues, 4>, 4> light;
@@ -71,6 +75,11 @@ class FarCells {
     /// Of a pixel, cells from the corner.
     Eigen::Vector2f From(float u, float v) const;
   };
+  /// What was done to a pixel: light that was taken out, and the move of its plane coordinates.
+  struct Taken {
+    float light = 0, u = 0, v = 0;
+  };
+  static bool ReachAcross(double share, const BoardPixels& pixels, double blur_px);
   Around AroundCorner(const Known& known, const BoardPixels& pixels, int corner) const;
   /// Calls visit(around, phase, from, light) for every stride-th pixel of a lane, of the corners that are used; not for
   /// saturated ones.
@@ -81,16 +90,24 @@ class FarCells {
   float Far(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const;
   /// The same where the image is smeared: the mean of what the points of the way show, less the corner's own model.
   float FarOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const;
+  struct PixelDerivatives;
+  /// Of the light of 4 × 4 cells around, row by row.
+  using CellShares = std::array<float, 16>;
+  CellShares SharesOfSmeared(const Around& around, const Eigen::Vector2f& from, const Eigen::Vector2f& smear) const;
+  CellShares SharesOfModel(const Around& around, const Eigen::Vector2f& from) const;
   float Smeared(const Around& around, int phase, const Eigen::Vector2f& from, const Eigen::Vector2f& smear) const;
   float NearOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const;
   float Near(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const;
+  /// Where a pixel would lie if the edges beside it had not spread.
+  Eigen::Vector2f Unspread(const Around& around, const Eigen::Vector2f& from, float spread) const;
   /// Integral of the normal distribution, to 1e-5.
   float Integral(float deviations) const;
 
-  std::vector<float> integral_;      ///< table
+  std::vector<float> integral_;  ///< table
+  std::array<int, 4> channel_of_phase_{};
   std::vector<PhaseValues> cells_;   ///< with a ring of what lies beside the board
   std::vector<PhaseValues> beside_;  ///< the same; only the ring is told
-  std::vector<float> taken_;         ///< by lane and pixel
+  std::vector<Taken> taken_;         ///< by lane and pixel
 };
 
 }  // namespace chequer

@@ -59,7 +59,7 @@ constexpr float kSaturation = 253.5f / 255;
 
 /// Where a phase's samples lie in the light (R, G, B) of a cell.
 float LightOf(const Eigen::Vector3f& light, int channels, int channel) {
-  return channels == 3 ? light[channel] : 0.5f * (light[0] + light[1]);
+  return channels == 3 ? light[channel] : RedAndGreen::Of(light[0], light[1]);
 }
 
 }  // namespace
@@ -75,8 +75,7 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
   ink_spread_ = 0;
   edges_ = {};
   result_.geometry = start.geometry;
-  if (pixels_.Collect(reader, lens, size_, start.geometry, blur_px_ + kSmearReach * smear_px_.norm()) < kFewestCorners)
-    return false;
+  if (!Collect(reader, lens)) return false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     const std::size_t cell = static_cast<std::size_t>(pixels_.Cell(corner)),
                       below = cell + static_cast<std::size_t>(size_.cols);
@@ -96,6 +95,12 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
   SetPlaces();
   input_.saturation = kSaturation;
   return true;
+}
+
+bool PhotometricFit::Collect(const LightReader& reader, const Lens& lens) {
+  collected_for_ = result_.geometry;
+  return pixels_.Collect(reader, lens, size_, result_.geometry, blur_px_ + kSmearReach * smear_px_.norm()) >=
+         kFewestCorners;
 }
 
 void PhotometricFit::StartLevels(const LightReader& reader, const Start& start) {
@@ -304,9 +309,9 @@ void PhotometricFit::Finish() {
       (normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
        by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
       std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
-  if (!smear_px_.isZero()) {
+  if (take_out_ && FarCells::MoveWithBoard(Known(), pixels_)) {
     const BoardGeometry::Information response = far_cells_.ResponseToMoves(Known(), used_, pixels_);
-    of_moves = response.transpose() * of_moves * response;
+    if (response.allFinite()) of_moves = response.transpose() * of_moves * response;
   }
   result_.information = result_.geometry.FromMoves(of_moves);
   result_.image = {noise_, blur_px_, edges_};
@@ -346,8 +351,7 @@ bool PhotometricFit::Settle(const Lens& lens, const Start& start, bool noise_kno
       EvenOutShading(start);
     }
     if (told) continue;
-    // While ink settles, what it will explain is no noise, and what it has explained leaves none to tell.
-    if (sums == LaneSums::kNoise && !fit_ink_) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
+    if (sums == LaneSums::kNoise) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
     noise_known = true;
     sums = LaneSums::kNoise;
   }
@@ -431,9 +435,7 @@ const FittedBoard* PhotometricFit::FitAsItIs(const LightReader& reader, const Le
   // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
   for (double chosen_for = start.blur_px; blur_px_ > kWiderBlur * chosen_for;) {
     chosen_for = blur_px_;
-    if (pixels_.Collect(reader, lens, size_, result_.geometry, blur_px_ + kSmearReach * smear_px_.norm()) <
-        kFewestCorners)
-      return nullptr;
+    if (!Collect(reader, lens)) return nullptr;
     SetDerivatives();
     SetPlaces();
     if (!Step(first) || corner_move_px_ > kRunawayPx) return nullptr;
@@ -445,17 +447,7 @@ const FittedBoard* PhotometricFit::FitAsItIs(const LightReader& reader, const Le
   input_.stride = 1;
   if (!Settle(lens, start, start.image != nullptr)) return nullptr;
   Finish();
-  if (result_.reprojection_rms_px > kOffPx && smear_px_.isZero()) {
-    if (!take_out_) far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
-    if (StartInk()) {
-      without_ink_ = result_;
-      blur_px_ = std::min(blur_px_, start.blur_px);
-      const bool settled = Settle(lens, start, true);
-      if (settled) Finish();
-      // Ink explains all corners, or something else moved them.
-      if (!settled || result_.corners_used < without_ink_.corners_used) result_ = without_ink_;
-    }
-  }
+  if (result_.reprojection_rms_px > kOffPx && smear_px_.isZero()) FitInk(reader, lens, start);
   if (result_.corners_used < kFewestCorners || !result_.information.allFinite()) return nullptr;
   return &result_;
 }

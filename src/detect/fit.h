@@ -49,8 +49,8 @@ struct FittedBoard {
 /// The pose that it leads to is near the Cramér–Rao bound, 0.0025 px for the centre of a board of 8 px cells:
 /// side_by_side prints how near, case by case. What no model of a plane knows (bent paper, what is left of the lens)
 /// widens the information instead. 24 µs a board of 7.8 px cells, growing with its pixels.
-/// Where the light is bent, cells are small against the blur, or ink has spread, the pixels' light is corrected between
-/// the steps (shading.h, far_cells.h): up to 0.5 ms.
+/// Where the light is bent, or cells are small against the blur, the pixels' light is corrected between the steps
+/// (shading.h, far_cells.h): up to 0.5 ms; where ink has spread, so are their places: 2 to 10 ms.
 class PhotometricFit {
  public:
   struct Start {
@@ -77,6 +77,8 @@ class PhotometricFit {
  private:
   const FittedBoard* FitAsItIs(const LightReader& reader, const Lens& lens, const Start& start);
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start);
+  /// The pixels of the board as it lies by now. False if too few corners have some.
+  bool Collect(const LightReader& reader, const Lens& lens);
   void StartLevels(const LightReader& reader, const Start& start);
   /// Where the first step runs away: by the pixels around the corners that were found alone, until those lie right,
   /// then by all. False if they run away too, or none are left out.
@@ -96,6 +98,8 @@ class PhotometricFit {
   bool AnyHidden() const;
   /// Between the light and the dark cells around a corner.
   double Contrast(int corner) const;
+  /// Of a corner, since the geometry was that one, px.
+  double FarthestMove(const BoardGeometry& from) const;
   /// In the board's middle.
   Eigen::Matrix2d BoardByPixel() const;
   /// Of a cell in the board's middle, along its side.
@@ -106,6 +110,8 @@ class PhotometricFit {
   /// Ink that has spread moves the edges of a line to either side by turns: from here on, that is fitted too.
   /// Whether it is so.
   bool StartInk();
+  /// Of a board whose corners lie where no plane has them.
+  void FitInk(const LightReader& reader, const Lens& lens, const Start& start);
   /// Steps until nothing moves any more.
   bool Settle(const Lens& lens, const Start& start, bool noise_known);
   bool FindHiddenCorners();
@@ -118,6 +124,7 @@ class PhotometricFit {
   int red_phase_ = -1;
   std::array<int, 4> channel_of_phase_{};
   BoardPixels pixels_;
+  BoardGeometry collected_for_;
   KernelInput input_;
   BoardEquations equations_;
   std::array<CornerDerivative, kMaxCorners> derivatives_;
@@ -127,9 +134,9 @@ class PhotometricFit {
   FittedBoard without_ink_, best_;
   FarCells far_cells_;
   bool take_out_ = false, fit_ink_ = false, ink_moves_ = false, bent_light_ = false;
-  bool shade_twice_ = false;                   ///< the first shading is not good enough for boards as large
-  double ink_spread_ = 0, last_ink_step_ = 0;  ///< cells
-  int ink_steps_ = 0;
+  bool shade_twice_ = false;                ///< the first shading is not good enough for boards as large
+  double ink_spread_ = 0;                   ///< cells
+  int ink_waits_ = 0;                       ///< passes until it is told anew
   std::vector<std::uint8_t> hidden_cells_;  ///< scratch
   double blur_px_ = 1;
   Eigen::Vector2d smear_px_ = Eigen::Vector2d::Zero();  ///< the way of a point during the exposure

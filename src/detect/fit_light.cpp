@@ -17,14 +17,16 @@ constexpr double kMostInkSpread = 0.3;
 constexpr double kLeastInkSpreadPx = 0.1;
 /// Less of a cell pulls no pose, and edges drawn without a lens's blur may look so much off.
 constexpr double kLeastInkSpread = 0.015;
-/// The spread over that step, as levels and blur have taken up the rest: measured.
-constexpr double kFirstInkStep = 1.75;
+/// The spread over such a step, as levels and blur have taken up the rest: measured, at the start and later.
+constexpr double kInkStep = 1.75;
+/// Passes that they take to give it back.
+constexpr int kInkWaits = 2;
+/// Where corners lie as much farther off than was thought, other pixels are the board's.
+constexpr double kCollectAnewPx = 0.3;
 /// Longer steps lead elsewhere.
 constexpr double kMostSmearStepPx = 1;
-/// Steps that fall more slowly are not trusted to go on as they do.
-constexpr double kMostStepRatio = 0.93;
 /// Its last step, cells.
-constexpr double kSettledInkSpread = 0.0001;
+constexpr double kSettledInkSpread = 0.0002;
 /// Of larger cells the light's bend is taken out too: a vignetting of a tenth makes a board of 40 px cells seem 3e-5
 /// smaller, three standard deviations; in small cells it does not count.
 constexpr double kFineCellPx = 12;
@@ -104,13 +106,14 @@ void PhotometricFit::TakeOutLight() {
     }
   }
   if (!fit_ink_) return;
-  const double more = far_cells_.MoreInkSpread(known, used_, pixels_);
-  // Levels and blur follow slowly: every third step is as long as all that would follow (Aitken).
-  const double ratio = last_ink_step_ != 0 ? more / last_ink_step_ : 0;
-  const bool leaps = ++ink_steps_ % 3 == 0 && ratio > 0 && ratio < kMostStepRatio;
-  const double step = leaps ? more / (1 - ratio) : more;
-  last_ink_step_ = leaps ? 0 : more;
+  // Levels and blur, which took up a part of the ink, follow first.
+  if (ink_waits_ > 0) {
+    --ink_waits_;
+    return;
+  }
+  const double more = far_cells_.MoreInkSpread(known, used_, pixels_), step = kInkStep * more;
   ink_moves_ = std::abs(step) > kSettledInkSpread;
+  if (!ink_moves_) return;
   ink_spread_ = std::clamp(ink_spread_ + step, -kMostInkSpread, kMostInkSpread);
   known.ink_spread = ink_spread_;
   far_cells_.TakeOut(known, pixels_);
@@ -120,12 +123,41 @@ bool PhotometricFit::StartInk() {
   far_cells_.TakeOut(Known(), pixels_);
   const double cell_px = CellPx();
   const double more = far_cells_.MoreInkSpread(Known(), used_, pixels_);
-  if (std::abs(more) * cell_px < kLeastInkSpreadPx || kFirstInkStep * std::abs(more) < kLeastInkSpread) return false;
-  ink_spread_ = std::clamp(kFirstInkStep * more, -kMostInkSpread, kMostInkSpread);
-  last_ink_step_ = 0;
-  ink_steps_ = 0;
-  take_out_ = fit_ink_ = true;
+  if (std::abs(more) * cell_px < kLeastInkSpreadPx || kInkStep * std::abs(more) < kLeastInkSpread) return false;
+  ink_spread_ = std::clamp(kInkStep * more, -kMostInkSpread, kMostInkSpread);
+  ink_waits_ = kInkWaits;
+  take_out_ = fit_ink_ = ink_moves_ = true;
   return true;
+}
+
+void PhotometricFit::FitInk(const LightReader& reader, const Lens& lens, const Start& start) {
+  if (!take_out_) far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
+  if (!StartInk()) return;
+  without_ink_ = result_;
+  blur_px_ = std::min(blur_px_, start.blur_px);
+  bool settled = Settle(lens, start, true);
+  // Pixels chosen for corners that were far off reach into what lies beside the rim.
+  if (settled && FarthestMove(collected_for_) > kCollectAnewPx) {
+    settled = Collect(reader, lens);
+    SetDerivatives();
+    SetPlaces();
+    far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
+    settled = settled && Settle(lens, start, true);
+  }
+  if (settled) Finish();
+  // Ink explains all corners, or something else moved them.
+  if (!settled || result_.corners_used < without_ink_.corners_used) result_ = without_ink_;
+}
+
+double PhotometricFit::FarthestMove(const BoardGeometry& from) const {
+  double farthest = 0;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    const CornerPlace& place = pixels_.place(corner);
+    if (!place.inside) continue;
+    const Eigen::Vector2d move = result_.geometry.ToPlane(place.board) - from.ToPlane(place.board);
+    farthest = std::max(farthest, (place.plane_by_pixel.inverse() * move).norm());
+  }
+  return farthest;
 }
 
 double PhotometricFit::CellPx() const {

@@ -56,7 +56,7 @@ LightReader::Row LightReader::RowAt(int y) const {
       const bool bgr = image_.format() == PixelFormat::kBgr8;
       if (!mosaic_) {
         row.offset_[0] = row.offset_[1] = 1;
-        row.second_ = bgr ? 2 : 0;
+        row.red_ = bgr ? 2 : 0;
         break;
       }
       for (int parity = 0; parity < 2; ++parity) {
@@ -80,7 +80,7 @@ LightReader::Rows LightReader::AllRows() const {
   for (int y = 0; y < std::min(2, height()); ++y) {
     const Row row = RowAt(y);
     std::copy_n(row.offset_, 2, rows.offset_[y]);
-    if (row.second_ >= 0) rows.other_ = row.second_ - row.offset_[0];
+    if (row.red_ >= 0) rows.red_ = row.red_ - row.offset_[0];
   }
   return rows;
 }

@@ -71,15 +71,17 @@ std::string ConditionName(const testing::TestParamInfo<Condition>& condition) {
   return name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Stress, HonestCovariance,
-                         testing::Values(Condition{"side_px=21", 2.5}, Condition{"side_px=48", 1.8},
-                                         Condition{"side_px=96", 1.8, 0.4}, Condition{"side_px=240", 1.8, 0.4},
-                                         Condition{"side_px=320", 1.8, 0.2}, Condition{"psf_px=1", 1.8},
-                                         Condition{"psf_px=2", 1.8}, Condition{"psf_px=3", 2.5},
-                                         Condition{"gradient=0.5", 1.8}, Condition{"gradient=0.7", 1.8},
-                                         Condition{"gradient=0.9", 2.2}, Condition{"occluded=0.1", 1.8},
-                                         Condition{"occluded=0.2", 2.2}, Condition{"ink_spread=0.05", 2.5}),
-                         ConditionName);
+INSTANTIATE_TEST_SUITE_P(
+    Stress, HonestCovariance,
+    testing::Values(Condition{"side_px=21", 2.5}, Condition{"side_px=48", 1.8}, Condition{"side_px=96", 1.8, 0.4},
+                    Condition{"side_px=240", 1.8, 0.4}, Condition{"side_px=320", 1.8, 0.2}, Condition{"psf_px=1", 1.8},
+                    Condition{"psf_px=2", 1.8}, Condition{"psf_px=3", 2.2}, Condition{"motion_px=6", 1.8},
+                    Condition{"motion_px=8", 1.8}, Condition{"jpeg=90", 2.5}, Condition{"jpeg=75", 2.5},
+                    Condition{"jpeg=50", 1.8}, Condition{"gradient=0.5", 1.8}, Condition{"gradient=0.7", 1.8},
+                    Condition{"gradient=0.9", 2.2}, Condition{"occluded=0.1", 1.8}, Condition{"occluded=0.2", 2.2},
+                    Condition{"ink_spread=0.05", 1.8}, Condition{"ink_spread=0.1", 1.8},
+                    Condition{"ink_spread=0.2", 1.8}),
+    ConditionName);
 
 }  // namespace
 }  // namespace chequer
