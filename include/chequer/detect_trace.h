@@ -37,6 +37,7 @@ enum class Refusal : std::uint8_t {
   kCornersOff,    ///< corners lie elsewhere than a plane puts them
   kCellsHidden,   ///< more than half of the cells do not stand out as they should
   kNoPose,        ///< seen from no side with that lens
+  kSeenTwice,     ///< it is a marker that other corners have shown better
   kNoBorderInks,  ///< white or the saturations of the border cannot be told; the board is reported without an id
   kNoWord,        ///< the kernel is near no word of the code; reported without an id
   kTwoWords,      ///< another id is nearly as likely; reported without an id

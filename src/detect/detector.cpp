@@ -19,6 +19,7 @@
 #include "detect/plane_pose.h"
 #include "detect/second_look.h"
 #include "detect/tracer.h"
+#include "detect/twins.h"
 
 namespace chequer {
 namespace {
@@ -95,6 +96,9 @@ struct Detector::Impl {
   /// What a look has shown, another may show again, from what is left around it or more clearly: of boards from `known`
   /// on, those that are not new take the place of the others or are forgotten.
   void KeepBetter(std::size_t known, Tracer& tracer);
+  /// Of boards that were found twice, by groups of corners that did not hang together, keeps the one that is known
+  /// better.
+  void RefuseTwins(Tracer& tracer);
   void FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const;
   void Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity, const Lens& lens,
                 MarkerPose& marker) const;
@@ -129,6 +133,8 @@ struct Detector::Impl {
   Crew crew;
   std::vector<Worker> workers;
   std::vector<Outcome> outcomes;
+  std::vector<SeenBoard> seen;
+  std::vector<std::size_t> twins;  ///< of them, those that were seen better elsewhere
   ToneCurve table_curve = ToneCurve::Srgb();
   std::array<float, 256> table = ToneCurve::Srgb().LinearTable();
 };
@@ -268,6 +274,20 @@ void Detector::Impl::KeepBetter(std::size_t known, Tracer& tracer) {
   }
 }
 
+void Detector::Impl::RefuseTwins(Tracer& tracer) {
+  seen.clear();
+  twins.clear();
+  for (std::size_t i = 0; i < outcomes.size(); ++i)
+    if (const MarkerPose& marker = outcomes[i].marker; outcomes[i].accepted)
+      seen.push_back(
+          {i, marker.center_px, boards[i].box, marker.id.has_value(), marker.corners_used, marker.reprojection_rms_px});
+  TakeOutTwins(seen, twins);
+  for (const std::size_t i : twins) {
+    outcomes[i].accepted = false;
+    tracer.Refuse(i, Refusal::kSeenTwice, 0, 0);
+  }
+}
+
 void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace) {
   Tracer tracer(trace);
   markers.clear();
@@ -306,6 +326,7 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   };
   // By reference: a copy would be allocated.
   crew.Run(static_cast<int>(boards.size() - first), std::ref(measure));
+  RefuseTwins(tracer);
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
     const Outcome& outcome = outcomes[i];
     if (!outcome.accepted) {

@@ -10,8 +10,8 @@ constexpr std::array<std::string_view, kRefusals> kNames{
     "none",        "few_linked",        "uneven",        "not_one_lattice", "few_corners",
     "no_yellow",   "cells_do_not_show", "border_unseen", "inks_alike",      "border_differs",
     "rivalled",    "goes_on",           "not_plane",     "no_fit",          "noise",
-    "corners_off", "cells_hidden",      "no_pose",       "no_border_inks",  "no_word",
-    "two_words"};
+    "corners_off", "cells_hidden",      "no_pose",       "seen_twice",      "no_border_inks",
+    "no_word",     "two_words"};
 
 /// A sentence with up to two figures in it.
 std::string Fill(const char* sentence, double measured, double required) {
@@ -59,6 +59,7 @@ const char* SentenceOf(Refusal refusal) {
       return "the corners lie %.2f px (RMS) off a plane, at most %.2f: bent paper, motion, or no marker";
     case Refusal::kCellsHidden: return "more than half of the cells do not stand out as they should";
     case Refusal::kNoPose: return "no pose explains it with this lens: is the calibration this camera's?";
+    case Refusal::kSeenTwice: return "it is a marker that other corners have shown better";
     case Refusal::kNoBorderInks:
       return "found, but without an id: white or the inks of the border cannot be told (colour of the light, hidden?)";
     case Refusal::kNoWord:
