@@ -312,6 +312,14 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V light
   }
 }
 
+/// The most pixels of a lane in the vector from `first` on.
+int MostOf(const LaneBlock& block, int first) {
+  const int past = first + static_cast<int>(hn::Lanes(D()));
+  int most = 0;
+  for (int lane = first; lane < past; ++lane) most = most > block.counts()[lane] ? most : block.counts()[lane];
+  return most;
+}
+
 /// Of the lanes from `first` on that fill a vector.
 template <LaneSums kSums>
 void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
@@ -325,8 +333,7 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
   for (int product = 0; product < kProductSums; ++product) hn::Store(zero, d, products.Of(product));
   const Model m = ModelOf(input, block, first);
   OtherSums sums{zero, zero, zero, zero, zero, zero, zero};
-  int most = 0;
-  for (int lane = first; lane < first + lanes; ++lane) most = most > block.count(lane) ? most : block.count(lane);
+  const int most = MostOf(block, first);
   const int stride = input.stride;
   const std::ptrdiff_t next = stride * LaneBlock::kNextPixel;
   const std::size_t start = block.Place(first, 0);
@@ -359,13 +366,34 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
   finish(kLightCount, hn::Sub(sums.fit_count, sums.dark_count));
 }
 
+/// Tells the lanes that others were dealt to what it told those.
+void SpreadParameters(LaneBlock& block) {
+  for (int which = 0; which < LaneBlock::kParameters; ++which) {
+    float* const values = block.parameter_data(which) + block.folded();
+    for (int i = LaneBlock::kFold; i < LaneBlock::kGroup; ++i) values[i] = values[i % LaneBlock::kFold];
+  }
+}
+
+/// Adds up their first `count` sums.
+void GatherSums(int count, LaneBlock& block) {
+  for (int which = 0; which < count; ++which) {
+    float* const sums = block.sum_data(which) + block.folded();
+    for (int i = 0; i < LaneBlock::kFold; ++i)
+      sums[i] =
+          (sums[i] + sums[i + LaneBlock::kFold]) + (sums[i + 2 * LaneBlock::kFold] + sums[i + 3 * LaneBlock::kFold]);
+  }
+}
+
 void Accumulate(const KernelInput& input, LaneBlock& block) {
   const int lanes = static_cast<int>(hn::Lanes(D()));
+  const bool folded = block.folded() < block.padded();
+  if (folded) SpreadParameters(block);
   for (int first = 0; first < block.padded(); first += lanes) switch (input.sums) {
       case LaneSums::kShapes: AccumulateVector<LaneSums::kShapes>(input, first, block); break;
       case LaneSums::kLevels: AccumulateVector<LaneSums::kLevels>(input, first, block); break;
       case LaneSums::kNoise: AccumulateVector<LaneSums::kNoise>(input, first, block); break;
     }
+  if (folded) GatherSums(input.sums == LaneSums::kShapes ? kProductSums : kLaneSums, block);
 }
 
 void EvenOut(const LightFall& fall, float saturation, LaneBlock& block) {
@@ -375,11 +403,10 @@ void EvenOut(const LightFall& fall, float saturation, LaneBlock& block) {
   const V by_uu = hn::Set(d, fall.by_uu), by_uv = hn::Set(d, fall.by_uv), by_vv = hn::Set(d, fall.by_vv);
   const V one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f), twelfth = hn::Set(d, 1.0f / 12);
   for (int first = 0; first < block.padded(); first += lanes) {
-    int most = 0;
-    for (int lane = first; lane < first + lanes; ++lane) most = most > block.count(lane) ? most : block.count(lane);
+    const int most = MostOf(block, first);
     // Also where no pixel stands: nobody looks there, and a test would cost more.
-    for (int k = 0; k < most; ++k) {
-      const std::size_t at = block.Place(first, k);
+    std::size_t at = block.Place(first, 0);
+    for (int k = 0; k < most; ++k, at += LaneBlock::kNextPixel) {
       const V light = hn::LoadU(d, block.light_data() + at);
       const V u = hn::LoadU(d, block.u_data() + at), v = hn::LoadU(d, block.v_data() + at);
       const V s =
@@ -417,6 +444,26 @@ void LaneBlock::Reset(int lanes, int pixels_per_lane) {
   parameters_.assign(padded * kParameters, 1.0f);
   sums_.resize(padded / kGroup * kLaneSums);
   counts_.assign(padded, 0);
+  folded_ = padded_;
+}
+
+void LaneBlock::Fold() {
+  if (lanes_ % kGroup != kFold) return;
+  const int first = lanes_ - kFold;
+  int most = 0;
+  for (int lane = first; lane < lanes_; ++lane) most = std::max(most, count(lane));
+  float* const start = u_data() + Place(first, 0);
+  for (int i = 0; i < most; ++i) {
+    const float* const from = start + i * kNextPixel;
+    float* const to = start + i / kFolds * kNextPixel + i % kFolds * kFold;
+    for (int value = 0; value < kNextPixel; value += kGroup) std::copy_n(from + value, kFold, to + value);
+  }
+  for (int lane = first; lane < lanes_; ++lane) {
+    const int pixels = count(lane);
+    for (int fold = 0; fold < kFolds; ++fold)
+      counts_[static_cast<std::size_t>(lane + fold * kFold)] = (pixels - fold + kFolds - 1) / kFolds;
+  }
+  folded_ = first;
 }
 
 void AccumulateLanes(const KernelInput& input, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(Accumulate)(input, block); }

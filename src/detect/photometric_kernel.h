@@ -67,6 +67,8 @@ class LaneBlock {
   static constexpr int kGroup = 16;
   /// From one pixel of a lane to its next: the three values of the group's other lanes lie between.
   static constexpr std::ptrdiff_t kNextPixel = 3 * kGroup;
+  /// Lanes that are folded, and into how many each.
+  static constexpr int kFold = 4, kFolds = kGroup / kFold;
 
   void Reset(int lanes, int pixels_per_lane);
   int lanes() const { return lanes_; }
@@ -78,6 +80,7 @@ class LaneBlock {
   /// origin, and its light. A group's pixels lie in one run of memory, so that what fills them and what reads them
   /// stays within the nearest cache.
   std::size_t Place(int lane, int i) const {
+    if (lane >= folded_) lane += i % kFolds * kFold, i /= kFolds;
     return static_cast<std::size_t>((lane / kGroup * capacity_ + i) * kNextPixel + lane % kGroup);
   }
   float* u_data() { return pixels_.data()->values; }
@@ -86,10 +89,20 @@ class LaneBlock {
   const float* u_data() const { return pixels_.data()->values; }
   const float* v_data() const { return u_data() + kGroup; }
   const float* light_data() const { return u_data() + 2 * kGroup; }
-  int& count(int lane) { return counts_[static_cast<std::size_t>(lane)]; }
-  int count(int lane) const { return counts_[static_cast<std::size_t>(lane)]; }
+  int count(int lane) const {
+    const int* counts = counts_.data() + lane;
+    return lane < folded_ ? counts[0] : counts[0] + counts[kFold] + counts[2 * kFold] + counts[3 * kFold];
+  }
+  /// Before Fold().
+  void SetCount(int lane, int count) { counts_[static_cast<std::size_t>(lane)] = count; }
+  /// Where but four lanes stand in the last group: deals the pixels of each to four of the group's, so that they take a
+  /// quarter of the vectors. Place() and count() tell of them as if nothing had changed. To be called when all counts
+  /// are set.
+  void Fold();
+  /// First of the lanes that are dealt to others.
+  int folded() const { return folded_; }
+  /// Of the lanes as they stand in memory.
   const int* counts() const { return counts_.data(); }
-  void Clear(int lane) { counts_[static_cast<std::size_t>(lane)] = 0; }
 
   /// One value a lane.
   float* parameter_data(int which) { return parameters_.data() + which * padded_; }
@@ -107,7 +120,7 @@ class LaneBlock {
     float values[kGroup];
   };
 
-  int lanes_ = 0, padded_ = 0, capacity_ = 0;
+  int lanes_ = 0, padded_ = 0, capacity_ = 0, folded_ = 0;
   std::vector<GroupValues> pixels_, sums_;
   std::vector<float> parameters_;
   std::vector<int> counts_;
