@@ -3,6 +3,12 @@
 #include <algorithm>
 
 namespace chequer {
+namespace {
+
+/// Pixels of a lane that are worth to be dealt to others.
+constexpr int kFewestFolded = 12;
+
+}  // namespace
 
 void LaneBlock::Reset(int lanes, int pixels_per_lane) {
   lanes_ = lanes;
@@ -22,6 +28,8 @@ void LaneBlock::Fold() {
   const int first = lanes_ - kFold;
   int most = 0;
   for (int lane = first; lane < lanes_; ++lane) most = std::max(most, count(lane));
+  // Of short ones a stride would leave out too few.
+  if (most < kFewestFolded) return;
   float* const start = u_data() + Place(first, 0);
   for (int i = 0; i < most; ++i) {
     const float* const from = start + i * kNextPixel;
