@@ -166,6 +166,7 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
     if (!bend.by_x.allFinite() || !bend.by_y.allFinite()) continue;
     CollectCorner(reader, rows, corner, PlaneAround(place.plane - origin_, place.plane_by_pixel, bend), blur_px);
   }
+  lanes_.Fold();
   return inside;
 }
 

@@ -209,7 +209,7 @@ void TakePart(const CornerPart& part, const LightReader::Rows& rows, int width, 
                   static_cast<float>(from_y) - part.corner_y, target);
     }
   }
-  for (int phase = 0; phase < 4; ++phase) block.count(lane + phase) = target.count[phase];
+  for (int phase = 0; phase < 4; ++phase) block.SetCount(lane + phase, target.count[phase]);
 }
 
 }  // namespace HWY_NAMESPACE

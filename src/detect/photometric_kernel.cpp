@@ -2,9 +2,9 @@
 #define HWY_TARGET_INCLUDE "detect/photometric_kernel.cpp"
 #include <hwy/foreach_target.h>
 // The loop above includes this file once a target; what follows the guard at the end is compiled once.
-#include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
+#include "detect/blurred_edge-inl.h"
 #include "detect/photometric_kernel.h"
 #include "detect/reciprocal-inl.h"
 
@@ -13,58 +13,10 @@ namespace chequer {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using D = hn::ScalableTag<float>;
-using V = hn::Vec<D>;
-
-/// 2^x for −60 ≤ x ≤ 0, to 8e-5 of it: the exponent's bits times a polynomial of the rest, best over −½..½.
-HWY_INLINE V PowerOfTwo(D d, V x) {
-  // So large a number has no room for halves: its last bits are the whole of x and the exponent's bias.
-  const V rounder = hn::Set(d, 12582912.0f + 127.0f);
-  const V rounded = hn::Add(x, rounder);
-  const V f = hn::Sub(x, hn::Sub(rounded, rounder));
-  const hn::RebindToSigned<D> di;
-  V p = hn::MulAdd(hn::Set(d, 5.51717e-2f), f, hn::Set(d, 2.4261163e-1f));
-  p = hn::MulAdd(p, f, hn::Set(d, 6.9326102e-1f));
-  p = hn::MulAdd(p, f, hn::Set(d, 9.9992804e-1f));
-  return hn::Mul(p, hn::BitCast(d, hn::ShiftLeft<23>(hn::BitCast(di, rounded))));
-}
-
-/// Normal distribution: its density and its integral up to a.
-struct Normal {
-  V density, integral;
-};
-
-/// EdgeTerms, for vectors.
-struct PowerTerms {
-  V by_power[EdgeTerms::kTerms];
-};
-
-PowerTerms PowerTermsOf(const EdgeTerms& edge) {
-  const D d;
-  PowerTerms terms;
-  for (int i = 0; i < EdgeTerms::kTerms; ++i)
-    terms.by_power[i] = hn::Set(d, edge.by_power[static_cast<std::size_t>(i)]);
-  return terms;
-}
-
-/// What lies beyond |a| is the exponential times a polynomial, good over 0..5, its terms summed so that few wait for
-/// others.
-HWY_INLINE Normal NormalAt(D d, V a, const PowerTerms& edge) {
-  const V size = hn::Min(hn::Abs(a), hn::Set(d, 5.0f)), square = hn::Mul(size, size);
-  const V e = PowerOfTwo(d, hn::Mul(square, hn::Set(d, -0.72134752f)));
-  const V* by = edge.by_power;
-  V p = hn::MulAdd(by[5], square, hn::MulAdd(by[4], size, by[3]));
-  p = hn::MulAdd(p, square, hn::MulAdd(by[2], size, by[1]));
-  p = hn::MulAdd(p, square, hn::MulAdd(by[0], size, hn::Set(d, 4.9998433e-1f)));
-  const V beyond = hn::Mul(p, e);
-  const V integral = hn::IfThenElse(hn::Lt(a, hn::Zero(d)), beyond, hn::Sub(hn::Set(d, 1.0f), beyond));
-  return {hn::Mul(e, hn::Set(d, 0.39894228f)), integral};
-}
-
 /// Rows of weighted derivatives, with the weighted residual last, kept for a few pixels before they are multiplied: so
-/// the sums stay in registers over a chunk.
+/// the sums stay in registers over a chunk. So many take two thirds of a nearest cache of 32 KB with AVX-512.
 constexpr int kRow = kLaneColumns;
-constexpr int kChunk = 16;
+constexpr int kChunk = 24;
 
 /// Where the sums of a vector of lanes stand in their block: each kind at a whole vector of memory.
 struct Sums {
@@ -130,14 +82,15 @@ HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count,
 
 /// What the kernel's input says, of some lanes.
 struct Model {
-  V h[9];
-  V corner_x, corner_y, scale_x, scale_y;
-  V correlation;
-  V l00, l01, across0, across1, cross;  ///< light, its change from left to right above and below, and that by y
+  /// From the plane, as homogeneous coordinates: the distances from the two edges, and what both are over.
+  V to_x[3], to_y[3], to_depth[3];
+  V correlation;               ///< with the densities' middles
+  V l00, down, across, cross;  ///< light, its change from above to below at the left, from left to right above, and
+                               ///< that by y
   V noise_floor, noise_slope;
-  V inverse_blur, middle, saturation, limit, limit_square;
+  V middle, saturation, limit;
   PowerTerms edge_x, edge_y;
-  V corner_square, corner_product;
+  V corner_square, corner_product, corner_fall;
   bool plain_corners;
   V count;  ///< pixels
 };
@@ -147,36 +100,40 @@ Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
   const auto parameter = [&](LaneBlock::Parameter which)
                              HWY_ATTR { return hn::LoadU(d, block.parameter_data(which) + first); };
   Model m;
-  for (int i = 0; i < 9; ++i) m.h[i] = hn::Set(d, input.board_from_plane[i]);
-  m.inverse_blur = hn::Set(d, 1.0f / input.blur_px);
-  m.corner_x = parameter(LaneBlock::kCornerX);
-  m.corner_y = parameter(LaneBlock::kCornerY);
-  m.scale_x = hn::Mul(parameter(LaneBlock::kPxPerCellX), m.inverse_blur);
-  m.scale_y = hn::Mul(parameter(LaneBlock::kPxPerCellY), m.inverse_blur);
-  m.correlation = parameter(LaneBlock::kCorrelation);
-  const V l10 = parameter(LaneBlock::kL10), l11 = parameter(LaneBlock::kL11);
+  const V per_blur = hn::Set(d, kUnit / input.blur_px);
+  const V scale_x = hn::Mul(parameter(LaneBlock::kPxPerCellX), per_blur),
+          scale_y = hn::Mul(parameter(LaneBlock::kPxPerCellY), per_blur);
+  const V corner_x = parameter(LaneBlock::kCornerX), corner_y = parameter(LaneBlock::kCornerY);
+  for (int i = 0; i < 3; ++i) {
+    const float* h = input.board_from_plane + i;
+    m.to_depth[i] = hn::Set(d, h[6]);
+    m.to_x[i] = hn::Mul(hn::NegMulAdd(corner_x, m.to_depth[i], hn::Set(d, h[0])), scale_x);
+    m.to_y[i] = hn::Mul(hn::NegMulAdd(corner_y, m.to_depth[i], hn::Set(d, h[3])), scale_y);
+  }
+  m.correlation = hn::Mul(parameter(LaneBlock::kCorrelation), hn::Set(d, kDensity * kDensity));
+  const V l10 = parameter(LaneBlock::kL10), l01 = parameter(LaneBlock::kL01), l11 = parameter(LaneBlock::kL11);
   m.l00 = parameter(LaneBlock::kL00);
-  m.l01 = parameter(LaneBlock::kL01);
-  m.across0 = hn::Sub(l10, m.l00);
-  m.across1 = hn::Sub(l11, m.l01);
-  m.cross = hn::Sub(m.across1, m.across0);
+  m.down = hn::Sub(l01, m.l00);
+  m.across = hn::Sub(l10, m.l00);
+  m.cross = hn::Sub(hn::Sub(l11, l01), m.across);
   m.edge_x = PowerTermsOf(input.edge_x);
   m.edge_y = PowerTermsOf(input.edge_y);
-  m.corner_square = hn::Set(d, input.corner.square);
-  m.corner_product = hn::Set(d, input.corner.product);
+  constexpr float kPerSquare = 1 / (kUnit * kUnit), kOfExcess = kDensity * kDensity * kPerSquare;
+  m.corner_square = hn::Set(d, kOfExcess * input.corner.square);
+  m.corner_product = hn::Set(d, kOfExcess * input.corner.product);
+  m.corner_fall = hn::Set(d, kPerSquare * CornerExcess::kFall);
   m.plain_corners = input.corner.none();
   m.noise_floor = parameter(LaneBlock::kNoiseFloor);
   m.noise_slope = parameter(LaneBlock::kNoiseSlope);
-  m.middle = hn::Mul(hn::Add(hn::Add(m.l00, l11), hn::Add(l10, m.l01)), hn::Set(d, 0.25f));
+  m.middle = hn::Mul(hn::Add(hn::Add(m.l00, l11), hn::Add(l10, l01)), hn::Set(d, 0.25f));
   m.saturation = hn::Set(d, input.saturation);
   m.limit = hn::Set(d, input.robust_limit);
-  m.limit_square = hn::Set(d, input.robust_limit * input.robust_limit);
   const hn::RebindToSigned<D> di;
   m.count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
   return m;
 }
 
-/// Where a chunk's pixels lie at the two edges, in blurs, and the normal distribution there. The model is found in
+/// How far a chunk's pixels lie from the two edges, and the normal distribution there. The model is found in
 /// short loops over the chunk: the processor then has the steps of many pixels at hand, none of which wait for each
 /// other.
 struct EdgeRow {
@@ -186,11 +143,10 @@ struct EdgeRow {
 HWY_INLINE void PlaceAtEdges(const Model& m, V u, V v, float* HWY_RESTRICT row) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const V w = Reciprocal(d, hn::MulAdd(m.h[6], u, hn::MulAdd(m.h[7], v, m.h[8])));
-  const V x = hn::MulSub(hn::MulAdd(m.h[0], u, hn::MulAdd(m.h[1], v, m.h[2])), w, m.corner_x);
-  const V y = hn::MulSub(hn::MulAdd(m.h[3], u, hn::MulAdd(m.h[4], v, m.h[5])), w, m.corner_y);
-  hn::Store(hn::Mul(x, m.scale_x), d, row + EdgeRow::kX * lanes);
-  hn::Store(hn::Mul(y, m.scale_y), d, row + EdgeRow::kY * lanes);
+  const auto row_of = [&](const V* to) HWY_ATTR { return hn::MulAdd(to[0], u, hn::MulAdd(to[1], v, to[2])); };
+  const V w = Reciprocal(d, row_of(m.to_depth));
+  hn::Store(hn::Mul(row_of(m.to_x), w), d, row + EdgeRow::kX * lanes);
+  hn::Store(hn::Mul(row_of(m.to_y), w), d, row + EdgeRow::kY * lanes);
 }
 
 HWY_INLINE void BlurEdges(const Model& m, float* HWY_RESTRICT row) {
@@ -201,6 +157,22 @@ HWY_INLINE void BlurEdges(const Model& m, float* HWY_RESTRICT row) {
     hn::Store(normal.density, d, row + (EdgeRow::kDensityX + axis) * lanes);
     hn::Store(normal.integral, d, row + (EdgeRow::kIntegralX + axis) * lanes);
   }
+}
+
+/// Puts the sums right where columns were summed without a factor that all pixels of a lane share.
+void ScaleShapes(const KernelInput& input, const LaneBlock& block, int first, Sums sums) {
+  const D d;
+  const auto per_px = [&](LaneBlock::Parameter px_per_cell)
+                          HWY_ATTR { return hn::LoadU(d, block.parameter_data(px_per_cell) + first); };
+  const V by_px = hn::Set(d, kDensity / input.blur_px);
+  const V scale[3] = {hn::Mul(per_px(LaneBlock::kPxPerCellX), by_px), hn::Mul(per_px(LaneBlock::kPxPerCellY), by_px),
+                      hn::Set(d, -kDensity / (kUnit * input.blur_px))};
+  for (int a = kShiftX; a <= kBlur; ++a)
+    for (int b = a; b < kRow; ++b) {
+      float* const sum = sums.Of(ProductSum(a, b));
+      const V scaled = hn::Mul(hn::Load(d, sum), scale[a]);
+      hn::Store(b <= kBlur ? hn::Mul(scaled, scale[b]) : scaled, d, sum);
+    }
 }
 
 /// Sums beside the products.
@@ -225,19 +197,16 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V light
   // normal distribution, to first order in the correlation.
   V correlation = m.correlation;
   if (!m.plain_corners) {
-    const V ay_square = hn::Mul(ay, ay);
-    const V fall = hn::NegMulAdd(hn::Set(d, CornerExcess::kFall), hn::MulAdd(ax, ax, ay_square), one);
-    const V square = hn::Mul(m.corner_square, hn::MulSub(ax, ax, ay_square));
+    const V ax_square = hn::Mul(ax, ax), ay_square = hn::Mul(ay, ay);
+    const V fall = hn::NegMulAdd(m.corner_fall, hn::Add(ax_square, ay_square), one);
+    const V square = hn::Mul(m.corner_square, hn::Sub(ax_square, ay_square));
     correlation = hn::MulAdd(hn::MulAdd(m.corner_product, hn::Mul(ax, ay), square), fall, correlation);
   }
   const V twist = hn::Mul(correlation, hn::Mul(density_x, density_y));
-  const V slope_x = hn::MulAdd(m.cross, down, m.across0);
-  const V above = hn::MulAdd(m.across0, right, m.l00), below = hn::MulAdd(m.across1, right, m.l01);
-  const V slope_y = hn::Sub(below, above);
+  const V slope_x = hn::MulAdd(m.cross, down, m.across), slope_y = hn::MulAdd(m.cross, right, m.down);
   const V twist_slope = hn::Mul(m.cross, twist);
-  const V model = hn::Add(hn::MulAdd(slope_y, down, above), twist_slope);
+  const V model = hn::Add(hn::MulAdd(slope_y, down, hn::MulAdd(m.across, right, m.l00)), twist_slope);
   const V w11 = hn::MulAdd(right, down, twist);
-  const V w10 = hn::Sub(right, w11), w01 = hn::Sub(down, w11), w00 = hn::Sub(hn::Sub(one, right), w01);
 
   // A saturated pixel agrees with every model that saturates too.
   const auto agrees = hn::And(hn::Ge(light, m.saturation), hn::Ge(model, light));
@@ -247,43 +216,53 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V light
 
   // Root of the weight, so that rows carry it. Huber: beyond the limit the weight falls as 1 / deviation.
   const V variance = hn::MulAdd(m.noise_slope, hn::Max(model, zero), m.noise_floor);
-  V root = hn::IfThenElseZero(used, ReciprocalSqrt(d, variance));
+  V root = hn::IfThenElseZero(used, RoughReciprocalSqrt(d, variance));
   V deviation = hn::Mul(residual, root);
-  const V deviation_square = hn::Mul(deviation, deviation);
-  const auto off = hn::Gt(deviation_square, m.limit_square);
-  V robust = usable, fits = usable;
+  const auto off = hn::Gt(hn::Abs(deviation), m.limit);
+  V robust = usable, fits = usable, fit_residual = residual;
   if (HWY_UNLIKELY(!hn::AllFalse(d, off))) {
-    robust = hn::IfThenElse(off, hn::Mul(m.limit, ReciprocalSqrt(d, deviation_square)), usable);
+    robust = hn::IfThenElse(off, hn::Div(m.limit, hn::Abs(deviation)), usable);
     root = hn::Mul(root, hn::Sqrt(robust));
     deviation = hn::Mul(residual, root);
     // The noise is told from pixels that fit; a few that do not would swamp it.
     fits = hn::IfThenElse(off, zero, usable);
+    fit_residual = hn::IfThenElse(off, zero, residual);
   }
-  const V by_ax = hn::Mul(hn::NegMulAdd(ax, twist_slope, hn::Mul(slope_x, density_x)), root);
-  const V by_ay = hn::Mul(hn::NegMulAdd(ay, twist_slope, hn::Mul(slope_y, density_y)), root);
+  const V twist_change = hn::Mul(twist_slope, hn::Set(d, 1 / (kUnit * kDensity)));
+  const V by_ax = hn::Mul(hn::NegMulAdd(ax, twist_change, hn::Mul(slope_x, density_x)), root);
+  const V by_ay = hn::Mul(hn::NegMulAdd(ay, twist_change, hn::Mul(slope_y, density_y)), root);
 
   const auto put = [&](int index, V value) HWY_ATTR { hn::Store(value, d, row + index * lanes); };
-  put(kShiftX, hn::Mul(by_ax, m.scale_x));
-  put(kShiftY, hn::Mul(by_ay, m.scale_y));
-  put(kBlur, hn::Neg(hn::Mul(hn::MulAdd(by_ax, ax, hn::Mul(by_ay, ay)), m.inverse_blur)));
+  put(kShiftX, by_ax);
+  put(kShiftY, by_ay);
+  put(kBlur, hn::MulAdd(by_ax, ax, hn::Mul(by_ay, ay)));
   put(kResidual, deviation);
   if constexpr (kSums == LaneSums::kShapes) return;
-  put(kLevel00, hn::Mul(w00, root));
-  put(kLevel10, hn::Mul(w10, root));
-  put(kLevel01, hn::Mul(w01, root));
-  put(kLevel11, hn::Mul(w11, root));
+  const V root11 = hn::Mul(w11, root), root_right = hn::Mul(right, root);
+  const V root01 = hn::MulSub(down, root, root11);
+  put(kLevel00, hn::Sub(hn::Sub(root, root_right), root01));
+  put(kLevel10, hn::Sub(root_right, root11));
+  put(kLevel01, root01);
+  put(kLevel11, root11);
 
   sums.weight = hn::Add(sums.weight, robust);
-  const V square = hn::Mul(residual, residual);
-  sums.fit_square = hn::MulAdd(square, fits, sums.fit_square);
+  sums.fit_square = hn::MulAdd(fit_residual, fit_residual, sums.fit_square);
   sums.fit_count = hn::Add(fits, sums.fit_count);
   if constexpr (kSums == LaneSums::kNoise) {
     const V dark = hn::IfThenElseZero(hn::Lt(model, m.middle), fits);
     sums.fit_light = hn::MulAdd(model, fits, sums.fit_light);
-    sums.dark_square = hn::MulAdd(square, dark, sums.dark_square);
+    sums.dark_square = hn::MulAdd(hn::Mul(fit_residual, fit_residual), dark, sums.dark_square);
     sums.dark_light = hn::MulAdd(model, dark, sums.dark_light);
     sums.dark_count = hn::Add(dark, sums.dark_count);
   }
+}
+
+/// The most pixels of a lane in the vector from `first` on.
+int MostOf(const LaneBlock& block, int first) {
+  const int past = first + static_cast<int>(hn::Lanes(D()));
+  int most = 0;
+  for (int lane = first; lane < past; ++lane) most = most > block.counts()[lane] ? most : block.counts()[lane];
+  return most;
 }
 
 /// Of the lanes from `first` on that fill a vector.
@@ -299,8 +278,7 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
   for (int product = 0; product < kProductSums; ++product) hn::Store(zero, d, products.Of(product));
   const Model m = ModelOf(input, block, first);
   OtherSums sums{zero, zero, zero, zero, zero, zero, zero};
-  int most = 0;
-  for (int lane = first; lane < first + lanes; ++lane) most = most > block.count(lane) ? most : block.count(lane);
+  const int most = MostOf(block, first);
   const int stride = input.stride;
   const std::ptrdiff_t next = stride * LaneBlock::kNextPixel;
   const std::size_t start = block.Place(first, 0);
@@ -321,6 +299,7 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
     kSums == LaneSums::kShapes ? AddShapeProducts(d, rows, pixels, products)
                                : AddAllProducts(d, rows, pixels, products);
   }
+  ScaleShapes(input, block, first, products);
   if constexpr (kSums == LaneSums::kShapes) return;
   const auto finish = [&](LaneSum which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
   finish(kWeight, sums.weight);
@@ -332,13 +311,34 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
   finish(kLightCount, hn::Sub(sums.fit_count, sums.dark_count));
 }
 
+/// Tells the lanes that others were dealt to what it told those.
+void SpreadParameters(LaneBlock& block) {
+  for (int which = 0; which < LaneBlock::kParameters; ++which) {
+    float* const values = block.parameter_data(which) + block.folded();
+    for (int i = LaneBlock::kFold; i < LaneBlock::kGroup; ++i) values[i] = values[i % LaneBlock::kFold];
+  }
+}
+
+/// Adds up their first `count` sums.
+void GatherSums(int count, LaneBlock& block) {
+  for (int which = 0; which < count; ++which) {
+    float* const sums = block.sum_data(which) + block.folded();
+    for (int i = 0; i < LaneBlock::kFold; ++i)
+      sums[i] =
+          (sums[i] + sums[i + LaneBlock::kFold]) + (sums[i + 2 * LaneBlock::kFold] + sums[i + 3 * LaneBlock::kFold]);
+  }
+}
+
 void Accumulate(const KernelInput& input, LaneBlock& block) {
   const int lanes = static_cast<int>(hn::Lanes(D()));
+  const bool folded = block.folded() < block.padded();
+  if (folded) SpreadParameters(block);
   for (int first = 0; first < block.padded(); first += lanes) switch (input.sums) {
       case LaneSums::kShapes: AccumulateVector<LaneSums::kShapes>(input, first, block); break;
       case LaneSums::kLevels: AccumulateVector<LaneSums::kLevels>(input, first, block); break;
       case LaneSums::kNoise: AccumulateVector<LaneSums::kNoise>(input, first, block); break;
     }
+  if (folded) GatherSums(input.sums == LaneSums::kShapes ? kProductSums : kLaneSums, block);
 }
 
 void EvenOut(const LightFall& fall, float saturation, LaneBlock& block) {
@@ -348,11 +348,10 @@ void EvenOut(const LightFall& fall, float saturation, LaneBlock& block) {
   const V by_uu = hn::Set(d, fall.by_uu), by_uv = hn::Set(d, fall.by_uv), by_vv = hn::Set(d, fall.by_vv);
   const V one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f), twelfth = hn::Set(d, 1.0f / 12);
   for (int first = 0; first < block.padded(); first += lanes) {
-    int most = 0;
-    for (int lane = first; lane < first + lanes; ++lane) most = most > block.count(lane) ? most : block.count(lane);
+    const int most = MostOf(block, first);
     // Also where no pixel stands: nobody looks there, and a test would cost more.
-    for (int k = 0; k < most; ++k) {
-      const std::size_t at = block.Place(first, k);
+    std::size_t at = block.Place(first, 0);
+    for (int k = 0; k < most; ++k, at += LaneBlock::kNextPixel) {
       const V light = hn::LoadU(d, block.light_data() + at);
       const V u = hn::LoadU(d, block.u_data() + at), v = hn::LoadU(d, block.v_data() + at);
       const V s =
@@ -370,7 +369,6 @@ void EvenOut(const LightFall& fall, float saturation, LaneBlock& block) {
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <algorithm>
 
 namespace chequer {
 namespace {
@@ -379,18 +377,6 @@ HWY_EXPORT(Accumulate);
 HWY_EXPORT(EvenOut);
 
 }  // namespace
-
-void LaneBlock::Reset(int lanes, int pixels_per_lane) {
-  lanes_ = lanes;
-  padded_ = (lanes + kGroup - 1) / kGroup * kGroup;
-  capacity_ = pixels_per_lane;
-  const auto padded = static_cast<std::size_t>(padded_);
-  // Values beyond a lane's count are multiplied by zero: they must be finite, whatever an earlier board left there is.
-  pixels_.resize(std::max(pixels_.size(), 3 * padded / kGroup * static_cast<std::size_t>(capacity_)));
-  parameters_.assign(padded * kParameters, 1.0f);
-  sums_.resize(padded / kGroup * kLaneSums);
-  counts_.assign(padded, 0);
-}
 
 void AccumulateLanes(const KernelInput& input, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(Accumulate)(input, block); }
 

@@ -36,6 +36,17 @@ HWY_INLINE hwy::HWY_NAMESPACE::Vec<D> ReciprocalSqrt(D d, hwy::HWY_NAMESPACE::Ve
 #endif
 }
 
+/// The same where 1e-4 of it does not matter, as in weights: the estimate alone, if it is as good (AVX-512).
+template <class D>
+HWY_INLINE hwy::HWY_NAMESPACE::Vec<D> RoughReciprocalSqrt(D d, hwy::HWY_NAMESPACE::Vec<D> x) {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+  (void)d;
+  return hwy::HWY_NAMESPACE::ApproximateReciprocalSqrt(x);
+#else
+  return ReciprocalSqrt(d, x);
+#endif
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace chequer
 HWY_AFTER_NAMESPACE();

@@ -1,13 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <cstddef>
 
 namespace chequer {
 
-/// The Cholesky factor of a small positive definite matrix: loops of known lengths, a third of the cost of Eigen's,
-/// which are made for larger ones.
+/// The Cholesky factor L D Lᵀ of a small positive definite matrix: loops of known lengths, a third of the cost of
+/// Eigen's, which are made for larger ones, and no roots, which all that follows would wait for.
 template <int kSize>
 class SmallCholesky {
  public:
@@ -16,15 +15,20 @@ class SmallCholesky {
 
   /// From the lower triangle.
   explicit SmallCholesky(const Matrix& matrix) {
+    // Where L is not known yet stands L D.
     for (int col = 0; col < kSize; ++col) {
       double pivot = matrix(col, col);
-      for (int k = 0; k < col; ++k) pivot -= factor_[col][k] * factor_[col][k];
+      for (int k = 0; k < col; ++k) {
+        const double scaled = factor_[col][k];
+        factor_[col][k] = scaled * inverse_[k];
+        pivot -= scaled * factor_[col][k];
+      }
       positive_ &= pivot > 0;
-      inverse_[col] = 1 / std::sqrt(pivot);
+      inverse_[col] = 1 / pivot;
       for (int row = col + 1; row < kSize; ++row) {
         double value = matrix(row, col);
         for (int k = 0; k < col; ++k) value -= factor_[row][k] * factor_[col][k];
-        factor_[row][col] = value * inverse_[col];
+        factor_[row][col] = value;
       }
     }
   }
@@ -38,17 +42,15 @@ class SmallCholesky {
       least = inverse_[k] < least ? inverse_[k] : least;
       most = inverse_[k] > most ? inverse_[k] : most;
     }
-    return positive_ && least * least > least_share * most * most;
+    return positive_ && least > least_share * most;
   }
 
   Vector Solve(Vector x) const {
-    for (int row = 0; row < kSize; ++row) {
+    for (int row = 1; row < kSize; ++row)
       for (int k = 0; k < row; ++k) x[row] -= factor_[row][k] * x[k];
-      x[row] *= inverse_[row];
-    }
     for (int row = kSize - 1; row >= 0; --row) {
-      for (int k = row + 1; k < kSize; ++k) x[row] -= factor_[k][row] * x[k];
       x[row] *= inverse_[row];
+      for (int k = row + 1; k < kSize; ++k) x[row] -= factor_[k][row] * x[k];
     }
     return x;
   }
@@ -61,8 +63,8 @@ class SmallCholesky {
 
  private:
   static constexpr std::size_t kCount = kSize;
-  double factor_[kCount][kCount];  ///< below the diagonal
-  double inverse_[kCount];         ///< of the diagonal
+  double factor_[kCount][kCount];  ///< L, below the diagonal
+  double inverse_[kCount];         ///< of D
   bool positive_ = true;
 };
 

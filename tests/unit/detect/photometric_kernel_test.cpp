@@ -47,7 +47,7 @@ class Kernel : public testing::Test {
                                    at.level[1], at.level[2], at.level[3], at.floor, at.slope};
       for (int i = 0; i < LaneBlock::kParameters; ++i)
         block_.parameter_data(i)[lane] = static_cast<float>(parameters[i]);
-      block_.count(lane) = kPixels - lane % 3;
+      block_.SetCount(lane, kPixels - lane % 3);
       for (int i = 0; i < block_.count(lane); ++i) {
         const std::size_t place = block_.Place(lane, i);
         block_.u_data()[place] = static_cast<float>(8 * (at.corner_x + 0.5 * value_(random_)));
@@ -150,6 +150,42 @@ TEST_F(Kernel, SumsAreThoseOfTheModelOnEveryTarget) {
               << hwy::TargetName(target) << ", lane " << lane << ", columns " << a << " and " << b;
       EXPECT_EQ(block_.sum(kWeight, lane), static_cast<float>(block_.count(lane)));
       EXPECT_EQ(block_.sum(kDarkCount, lane) + block_.sum(kLightCount, lane), static_cast<float>(block_.count(lane)));
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST_F(Kernel, FoldedLanesAreSummedAlike) {
+  // The first four lanes, alone in a block.
+  LaneBlock few;
+  few.Reset(LaneBlock::kFold, 64);
+  const auto each_value = [&](auto&& act) {
+    for (int lane = 0; lane < LaneBlock::kFold; ++lane)
+      for (int i = 0; i < block_.count(lane); ++i) {
+        const std::size_t from = block_.Place(lane, i), to = few.Place(lane, i);
+        act(block_.u_data()[from], few.u_data()[to]);
+        act(block_.v_data()[from], few.v_data()[to]);
+        act(block_.light_data()[from], few.light_data()[to]);
+      }
+  };
+  each_value([](float from, float& to) { to = from; });
+  for (int lane = 0; lane < LaneBlock::kFold; ++lane) {
+    few.SetCount(lane, block_.count(lane));
+    for (int i = 0; i < LaneBlock::kParameters; ++i) few.parameter_data(i)[lane] = block_.parameter_data(i)[lane];
+  }
+  few.Fold();
+  each_value([](float from, float& to) { EXPECT_EQ(to, from); });
+  for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    AccumulateLanes(input_, block_);
+    AccumulateLanes(input_, few);
+    for (int lane = 0; lane < LaneBlock::kFold; ++lane) {
+      EXPECT_EQ(few.count(lane), block_.count(lane));
+      for (int a = 0; a < kLaneColumns; ++a) {
+        const float size = block_.sum(ProductSum(a, a), lane);
+        EXPECT_NEAR(few.sum(ProductSum(a, a), lane), size, 1e-5f * size) << hwy::TargetName(target);
+      }
+      EXPECT_EQ(few.sum(kWeight, lane), block_.sum(kWeight, lane));
     }
   }
   hwy::SetSupportedTargetsForTest(0);
