@@ -12,8 +12,11 @@ namespace {
 /// Corners of an even lattice lie within so many standard deviations of their middle (2.83 for 5 × 5), with a margin
 /// for what is linked to it by chance.
 constexpr float kReach = 3.0f;
-/// A filled square lies within 2.45 standard deviations of its middle: more lets it grow where it goes on.
-constexpr float kReachOfArea = 3.0f, kLastReachOfArea = 2.6f;
+/// A filled square lies within so many standard deviations of its middle: more lets it grow where it goes on.
+constexpr float kAreaReach = 2.45f, kReachOfArea = 3.0f, kLastReachOfArea = 2.6f;
+/// From kReachOfArea up to this one, there is at most such a share of the change, by area: 0.1 at most around boards
+/// among photographs, 0.1 to 0.4 where ground has its colours.
+constexpr float kAroundReach = 4.5f, kMostAround = 0.1f;
 /// Standard deviations of a filled square and of its corners, cells: 6 / √12 of a board of six.
 constexpr float kAreaCells = 1.73f;
 /// What a pixel changes by counts beyond that share of what is common there: paper, grain and the edges' foot do not.
@@ -21,7 +24,7 @@ constexpr float kLeastChange = 0.3f;
 /// Of more, no pixel counts: sums of a row are within an int.
 constexpr int kMostCounted = 127;
 /// What spreads wider, longer, or so many times longer than wide, px, is not followed: it is ground, or a line.
-constexpr float kMostWide = 11.2f, kMostLong = 60, kMostSlant = 14;
+constexpr float kMostWide = 9.5f, kMostLong = 60, kMostSlant = 14;
 /// A place whose spread changes by less of its width has settled.
 constexpr float kSettledPlace = 0.02f;
 constexpr int kMostSteps = 12;
@@ -90,6 +93,15 @@ void Follow(const Moments& moments, Place& place) {
   SetSpread((squares - mean * mean.transpose()).cast<float>(), place);
 }
 
+/// Whether there is much less change around a place than in it.
+bool StandsOut(const BytePlane& plane, const Place& place, int least, int most) {
+  const auto weight = [&](float reach) { return MomentsOfChange(plane, place, reach, least, most).weight; };
+  const double inside = weight(kAreaReach) / (kAreaReach * kAreaReach),
+               around = (weight(kAroundReach) - weight(kReachOfArea)) /
+                        (kAroundReach * kAroundReach - kReachOfArea * kReachOfArea);
+  return around < kMostAround * inside;
+}
+
 /// What pixels that change at all change by around a point, weighted by itself.
 int CommonChange(const BytePlane& plane, const Place& place) {
   double sum = 0, squares = 0;
@@ -131,11 +143,11 @@ std::optional<Place> PlaceOfChange(const BytePlane& plane, const Eigen::Vector2f
   Place place;
   place.middle = middle;
   place.spread.setConstant(radius / kReachOfArea);
-  const int common = CommonChange(plane, place), least = static_cast<int>(kLeastChange * static_cast<float>(common));
+  const int common = CommonChange(plane, place), least = static_cast<int>(kLeastChange * static_cast<float>(common)),
+            most = std::min(common, kMostCounted);
   for (int left = kMostSteps; left > 0;) {
     const Eigen::Vector2f before = place.spread;
-    const Moments moments = MomentsOfChange(plane, place, left > 1 ? kReachOfArea : kLastReachOfArea, least,
-                                            std::min(common, kMostCounted));
+    const Moments moments = MomentsOfChange(plane, place, left > 1 ? kReachOfArea : kLastReachOfArea, least, most);
     if (!(moments.weight > 0)) return std::nullopt;
     Follow(moments, place);
     if (place.spread[1] > kMostWide || place.spread[0] > std::min(kMostLong, kMostSlant * place.spread[1]))
@@ -144,6 +156,7 @@ std::optional<Place> PlaceOfChange(const BytePlane& plane, const Eigen::Vector2f
     const bool settled = (place.spread - before).cwiseAbs().maxCoeff() < kSettledPlace * place.spread[1];
     left = settled && left > 2 ? 1 : left - 1;
   }
+  if (!StandsOut(plane, place, least, most)) return std::nullopt;
   // A change between pixels lies in the middle of four.
   place.middle.array() += 0.5f;
   place.spread *= kSpreadCells / kAreaCells;

@@ -32,9 +32,9 @@ bool IsWithinReach(const Place& place, const Eigen::Vector2f& point);
 
 /// The place around a point where a plane changes from pixel to pixel as much as within `radius` of that point: all
 /// over a board of narrow cells it does, whichever of its corners show. It spreads as the corners of a board that fills
-/// it would; `count` is left 0. Nothing where that goes on for farther than over a board whose cells are 6.5 px high
-/// and 35 px wide, or along a line: it is given up on the way. Every other pixel of every other row is asked: 5 µs for
-/// a board of 90 × 25 px, 10 µs for ground that goes on.
+/// it would; `count` is left 0. Nothing where that goes on for farther than over a board whose cells are 5.5 px high
+/// and 35 px wide, or along a line, which is given up on the way, or where there is about as much of it around. A
+/// quarter of the pixels is asked: 4 µs.
 /// @param middle, radius, and the result, pixels of the plane.
 std::optional<Place> PlaceOfChange(const BytePlane& plane, const Eigen::Vector2f& middle, float radius);
 

@@ -20,7 +20,7 @@ constexpr int kTileShift = 5;
 /// What lies so near to a board's points is of that board for the most part, px.
 constexpr float kSeedPx = 14;
 /// Points of a place that are asked for inks.
-constexpr std::size_t kMostAsked = 6;
+constexpr std::size_t kMostAsked = 3;
 /// Cells in the view, px, and its half side in cells: a board of six and what the spread misjudges.
 constexpr float kCellPx = 8, kHalfCells = 5.5f;
 constexpr int kViewPx = static_cast<int>(2 * kHalfCells * kCellPx);
@@ -38,8 +38,8 @@ constexpr float kShareOfMost = 0.4f;
 /// A place changes along one direction by no more than that, of what it changes across, if it holds a smeared board:
 /// smeared by 1.2 cells, 0.05 to 0.35; by less, the first look shows it.
 constexpr float kMostEven = 0.55f;
-/// Places that are considered.
-constexpr int kMostPlaces = 6;
+/// Places that are considered; of few points, as those of an image without anything else.
+constexpr int kMostPlaces = 6, kMostSparse = 2;
 /// Blur of common images, px: of a view that is stretched along y it is much the same along y as what the smoothing
 /// makes of it along x. Uneven blur would leave ridges where corners are.
 constexpr float kBlurPx = 0.8f;
@@ -96,7 +96,7 @@ void SecondLook::Start(const LightReader& reader, std::span<const StrongPoint> p
                        std::span<const PixelBox> boards) {
   width_ = reader.width();
   height_ = reader.height();
-  looks_ = places_ = 0;
+  looks_ = places_ = sparse_ = 0;
   unclear_.reset();
   points_.clear();
   const int cols = (width_ >> kTileShift) + 1, rows = (height_ >> kTileShift) + 1;
@@ -300,7 +300,7 @@ bool SecondLook::Next(const Pyramid& pyramid, const LightReader& reader) {
     viewed |= smeared_;
     if (fate != PlaceFate::kFewPoints) Forget(*place);
     // Where points tell too little of a place, its pixels may tell more.
-    if (!viewed)
+    if (!viewed && (fate != PlaceFate::kFewPoints || ++sparse_ <= kMostSparse))
       viewed = LookByChange(pyramid, reader, *place);
     else if (!ShowsBoard())
       unclear_ = place;

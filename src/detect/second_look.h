@@ -79,7 +79,7 @@ class SecondLook {
 
   int width_ = 0, height_ = 0;
   bool smeared_ = false;
-  int looks_ = 0, places_ = 0;
+  int looks_ = 0, places_ = 0, sparse_ = 0;
   std::vector<StrongPoint> points_, seen_;
   std::vector<Eigen::Vector2f> members_;  ///< some points of the last place
   std::optional<Place> unclear_;          ///< was viewed, but shows little
