@@ -300,10 +300,9 @@ bool SecondLook::Next(const Pyramid& pyramid, const LightReader& reader) {
     viewed |= smeared_;
     if (fate != PlaceFate::kFewPoints) Forget(*place);
     // Where points tell too little of a place, its pixels may tell more.
+    if (viewed && !ShowsBoard()) unclear_ = place;
     if (!viewed && (fate != PlaceFate::kFewPoints || ++sparse_ <= kMostSparse))
       viewed = LookByChange(pyramid, reader, *place);
-    else if (!ShowsBoard())
-      unclear_ = place;
     if (trace_ && !by_points && !viewed) NotePlace(*place, fate);
     looks_ += viewed;
     if (viewed) return true;
