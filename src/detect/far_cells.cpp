@@ -1,6 +1,5 @@
 #include "detect/far_cells.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -350,13 +349,16 @@ struct FarCells::PixelDerivatives {
 };
 
 BoardGeometry::Information FarCells::ResponseToMoves(const Known& known, std::span<const bool> used,
-                                                     const BoardPixels& pixels) const {
+                                                     const BoardPixels& pixels) {
   constexpr int kParameters = BoardGeometry::kParameters;
   const MarkerSize size = pixels.size();
   const int unknowns = kParameters + size.rows * size.cols;
   const float spread = static_cast<float>(known.ink_spread);
   // The steps solve own · step = modelᵀ residual; what is there answers with both · truth.
-  Eigen::MatrixXd own = Eigen::MatrixXd::Identity(unknowns, unknowns) * kLeastInformation, both = own;
+  Eigen::MatrixXd &own = moves_.own, &both = moves_.both;
+  own.setIdentity(unknowns, unknowns);
+  own *= kLeastInformation;
+  both = own;
   const auto add = [&](const Around& around, int phase, const Eigen::Vector2f& from, float) {
     if (channel_of_phase_[static_cast<std::size_t>(phase)] != channel_of_phase_[kToldPhase]) return;
     const Eigen::Vector2d board = (around.corner + from).cast<double>();
@@ -385,13 +387,18 @@ BoardGeometry::Information FarCells::ResponseToMoves(const Known& known, std::sp
   };
   ForPixels(known, used, pixels, known.smear_px.isZero() ? kMoveStride : kSmearStride, add);
   // Of a pixel noise of one, the geometry's covariances.
-  using Geometry = Eigen::Matrix<double, Eigen::Dynamic, kParameters>;
-  const Geometry geometry = Geometry::Identity(unknowns, kParameters);
-  const Geometry of_own = own.llt().solve(geometry), answer = both.transpose().partialPivLu().solve(geometry);
+  Moves& m = moves_;
+  m.geometry.setIdentity(unknowns, kParameters);
+  m.own_factor.compute(own);
+  m.of_own = m.own_factor.solve(m.geometry);
+  both.transposeInPlace();
+  m.both_factor.compute(both);
+  m.answer = m.both_factor.solve(m.geometry);
+  m.product.noalias() = own * m.answer;
   const auto root = [](const BoardGeometry::Information& covariance) {
     return BoardGeometry::Information(covariance.llt().matrixL());
   };
-  return root(of_own.topRows<kParameters>()) * root(answer.transpose() * own * answer).inverse();
+  return root(m.of_own.topRows<kParameters>()) * root(m.answer.transpose() * m.product).inverse();
 }
 
 }  // namespace chequer

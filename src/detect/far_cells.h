@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <array>
 #include <span>
 #include <vector>
@@ -55,8 +57,7 @@ class FarCells {
   static bool MoveWithBoard(const Known& known, const BoardPixels& pixels);
   /// Of a board's small moves then, how much those are that the steps by the corners' own model make of them, cells'
   /// levels following; as BoardGeometry has moves, for information about them.
-  BoardGeometry::Information ResponseToMoves(const Known& known, std::span<const bool> used,
-                                             const BoardPixels& pixels) const;
+  BoardGeometry::Information ResponseToMoves(const Known& known, std::span<const bool> used, const BoardPixels& pixels);
 
  private:
   /// The cells around a corner, and how its pixels lie among them.
@@ -103,7 +104,17 @@ class FarCells {
   /// Integral of the normal distribution, to 1e-5.
   float Integral(float deviations) const;
 
+  /// Scratch of ResponseToMoves, whose memory is kept.
+  struct Moves {
+    using Geometry = Eigen::Matrix<double, Eigen::Dynamic, BoardGeometry::kParameters>;
+    Eigen::MatrixXd own, both;
+    Eigen::LLT<Eigen::MatrixXd> own_factor;
+    Eigen::PartialPivLU<Eigen::MatrixXd> both_factor;
+    Geometry geometry, of_own, answer, product;
+  };
+
   std::vector<float> integral_;  ///< table
+  Moves moves_;
   std::array<int, 4> channel_of_phase_{};
   std::vector<PhaseValues> cells_;   ///< with a ring of what lies beside the board
   std::vector<PhaseValues> beside_;  ///< the same; only the ring is told
