@@ -117,7 +117,7 @@ struct DetectStats {
   int grids = 0;              ///< groups of linked corners
   int boards = 0;             ///< groups anchored by a border
   int refused_border = 0;     ///< groups whose border fits no family, at any placement and turn
-  int refused_fit = 0;        ///< boards that the photometric model does not explain
+  int refused_fit = 0;        ///< boards that the photometric model does not explain, or that others have shown better
   int undecided = 0;          ///< boards whose identity is not decided
 };
 

@@ -7,8 +7,7 @@
 #include <cctype>
 #include <string>
 
-#include "chequer/detector.h"
-#include "simulate/stress.h"
+#include "support/stress_frames.h"
 
 namespace chequer {
 namespace {
@@ -37,17 +36,10 @@ TEST_P(HonestCovariance, ErrorsAreAsLargeAsTheirCovariances) {
   double position = 0, orientation = 0;
   int poses = 0;
   for (std::uint64_t seed = 8000; seed < 8000 + kFrames; ++seed) {
-    const std::vector<StressCase> cases = StressCases(code, seed);
-    const auto found =
-        std::find_if(cases.begin(), cases.end(), [](const StressCase& s) { return s.tag == GetParam().tag; });
-    ASSERT_NE(found, cases.end()) << "no condition " << GetParam().tag;
-    StressCase stress = *found;
+    StressCase stress = test::CaseOf(GetParam().tag, code, seed);
     stress.options.lighting.vignetting = GetParam().vignetting;
-    DetectorOptions options;
-    options.families = {{.code = code, .side_m = stress.scene.markers[0].side_m, .roster = {}}};
-    options.camera = stress.options.camera;
     const RigidTransform& truth = stress.scene.markers[0].camera_from_marker;
-    for (const MarkerPose& marker : Detector(options).Detect(Render(stress.scene, stress.options, seed).view())) {
+    for (const MarkerPose& marker : test::Look(stress, code, seed)) {
       const Eigen::Quaterniond turn = truth.rotation * marker.camera_from_marker.rotation.conjugate();
       position += Normalised(truth.translation - marker.camera_from_marker.translation,
                              marker.covariance.topLeftCorner<3, 3>());

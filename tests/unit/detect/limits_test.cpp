@@ -3,15 +3,18 @@
 
 #include <algorithm>
 #include <cctype>
+#include <initializer_list>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "chequer/detector.h"
-#include "simulate/stress.h"
+#include "support/stress_frames.h"
 
 namespace chequer {
 namespace {
+
+using test::CaseOf;
+using test::Look;
 
 struct Limit {
   const char* tag;  ///< of a stress case
@@ -23,12 +26,18 @@ void PrintTo(const Limit& limit, std::ostream* out) { *out << limit.tag; }
 
 class Limits : public testing::TestWithParam<Limit> {};
 
-/// Draws frame number `seed` of a condition and looks at it.
-std::vector<MarkerPose> Look(const StressCase& stress, const MarkerCode& code, std::uint64_t seed) {
-  DetectorOptions options;
-  options.families = {{.code = code, .side_m = stress.scene.markers[0].side_m, .roster = {}}};
-  options.camera = stress.options.camera;
-  return Detector(options).Detect(Render(stress.scene, stress.options, seed).view());
+/// Of boards seen at 75 degrees, one a seed, how many are read. @param first added to a seed for the scene's.
+int ReadOfSteep(std::initializer_list<std::uint64_t> seeds, std::uint64_t first = 0) {
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  int read = 0;
+  for (const std::uint64_t seed : seeds) {
+    const StressCase stress = CaseOf("tilt_deg=75", code, first + seed);
+    for (const MarkerPose& marker : Look(stress, code, seed)) {
+      EXPECT_EQ(marker.id, stress.scene.markers[0].board.id) << "seed " << seed;
+      ++read;
+    }
+  }
+  return read;
 }
 
 TEST_P(Limits, AreReached) {
@@ -37,13 +46,10 @@ TEST_P(Limits, AreReached) {
   std::string missed;
   for (int frame = 0; frame < GetParam().frames; ++frame) {
     const std::uint64_t seed = 7000 + static_cast<std::uint64_t>(frame);
-    const std::vector<StressCase> cases = StressCases(code, seed);
-    const auto stress =
-        std::find_if(cases.begin(), cases.end(), [](const StressCase& s) { return s.tag == GetParam().tag; });
-    ASSERT_NE(stress, cases.end()) << "no condition " << GetParam().tag;
-    const std::uint64_t id = stress->scene.markers[0].board.id;
+    const StressCase stress = CaseOf(GetParam().tag, code, seed);
+    const std::uint64_t id = stress.scene.markers[0].board.id;
     bool found = false;
-    const std::vector<MarkerPose> markers = Look(*stress, code, seed);
+    const std::vector<MarkerPose> markers = Look(stress, code, seed);
     EXPECT_LE(markers.size(), 1u) << "one board twice, seed " << seed;
     for (const MarkerPose& marker : markers) {
       if (!marker.id) continue;
@@ -60,38 +66,32 @@ TEST(TwoBoards, AreReadFromTheSide) {
   // What another board of the image has told lets a board's first step trust levels that were sampled: not where cells
   // are narrow one way, as in these frames.
   const MarkerCode code({6, 6}, Variant::kSecded);
-  for (const auto& [tag, seed] : {std::pair{"tilt_deg=70", 11}, std::pair{"tilt_deg=75", 9}})
-    for (StressCase& stress : StressCases(code, 1000 + static_cast<std::uint64_t>(seed))) {
-      if (stress.tag != tag) continue;
-      SceneMarker& one = stress.scene.markers[0];
-      SceneMarker other = one;
-      one.camera_from_marker.translation.x() -= 0.66 * one.side_m;
-      other.camera_from_marker.translation.x() += 0.66 * one.side_m;
-      stress.scene.markers.push_back(other);
-      EXPECT_EQ(Look(stress, code, static_cast<std::uint64_t>(seed)).size(), 2u) << tag;
-    }
+  for (const auto& [tag, seed] : {std::pair{"tilt_deg=70", 11u}, std::pair{"tilt_deg=75", 9u}}) {
+    StressCase stress = CaseOf(tag, code, 1000 + seed);
+    SceneMarker& one = stress.scene.markers[0];
+    SceneMarker other = one;
+    one.camera_from_marker.translation.x() -= 0.66 * one.side_m;
+    other.camera_from_marker.translation.x() += 0.66 * one.side_m;
+    stress.scene.markers.push_back(other);
+    EXPECT_EQ(Look(stress, code, seed).size(), 2u) << tag;
+  }
 }
 
 TEST(SecondLook, ReportsNoMarkerTwice) {
   // In frame 7027, points along the rim of the marker that was read make a place of their own, which shows it again.
   const MarkerCode code({6, 6}, Variant::kSecded);
   for (std::uint64_t seed = 7020; seed < 7030; ++seed)
-    for (const StressCase& stress : StressCases(code, seed)) {
-      if (stress.tag != "haze=0.25") continue;
-      EXPECT_EQ(Look(stress, code, seed).size(), 1u) << "seed " << seed;
-    }
+    EXPECT_EQ(Look(CaseOf("haze=0.25", code, seed), code, seed).size(), 1u) << "seed " << seed;
 }
 
 TEST(SecondLook, ReplacesWhatTheFirstHasSeenBadly) {
   // In frame 86, few corners of the first look make a board that is placed wrong; the second look sees all 25.
   const MarkerCode code({6, 6}, Variant::kSecded);
-  for (const StressCase& stress : StressCases(code, 86)) {
-    if (stress.tag != "tilt_deg=70") continue;
-    const std::vector<MarkerPose> markers = Look(stress, code, 86);
-    ASSERT_EQ(markers.size(), 1u);
-    EXPECT_EQ(markers[0].id, stress.scene.markers[0].board.id);
-    EXPECT_EQ(markers[0].corners_used, 25);
-  }
+  const StressCase stress = CaseOf("tilt_deg=70", code, 86);
+  const std::vector<MarkerPose> markers = Look(stress, code, 86);
+  ASSERT_EQ(markers.size(), 1u);
+  EXPECT_EQ(markers[0].id, stress.scene.markers[0].board.id);
+  EXPECT_EQ(markers[0].corners_used, 25);
 }
 
 TEST(SecondLook, TellsABoardFromTheClutterAroundIt) {
@@ -99,16 +99,15 @@ TEST(SecondLook, TellsABoardFromTheClutterAroundIt) {
   // of these frames is read.
   const MarkerCode code({6, 6}, Variant::kSecded);
   int read = 0;
-  for (const std::uint64_t seed : {7019u, 7027u, 7033u})
-    for (StressCase& stress : StressCases(code, seed)) {
-      if (stress.tag != "tilt_deg=75") continue;
-      stress.scene.background.kind = BackgroundKind::kText;
-      for (const MarkerPose& marker : Look(stress, code, seed - 7000)) {
-        if (!marker.id) continue;
-        EXPECT_EQ(marker.id, stress.scene.markers[0].board.id) << "seed " << seed;
-        ++read;
-      }
+  for (const std::uint64_t seed : {7019u, 7027u, 7033u}) {
+    StressCase stress = CaseOf("tilt_deg=75", code, seed);
+    stress.scene.background.kind = BackgroundKind::kText;
+    for (const MarkerPose& marker : Look(stress, code, seed - 7000)) {
+      if (!marker.id) continue;
+      EXPECT_EQ(marker.id, stress.scene.markers[0].board.id) << "seed " << seed;
+      ++read;
     }
+  }
   // So steep, one may be lost by rounding alone.
   EXPECT_GE(read, 2);
 }
@@ -116,49 +115,28 @@ TEST(SecondLook, TellsABoardFromTheClutterAroundIt) {
 TEST(FewCorners, LeadToTheOthers) {
   // Of these boards the first look finds 6 to 13 corners, all on one side: the others lie up to 20 px from where those
   // have them. By the pixels of the found ones first, all of them are read; without, none.
-  const MarkerCode code({6, 6}, Variant::kSecded);
-  int read = 0;
-  for (const std::uint64_t seed : {26u, 87u, 94u})
-    for (const StressCase& stress : StressCases(code, 1000 + seed)) {
-      if (stress.tag != "tilt_deg=75") continue;
-      for (const MarkerPose& marker : Look(stress, code, seed)) {
-        EXPECT_EQ(marker.id, stress.scene.markers[0].board.id) << "seed " << seed;
-        ++read;
-      }
-    }
   // So steep, one may be lost by rounding alone.
-  EXPECT_GE(read, 2);
+  EXPECT_GE(ReadOfSteep({26, 87, 94}, 1000), 2);
 }
 
 TEST(FewPoints, StillLeadToABoard) {
   // Of these boards the rings of the first look answer at 1 to 11 places, which spread as they like: what changes from
   // pixel to pixel tells where they lie. By points alone, none of them is read.
-  const MarkerCode code({6, 6}, Variant::kSecded);
-  int read = 0;
-  for (const std::uint64_t seed : {58u, 61u, 124u, 140u, 194u, 196u})
-    for (const StressCase& stress : StressCases(code, seed)) {
-      if (stress.tag != "tilt_deg=75") continue;
-      for (const MarkerPose& marker : Look(stress, code, seed)) {
-        EXPECT_EQ(marker.id, stress.scene.markers[0].board.id) << "seed " << seed;
-        ++read;
-      }
-    }
   // So steep, some may be lost by rounding alone.
-  EXPECT_GE(read, 4);
+  EXPECT_GE(ReadOfSteep({58, 61, 124, 140, 194, 196}), 4);
 }
 
 TEST(Covered, TheSideIsThatWhichDoesNotShow) {
   // Strips along one side, most of a line of cells: what is left of the border matches as if another side were covered,
   // and with both of them, next to nothing of the board is left.
   const MarkerCode code({6, 6}, Variant::kSecded);
-  for (const std::uint64_t seed : {603u, 1088u, 1097u, 1226u, 1393u})
-    for (const StressCase& stress : StressCases(code, seed)) {
-      if (stress.tag != "occluded=0.1") continue;
-      const std::vector<MarkerPose> markers = Look(stress, code, seed);
-      ASSERT_EQ(markers.size(), 1u) << "seed " << seed;
-      EXPECT_EQ(markers[0].id, stress.scene.markers[0].board.id) << "seed " << seed;
-      EXPECT_GE(markers[0].corners_used, 20) << "seed " << seed;
-    }
+  for (const std::uint64_t seed : {603u, 1088u, 1097u, 1226u, 1393u}) {
+    const StressCase stress = CaseOf("occluded=0.1", code, seed);
+    const std::vector<MarkerPose> markers = Look(stress, code, seed);
+    ASSERT_EQ(markers.size(), 1u) << "seed " << seed;
+    EXPECT_EQ(markers[0].id, stress.scene.markers[0].board.id) << "seed " << seed;
+    EXPECT_GE(markers[0].corners_used, 20) << "seed " << seed;
+  }
 }
 
 std::string NameOf(const testing::TestParamInfo<Limit>& limit) {

@@ -6,8 +6,7 @@
 
 #include <algorithm>
 
-#include "chequer/detector.h"
-#include "simulate/stress.h"
+#include "support/stress_frames.h"
 
 namespace chequer {
 namespace {
@@ -56,17 +55,13 @@ TEST(Twins, AreNotReported) {
     PixelFormat format;
   };
   for (const Frame& frame :
-       {Frame{"motion_px=8", 2, PixelFormat::kBgr8}, Frame{"side_px=24", 27, PixelFormat::kBayerRg8}})
-    for (StressCase& stress : StressCases(code, frame.seed)) {
-      if (stress.tag != frame.tag) continue;
-      stress.options.format = frame.format;
-      DetectorOptions options;
-      options.families = {{.code = code, .side_m = stress.scene.markers[0].side_m, .roster = {}}};
-      options.camera = stress.options.camera;
-      const auto markers = Detector(options).Detect(Render(stress.scene, stress.options, frame.seed).view());
-      ASSERT_THAT(markers, SizeIs(1)) << frame.tag;
-      EXPECT_EQ(markers[0].id, stress.scene.markers[0].board.id);
-    }
+       {Frame{"motion_px=8", 2, PixelFormat::kBgr8}, Frame{"side_px=24", 27, PixelFormat::kBayerRg8}}) {
+    StressCase stress = test::CaseOf(frame.tag, code, frame.seed);
+    stress.options.format = frame.format;
+    const auto markers = test::Look(stress, code, frame.seed);
+    ASSERT_THAT(markers, SizeIs(1)) << frame.tag;
+    EXPECT_EQ(markers[0].id, stress.scene.markers[0].board.id);
+  }
 }
 
 }  // namespace
