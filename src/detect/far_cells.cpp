@@ -79,7 +79,9 @@ void FarCells::Start(const LightReader& reader, const Lens& lens, const BoardGeo
                      const std::array<int, 4>& channel_of_phase, const BoardPixels& pixels) {
   channel_of_phase_ = channel_of_phase;
   const LaneBlock& lanes = pixels.lanes();
-  taken_.assign(static_cast<std::size_t>(lanes.lanes() * lanes.capacity()), Taken{});
+  taken_.resize(static_cast<std::size_t>(lanes.lanes() * lanes.capacity()));
+  for (int lane = 0; lane < lanes.lanes(); ++lane)
+    std::fill_n(taken_.begin() + lane * lanes.capacity(), lanes.count(lane), Taken{});
   const int rows = pixels.size().rows + 2, cols = pixels.size().cols + 2;
   beside_.resize(static_cast<std::size_t>(rows * cols));
   for (int row = 0; row < rows; ++row)
@@ -225,11 +227,14 @@ float FarCells::NearOfSmeared(const Around& around, int phase, const Eigen::Vect
   return light;
 }
 
-void FarCells::TakeOut(const Known& known, BoardPixels& pixels) {
-  const MarkerSize size = pixels.size();
+void FarCells::SetCells(const Known& known, MarkerSize size) {
   cells_ = beside_;
   for (int row = 0; row < size.rows; ++row)
     std::copy_n(known.levels.begin() + row * size.cols, size.cols, cells_.begin() + (row + 1) * (size.cols + 2) + 1);
+}
+
+void FarCells::TakeOut(const Known& known, BoardPixels& pixels) {
+  SetCells(known, pixels.size());
   const float spread = static_cast<float>(known.ink_spread);
   const bool smeared = !known.smear_px.isZero();
   LaneBlock& lanes = pixels.lanes();
@@ -294,10 +299,11 @@ void FarCells::ForPixels(const Known& known, std::span<const bool> used, const B
   }
 }
 
-double FarCells::MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const {
+double FarCells::MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels, int stride) {
+  SetCells(known, pixels.size());
   const float spread = static_cast<float>(known.ink_spread);
   double slope_residual = 0, slope_square = 0;
-  ForPixels(known, used, pixels, 1, [&](const Around& around, int phase, const Eigen::Vector2f& from, float light) {
+  ForPixels(known, used, pixels, stride, [&](const Around& around, int phase, const Eigen::Vector2f& from, float light) {
     const float slope =
         (Near(around, phase, from, spread + kSpreadStep) - Near(around, phase, from, spread - kSpreadStep)) /
         (2 * kSpreadStep);

@@ -48,9 +48,10 @@ class FarCells {
   void TakeOut(const Known& known, BoardPixels& pixels);
   /// Puts back what was taken out.
   void PutBack(BoardPixels& pixels);
-  /// By how much the ink spreads more than is known, by a least squares step of that alone over the pixels as they were
-  /// left by TakeOut(). @param used by corner.
-  double MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const;
+  /// By how much the ink spreads more than is known, by a least squares step of that alone over the pixels as they are:
+  /// as TakeOut() left them, or as they were if it was not called. @param used by corner. @param stride every how many
+  /// pixels are looked at.
+  double MoreInkSpread(const Known& known, std::span<const bool> used, const BoardPixels& pixels, int stride);
   /// By how much the smear is longer than is known, image pixels, by a step of the same kind.
   Eigen::Vector2d MoreSmear(const Known& known, std::span<const bool> used, const BoardPixels& pixels) const;
   /// Whether what is taken out changes so much when the board moves that the corners' own model misjudges moves.
@@ -60,6 +61,9 @@ class FarCells {
   BoardGeometry::Information ResponseToMoves(const Known& known, std::span<const bool> used, const BoardPixels& pixels);
 
  private:
+  /// The levels, among the light beside the board.
+  void SetCells(const Known& known, MarkerSize size);
+
   /// The cells around a corner, and how its pixels lie among them.
   struct Around {
     Eigen::Matrix3f board_from_plane;

@@ -19,6 +19,8 @@ constexpr double kLeastInkSpreadPx = 0.1;
 constexpr double kLeastInkSpread = 0.015;
 /// The spread over such a step, as levels and blur have taken up the rest: measured, at the start and later.
 constexpr double kInkStep = 1.75;
+/// Every how many pixels tell whether there is any: on paper that is not flat, each board asks.
+constexpr int kInkStride = 5;
 /// Passes that they take to give it back.
 constexpr int kInkWaits = 2;
 /// Where corners lie as much farther off than was thought, other pixels are the board's.
@@ -111,7 +113,7 @@ void PhotometricFit::TakeOutLight() {
     --ink_waits_;
     return;
   }
-  const double more = far_cells_.MoreInkSpread(known, used_, pixels_), step = kInkStep * more;
+  const double more = far_cells_.MoreInkSpread(known, used_, pixels_, 1), step = kInkStep * more;
   ink_moves_ = std::abs(step) > kSettledInkSpread;
   if (!ink_moves_) return;
   ink_spread_ = std::clamp(ink_spread_ + step, -kMostInkSpread, kMostInkSpread);
@@ -120,9 +122,8 @@ void PhotometricFit::TakeOutLight() {
 }
 
 bool PhotometricFit::StartInk() {
-  far_cells_.TakeOut(Known(), pixels_);
   const double cell_px = CellPx();
-  const double more = far_cells_.MoreInkSpread(Known(), used_, pixels_);
+  const double more = far_cells_.MoreInkSpread(Known(), used_, pixels_, kInkStride);
   if (std::abs(more) * cell_px < kLeastInkSpreadPx || kInkStep * std::abs(more) < kLeastInkSpread) return false;
   ink_spread_ = std::clamp(kInkStep * more, -kMostInkSpread, kMostInkSpread);
   ink_waits_ = kInkWaits;

@@ -133,6 +133,8 @@ class LightReader {
   /// Three values as the image codes them, of a pixel or the mean of some: R, G, B, or Y, U, V.
   using Codes = Eigen::Array3f;
   Eigen::Vector3f RgbAt(int x, int y) const;
+  /// Of the 2 × 2 pixels of a mosaic from x0, y0 on.
+  Eigen::Vector3f RgbOfTile(int x0, int y0) const;
   /// Over a window of a mosaic that holds every channel.
   Eigen::Vector3f MosaicMean(int x0, int y0, int x1, int y1) const;
   std::array<int, 3> YuvAt(int x, int y) const;

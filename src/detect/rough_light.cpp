@@ -27,6 +27,7 @@ Eigen::Vector3f LightReader::RoughRgb(float x, float y, float half_px) const {
   const int size = std::min(std::max(static_cast<int>(2 * half_px), least), most);
   const int x0 = FirstAround(std::clamp(x, 0.0f, static_cast<float>(width() - 1)), size, width()),
             y0 = FirstAround(std::clamp(y, 0.0f, static_cast<float>(height() - 1)), size, height());
+  if (size == least) return bayer ? RgbOfTile(x0, y0) : RgbAt(x0, y0);
   const Codes codes = bayer ? MeanOfMosaic(x0, y0, size) : MeanOfPixels(x0, y0, size);
   switch (image_.format()) {
     case PixelFormat::kYuyv:
@@ -37,6 +38,13 @@ Eigen::Vector3f LightReader::RoughRgb(float x, float y, float half_px) const {
     case PixelFormat::kYuv444p: return LightOfYuv(codes);
     default: return {Between(table_, codes[0]), Between(table_, codes[1]), Between(table_, codes[2])};
   }
+}
+
+Eigen::Vector3f LightReader::RgbOfTile(int x0, int y0) const {
+  const std::uint8_t* const rows[2] = {image_.row(y0) + x0, image_.row(y0 + 1) + x0};
+  const int row = (y0 ^ mosaic_->red_y) & 1, col = (x0 ^ mosaic_->red_x) & 1;  // of red; blue lies opposite
+  const auto light = [&](int of_row, int of_col) { return table_[rows[of_row][of_col]]; };
+  return {light(row, col), (light(row, 1 - col) + light(1 - row, col)) / 2, light(1 - row, 1 - col)};
 }
 
 LightReader::Codes LightReader::MeanOfPixels(int x0, int y0, int size) const {
