@@ -33,12 +33,6 @@ V AbsoluteDifference(V a, V b) {
   return hn::Sub(hn::Max(a, b), hn::Min(a, b));
 }
 
-/// ¼ a + ½ b + ¼ c: the mean of the three in two instructions, with the weights that this costs.
-template <class V>
-V MeanOfThree(V a, V b, V c) {
-  return hn::AverageRound(hn::AverageRound(a, b), hn::AverageRound(b, c));
-}
-
 /// Pixels of a row that are worked on together.
 using D = hn::CappedTag<std::uint8_t, 32>;
 
@@ -50,29 +44,29 @@ int ResponseRow(const std::uint8_t* center, std::ptrdiff_t stride, int width, st
   const int lanes = static_cast<int>(hn::Lanes(d));
   const auto least = hn::Set(d, threshold);
   int count = 0;
-  // Half the ring, a sixth of a turn each; entry k + 3 lies a quarter turn on from entry k.
-  const std::ptrdiff_t ring[6] = {3 + stride,      2 + 2 * stride,  1 + 3 * stride,
-                                  -1 + 3 * stride, -2 + 2 * stride, -3 + stride};
+  // Half the ring, an eighth of a turn each; entry k + 2 lies a quarter turn on from entry k.
+  constexpr std::size_t kPairs = 4;
+  const std::ptrdiff_t ring[kPairs] = {3, 2 + 2 * stride, 3 * stride, -2 + 2 * stride};
   for (int x = kRingMargin; x < width - kRingMargin; x += lanes) {
     const std::uint8_t* p = center + x;
-    hn::Vec<decltype(d)> pair_mean[6], pair_difference[6];
-    for (int k = 0; k < 6; ++k) {
+    hn::Vec<decltype(d)> mean[kPairs], difference[kPairs];
+    for (std::size_t k = 0; k < kPairs; ++k) {
       const auto a = hn::LoadU(d, p + ring[k]);
       const auto b = hn::LoadU(d, p - ring[k]);
-      pair_mean[k] = hn::AverageRound(a, b);
-      pair_difference[k] = AbsoluteDifference(a, b);
+      mean[k] = hn::AverageRound(a, b);
+      difference[k] = AbsoluteDifference(a, b);
     }
-    const auto saddle =
-        MeanOfThree(AbsoluteDifference(pair_mean[0], pair_mean[3]), AbsoluteDifference(pair_mean[1], pair_mean[4]),
-                    AbsoluteDifference(pair_mean[2], pair_mean[5]));
-    const auto edge = MeanOfThree(hn::AverageRound(pair_difference[0], pair_difference[3]),
-                                  hn::AverageRound(pair_difference[1], pair_difference[4]),
-                                  hn::AverageRound(pair_difference[2], pair_difference[5]));
-    const auto mean =
-        MeanOfThree(hn::AverageRound(pair_mean[0], pair_mean[3]), hn::AverageRound(pair_mean[1], pair_mean[4]),
-                    hn::AverageRound(pair_mean[2], pair_mean[5]));
-    const auto off_center = AbsoluteDifference(mean, hn::LoadU(d, p));
-    const auto response = hn::SaturatedSub(hn::SaturatedSub(saddle, edge), off_center);
+    // Each for itself: where edges run through the points of one square, what it misses takes nothing from the other.
+    const auto saddle_of_square = [&](std::size_t k) HWY_ATTR {
+      return hn::SaturatedSub(AbsoluteDifference(mean[k], mean[k + 2]),
+                              hn::AverageRound(difference[k], difference[k + 2]));
+    };
+    const auto saddle = hn::AverageRound(saddle_of_square(0), saddle_of_square(1));
+    const auto ring_mean = hn::AverageRound(hn::AverageRound(mean[0], mean[2]), hn::AverageRound(mean[1], mean[3]));
+    // Where edges run between pixels, no pixel is the middle of a corner: those around it are.
+    const auto middle = hn::AverageRound(hn::AverageRound(hn::LoadU(d, p - 1), hn::LoadU(d, p + 1)),
+                                         hn::AverageRound(hn::LoadU(d, p - stride), hn::LoadU(d, p + stride)));
+    const auto response = hn::SaturatedSub(saddle, AbsoluteDifference(ring_mean, middle));
     hn::StoreU(response, d, out + x);
     strong[count] = static_cast<std::uint16_t>(x);
     // response ≥ threshold ⇔ max(response, threshold) = response.

@@ -7,9 +7,9 @@
 namespace chequer {
 namespace {
 
-/// Least response of a peak, grey levels: a corner of 8-bit contrast C answers with 0.3 C to 0.6 C, noise of 1 to 2
-/// levels with 1 to 3.
-constexpr std::uint8_t kLeastResponse = 4;
+/// Least response of a peak, grey levels: a corner of 8-bit contrast C answers with 0.2 C to 0.7 C, noise of 1 to 2
+/// levels with 1 to 4.
+constexpr std::uint8_t kLeastResponse = 5;
 /// Rows of the image that are worked on together: few enough for the second cache, and a multiple of 4, so that every
 /// level gets whole rows.
 constexpr int kBandRows = 16;

@@ -26,6 +26,13 @@ constexpr double kLeastMargin = 6;
 /// Where light or white balance are warned of, the margin has to be larger.
 constexpr double kLeastMarginWarned = 9;
 
+/// By how much a dark cell returns more blue than green, as a share of white's: what −b* tells of, without the cube
+/// root that makes the noise of black cells as large as blue, and of levels below zero none at all.
+float BlueOf(const Eigen::Vector3f& light, const Eigen::Vector3f& white) {
+  const Eigen::Vector3f relative = light.cwiseQuotient(white);
+  return relative[2] - relative[1];
+}
+
 }  // namespace
 
 Identifier::Identifier(const DetectorOptions& options) : options_(options) {
@@ -159,13 +166,16 @@ bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8
   white /= static_cast<float>(whites);
   if (!(white.minCoeff() > 1e-5f)) return false;
   colours_.resize(light_.size());
+  ink_.resize(light_.size());
   std::array<std::array<GaussianSum, 2>, 2> groups;
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
       const bool dark = IsDark(row, col);
       colours_[cell] = ColourOf(light_[cell], white, dark, options_.color_space);
-      if (IsBorder(size, row, col) && !hidden_[cell]) groups[dark][border[cell]].Add(colours_[cell].saturation);
+      ink_[cell] =
+          dark && options_.color_space == ColorSpace::kLab ? BlueOf(light_[cell], white) : colours_[cell].saturation;
+      if (IsBorder(size, row, col) && !hidden_[cell]) groups[dark][border[cell]].Add(ink_[cell]);
     }
   for (std::size_t dark = 0; dark < 2; ++dark) {
     const Gaussian plain = groups[dark][0].Get(), inked = groups[dark][1].Get();
@@ -197,7 +207,7 @@ void Identifier::Decode(MarkerSize size, Identity& identity) {
         continue;
       }
       const double distance = c.inked - c.plain;
-      const double d = (colours_[cell].saturation - c.plain) / distance, s = c.deviation / distance;
+      const double d = (ink_[cell] - c.plain) / distance, s = c.deviation / distance;
       log_likelihood_[static_cast<std::size_t>(i)] =
           static_cast<float>(std::clamp((d - 0.5) / (s * s), -kMostLikelihood, kMostLikelihood));
     }
@@ -231,7 +241,7 @@ bool Identifier::MayLieElsewhere(MarkerSize size, const std::vector<std::uint8_t
   for (std::size_t cell = 0; cell < colours_.size(); ++cell) {
     const int row = static_cast<int>(cell) / size.cols, col = static_cast<int>(cell) % size.cols;
     const Class& c = classes_[IsDark(row, col)];
-    saturated_[cell] = colours_[cell].saturation > (c.plain + c.inked) / 2;
+    saturated_[cell] = ink_[cell] > (c.plain + c.inked) / 2;
   }
   return AgreesElsewhere(size, hidden_, saturated_, border);
 }
@@ -242,7 +252,7 @@ Identifier::Reading Identifier::ReadingOf(MarkerSize size, Cell cell) const {
   Reading reading;
   reading.colour = colours_[i];
   reading.hidden = hidden_[i] != 0;
-  if (c.usable) reading.saturated = colours_[i].saturation > (c.plain + c.inked) / 2;
+  if (c.usable) reading.saturated = ink_[i] > (c.plain + c.inked) / 2;
   if (!IsBorder(size, cell.row, cell.col))
     reading.log_likelihood = log_likelihood_[static_cast<std::size_t>((cell.row - 1) * (size.cols - 2) + cell.col - 1)];
   return reading;
@@ -258,7 +268,7 @@ void Identifier::MeasureOverlaps(MarkerSize size, Identity& identity) const {
       luminance[dark].Add(colours_[cell].luminance);
       const Class& c = classes_[dark];
       if (!c.usable) continue;
-      saturation[colours_[cell].saturation > (c.plain + c.inked) / 2].Add(colours_[cell].saturation);
+      saturation[ink_[cell] > (c.plain + c.inked) / 2].Add(colours_[cell].saturation);
     }
   identity.luminance_overlap = Overlap(luminance[0].Get(), luminance[1].Get());
   identity.saturation_overlap = Overlap(saturation[0].Get(), saturation[1].Get());

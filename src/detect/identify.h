@@ -70,6 +70,7 @@ class Identifier {
   std::vector<std::vector<std::uint8_t>> borders_;
   std::vector<Eigen::Vector3f> light_;
   std::vector<CellColour> colours_;
+  std::vector<float> ink_;  ///< by cell, what tells saturated cells from others: of dark ones BlueOf()
   std::vector<std::uint8_t> hidden_;
   Eigen::Vector3f white_;                ///< light of the border's white cells
   std::vector<Eigen::Vector3f> shares_;  ///< of the three channels in a cell's light, scratch

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "detect/small_cholesky.h"
 
@@ -18,6 +19,9 @@ constexpr int kMaxSteps = 12;
 /// A step that will explain so little more, as a share of what is unexplained plus one, ends the descent: it moves the
 /// pose by a hundredth of its standard deviation.
 constexpr double kSettled = 1e-4;
+/// A pose that explains so much less, by what its first step promises, is not looked at any closer: of as likely poses
+/// it has a probability of e^−500.
+constexpr double kMuchWorse = 1000;
 
 /// The homography of a pose: focal · cell · [r₁ r₂ t/cell] over its last entry t_z; and its derivative.
 struct PosedHomography {
@@ -64,51 +68,72 @@ struct PosedHomography {
 /// Levenberg and Marquardt's descent.
 class Descent {
  public:
-  /// The pose's χ² is infinite if the board came behind the camera.
-  Descent(RigidTransform pose, const MeasuredHomography& measured, double cell_m, double focal)
-      : pose_{pose, Matrix6d::Identity(), std::numeric_limits<double>::infinity()} {
-    const Parameters target = measured.geometry.parameters();
-    Vector6d gradient;
-    double damping = 0;
-    for (int step = 0; step < kMaxSteps; ++step) {
-      if (!(pose.translation.z() > 1e-9)) break;
-      const PosedHomography at(pose, cell_m, focal);
-      const Parameters residual = target - at.h, weighted = measured.information.lazyProduct(residual);
-      const double chi_square = residual.dot(weighted);
-      if (chi_square < pose_.chi_square) {
-        for (int k = 0; k < 6; ++k)
-          normal_.col(k) = at.Back(k < 2 ? at.scale[k] * measured.information.col(3 * k + 2)
-                                         : Parameters(measured.information.lazyProduct(at.By(k))));
-        gradient = at.Back(weighted);
-        pose_.camera_from_board = pose;
-        pose_.chi_square = chi_square;
-        damping /= 10;
-      } else {
-        // Back to the best pose, with a shorter step.
-        damping = std::max(10 * damping, 1e-3);
-        if (damping > 1e3) break;
-      }
-      Matrix6d damped = normal_;
-      damped.diagonal() *= 1 + damping;
-      const Vector6d move = SmallCholesky<6>(damped).Solve(gradient);
-      if (!move.allFinite()) break;
-      pose.translation = pose_.camera_from_board.translation + move.head<3>();
-      pose.rotation = (RotationFromVector(move.tail<3>()) * pose_.camera_from_board.rotation).normalized();
-      const double gain = gradient.dot(move);
-      if (gain >= kSettled * (pose_.chi_square + 1)) continue;
-      pose_.camera_from_board = pose;
-      pose_.chi_square -= gain;
-      break;
-    }
+  Descent(const RigidTransform& start, const MeasuredHomography& measured, double cell_m, double focal)
+      : measured_(measured), target_(measured.geometry.parameters()), cell_m_(cell_m), focal_(focal), next_(start) {}
+
+  /// Goes on until it settles, for kMaxSteps at most. The pose's χ² stays infinite if the board comes behind the camera
+  /// at once.
+  void Run() {
+    while (!done_) Step();
   }
+  void Step() {
+    done_ = ++steps_ >= kMaxSteps || !(next_.translation.z() > 1e-9) || !Look();
+    if (done_) return;
+    Matrix6d damped = normal_;
+    damped.diagonal() *= 1 + damping_;
+    const Vector6d move = SmallCholesky<6>(damped).Solve(gradient_);
+    done_ = !move.allFinite();
+    if (done_) return;
+    next_.translation = pose_.camera_from_board.translation + move.head<3>();
+    next_.rotation = (RotationFromVector(move.tail<3>()) * pose_.camera_from_board.rotation).normalized();
+    const double before = std::exchange(gain_, gradient_.dot(move));
+    // Near the end, errors are squared from step to step, and the gain is the square of an error.
+    const double after = damping_ == 0 && gain_ < before ? gain_ * (gain_ / before) * (gain_ / before) : gain_;
+    done_ = after < kSettled * (pose_.chi_square - gain_ + 1);
+    if (done_) TakeNext();
+  }
+  /// Takes the next step's pose, and what that step promised, without looking.
+  void TakeNext() {
+    pose_.camera_from_board = next_;
+    pose_.chi_square -= gain_;
+  }
+  /// What the next step promises: where errors are small, the minimum to a hundredth.
+  double promised_chi_square() const { return pose_.chi_square - gain_; }
 
   /// Without its covariance.
   const PlanePose& pose() const { return pose_; }
   Matrix6d Covariance() const { return SmallCholesky<6>(normal_).Inverse(); }
 
  private:
-  PlanePose pose_;
+  /// Takes the next pose if it is better; else the next step will be shorter. False if it would be too short.
+  bool Look() {
+    const PosedHomography at(next_, cell_m_, focal_);
+    const Parameters residual = target_ - at.h, weighted = measured_.information.lazyProduct(residual);
+    const double chi_square = residual.dot(weighted);
+    if (!(chi_square < pose_.chi_square)) {
+      damping_ = std::max(10 * damping_, 1e-3);
+      return damping_ <= 1e3;
+    }
+    for (int k = 0; k < 6; ++k)
+      normal_.col(k) = at.Back(k < 2 ? at.scale[k] * measured_.information.col(3 * k + 2)
+                                     : Parameters(measured_.information.lazyProduct(at.By(k))));
+    gradient_ = at.Back(weighted);
+    pose_.camera_from_board = next_;
+    pose_.chi_square = chi_square;
+    damping_ /= 10;
+    return true;
+  }
+
+  const MeasuredHomography& measured_;
+  Parameters target_;
+  double cell_m_, focal_;
+  RigidTransform next_;
+  PlanePose pose_{{}, Matrix6d::Identity(), std::numeric_limits<double>::infinity()};  ///< the best by now
   Matrix6d normal_ = Matrix6d::Identity();
+  Vector6d gradient_ = Vector6d::Zero();
+  double damping_ = 0, gain_ = 0;
+  int steps_ = 0;
+  bool done_ = false;
 };
 
 }  // namespace
@@ -148,8 +173,16 @@ std::optional<std::array<PlanePose, 2>> PlanePoses(const MeasuredHomography& mea
     const RigidTransform start{Eigen::Quaterniond(Eigen::Matrix3d(to_sight * rotation)).normalized(), translation};
     return Descent(start, measured, cell_m, focal);
   };
-  const std::array<Descent, 2> descents{descend(1), descend(-1)};
-  const std::size_t better = descents[1].pose().chi_square < descents[0].pose().chi_square ? 1 : 0;
+  std::array<Descent, 2> descents{descend(1), descend(-1)};
+  for (Descent& descent : descents) descent.Step();
+  std::size_t better = descents[1].promised_chi_square() < descents[0].promised_chi_square() ? 1 : 0;
+  descents[better].Run();
+  Descent& other = descents[1 - better];
+  if (other.promised_chi_square() - descents[better].pose().chi_square > kMuchWorse)
+    other.TakeNext();
+  else
+    other.Run();
+  if (other.pose().chi_square < descents[better].pose().chi_square) better = 1 - better;
   if (!std::isfinite(descents[better].pose().chi_square)) return std::nullopt;
   std::array<PlanePose, 2> poses{descents[better].pose(), descents[1 - better].pose()};
   poses[0].covariance = descents[better].Covariance();

@@ -18,8 +18,7 @@ constexpr int kRing = 12;
 constexpr int kRingX[kRing] = {3, 2, 1, -1, -2, -3, -3, -2, -1, 1, 2, 3};
 constexpr int kRingY[kRing] = {1, 2, 3, 3, 2, 1, -1, -2, -3, -3, -2, -1};
 
-/// Least share of the contrast in the response; corners of sharp cells have 0.3 and more at cells of 4 px, 0.18 tilted
-/// by 60 degrees; clutter mostly less.
+/// Least share of the contrast in the response: see PeakScan for that of corners; clutter has mostly less.
 constexpr float kLeastShare = 0.10f;
 /// Cosine of how far opposite edges may be from a straight line (43 degrees).
 constexpr float kStraight = 0.73f;

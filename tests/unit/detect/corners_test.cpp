@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <random>
 
 #include "chequer/image.h"
@@ -50,6 +52,66 @@ TEST(FindCorners, FindsAllOfABoardOncePerPlace) {
   EXPECT_GE(FindCorners(image.view(), pyramid, corners), 25);
   EXPECT_EQ(CountFound(places, corners), 25);
   EXPECT_EQ(corners.size(), 25u);
+}
+
+/// Between dark and light, half a cell's contrast at the edges: cells of `cell_px` around (x, y), turned.
+BytePlane BlurredCells(double cell_px, double blur_px, double turn_rad, double x, double y) {
+  constexpr int kSide = 31;
+  const auto wave = [&](double at) {
+    double sum = 0;
+    for (int edge = -4; edge <= 4; ++edge)
+      sum += (edge % 2 == 0 ? 1 : -1) * std::erf((at - edge * cell_px) / (blur_px * std::sqrt(2.0)));
+    return sum;
+  };
+  BytePlane plane;
+  plane.Resize(kSide, kSide);
+  for (int row = 0; row < kSide; ++row)
+    for (int col = 0; col < kSide; ++col) {
+      const double dx = col - x, dy = row - y, u = std::cos(turn_rad) * dx + std::sin(turn_rad) * dy,
+                   v = std::cos(turn_rad) * dy - std::sin(turn_rad) * dx;
+      plane.row(row)[col] = static_cast<std::uint8_t>(std::lround(120 + 100 * wave(u) * wave(v)));
+    }
+  return plane;
+}
+
+TEST(PeakScan, AnswersToCornersHoweverTheyLie) {
+  // Over all turns and places between pixels: at least so many of 200 grey levels (least shares as in
+  // corner_response.h, less the rounding's two levels).
+  struct Cells {
+    double cell_px, blur_px;
+    int least;
+  };
+  for (const Cells& cells : {Cells{8, 0.3, 72}, Cells{8, 0.5, 84}, Cells{8, 0.7, 76}, Cells{8, 1.2, 52},
+                             Cells{4, 0.5, 80}, Cells{4, 0.7, 68}, Cells{4, 1.0, 46}, Cells{3.5, 0.7, 38}}) {
+    int least = 255;
+    for (int turn = 0; turn < 90; turn += 3)
+      for (const double x : {15.0, 15.25, 15.5})
+        for (const double y : {15.0, 15.25, 15.5}) {
+          const BytePlane plane = BlurredCells(cells.cell_px, cells.blur_px, turn * std::numbers::pi / 180, x, y);
+          PeakScan scan;
+          scan.Start(plane, 5);
+          scan.Advance(plane, plane.height());
+          int most = 0;
+          for (const Peak& peak : scan.peaks())
+            if (std::hypot(peak.x - x, peak.y - y) < 1.2) most = std::max<int>(most, peak.response);
+          least = std::min(least, most);
+        }
+    EXPECT_GE(least, cells.least) << "cells of " << cells.cell_px << " px, blur " << cells.blur_px << " px";
+  }
+}
+
+TEST(PeakScan, DoesNotAnswerToEdges) {
+  for (int turn = 0; turn < 180; turn += 3)
+    for (const double at : {15.0, 15.25, 15.5, 16.5, 18.0}) {
+      // Far from where it meets another.
+      const double radians = turn * std::numbers::pi / 180;
+      const BytePlane edge =
+          BlurredCells(1000, 0.5, radians, at - 100 * std::cos(radians), at - 100 * std::sin(radians));
+      PeakScan scan;
+      scan.Start(edge, 5);
+      scan.Advance(edge, edge.height());
+      EXPECT_TRUE(scan.peaks().empty()) << turn << " degrees, " << at;
+    }
 }
 
 /// Of all levels.
