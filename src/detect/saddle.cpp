@@ -196,6 +196,19 @@ constexpr std::size_t kAhead = 16;
 /// pixel off, a corner of a sharp image differs by 0.3; the inside of a cell that is narrower than the ring by 0.5.
 constexpr float kMostOffMiddle = 0.4f;
 
+/// Corners nearer to each other are one with two peaks, as where edges run between pixels, px: those of boards are
+/// farther apart.
+constexpr float kTwinPx = 1.5f;
+
+/// Of some corners, which come by the rows of their peaks, the one that the last is a second peak of, or null.
+Corner* TwinOfLast(std::span<Corner> corners) {
+  const Eigen::Vector2f& at = corners.back().position;
+  // Corners lie half a pixel off their peak's row at most.
+  for (std::size_t i = corners.size() - 1; i-- > 0 && corners[i].position.y() > at.y() - kTwinPx - 1;)
+    if ((corners[i].position - at).squaredNorm() < kTwinPx * kTwinPx) return &corners[i];
+  return nullptr;
+}
+
 void AskFor(const BytePlane& plane, const Peak& peak) {
   for (int y = -3; y <= 3; ++y) __builtin_prefetch(plane.row(peak.y + y) + peak.x);
 }
@@ -205,6 +218,7 @@ void AskFor(const BytePlane& plane, const Peak& peak) {
 void AppendSaddles(const BytePlane& plane, std::span<const Peak> peaks, std::vector<Corner>& corners,
                    std::vector<RefusedPeak>& refused, float least_contrast) {
   refused.clear();
+  const std::size_t others = corners.size();
   std::array<std::ptrdiff_t, saddle::kRing> ring;
   for (std::size_t i = 0; i < ring.size(); ++i) ring[i] = saddle::kRingY[i] * plane.stride() + saddle::kRingX[i];
   saddle::Batch batch{};
@@ -231,6 +245,12 @@ void AppendSaddles(const BytePlane& plane, std::span<const Peak> peaks, std::vec
       const float x = static_cast<float>(peak.x) + batch.off_peak[0][k],
                   y = static_cast<float>(peak.y) + batch.off_peak[1][k];
       corner.position.x() = x, corner.position.y() = y;
+      if (Corner* twin = TwinOfLast(std::span(corners).subspan(others))) {
+        // It lies between its peaks.
+        twin->position.x() = 0.5f * (twin->position.x() + x), twin->position.y() = 0.5f * (twin->position.y() + y);
+        corners.pop_back();
+        continue;
+      }
       for (std::size_t axis = 0; axis < 2; ++axis) {
         const float up = batch.rising[axis][k], down = batch.falling[axis][k];
         corner.rays[0].data()[axis] = up, corner.rays[1].data()[axis] = down;

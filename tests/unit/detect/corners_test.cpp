@@ -74,6 +74,13 @@ BytePlane BlurredCells(double cell_px, double blur_px, double turn_rad, double x
   return plane;
 }
 
+void AddNoise(double levels, std::mt19937& random, BytePlane& plane) {
+  std::normal_distribution<double> noise(0, levels);
+  for (int y = 0; y < plane.height(); ++y)
+    for (int x = 0; x < plane.width(); ++x)
+      plane.row(y)[x] = static_cast<std::uint8_t>(std::clamp(plane.at(x, y) + noise(random), 0.0, 255.0));
+}
+
 TEST(PeakScan, AnswersToCornersHoweverTheyLie) {
   // Over all turns and places between pixels: at least so many of 200 grey levels (least shares as in
   // corner_response.h, less the rounding's two levels).
@@ -98,6 +105,40 @@ TEST(PeakScan, AnswersToCornersHoweverTheyLie) {
         }
     EXPECT_GE(least, cells.least) << "cells of " << cells.cell_px << " px, blur " << cells.blur_px << " px";
   }
+}
+
+TEST(FindCorners, FindsACornerOnceThoughItHasTwoPeaks) {
+  PeakScan scan;
+  std::vector<Corner> corners;
+  std::vector<RefusedPeak> refused;
+  int had_two = 0, missed = 0, drawn = 0;
+  std::mt19937 random(3);
+  for (const double cell_px : {4.0, 8.0})
+    for (const double blur_px : {0.5, 0.7, 1.0})
+      for (int turn = 0; turn < 90; turn += 3)
+        for (const double x : {15.0, 15.2, 15.35, 15.5})
+          for (const double y : {15.0, 15.2, 15.35, 15.5}) {
+            BytePlane plane = BlurredCells(cell_px, blur_px, turn * std::numbers::pi / 180, x, y);
+            AddNoise(6, random, plane);
+            FindCornersIn(plane, scan, corners, refused);
+            const auto count_near = [&](const auto& points, const auto& place) {
+              return std::count_if(points.begin(), points.end(), [&](const auto& point) {
+                const auto [px, py] = place(point);
+                return std::hypot(px - x, py - y) < 1.7;
+              });
+            };
+            had_two += count_near(scan.peaks(),
+                                  [](const Peak& peak) { return std::pair<double, double>(peak.x, peak.y); }) > 1;
+            const auto found = count_near(corners, [](const Corner& corner) {
+              return std::pair<double, double>(corner.position.x(), corner.position.y());
+            });
+            ASSERT_LE(found, 1) << "cells of " << cell_px << " px, blur " << blur_px << " px, turned by " << turn
+                                << " degrees, at " << x << ", " << y;
+            missed += found == 0;
+            ++drawn;
+          }
+  EXPECT_LT(missed, drawn / 100);
+  EXPECT_GT(had_two, 0) << "this test is of nothing";
 }
 
 TEST(PeakScan, DoesNotAnswerToEdges) {

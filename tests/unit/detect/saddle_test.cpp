@@ -129,20 +129,46 @@ TEST(AppendSaddles, TellsWhichPeaksWithContrastItRefused) {
 }
 
 TEST(AppendSaddles, KeepsTheOrderOfPeaksAndWhatWasThere) {
-  // More than fit into the longest vectors, and not a multiple of them; every third is none.
+  // A checkerboard with more corners than fit into the longest vectors, and not a multiple of them; every third
+  // peak lies on an edge.
+  constexpr int kCheck = 8, kAcross = 9, kDown = 5;
+  BytePlane plane;
+  plane.Resize(kCheck * kAcross, kCheck * kDown);
+  for (int y = 0; y < plane.height(); ++y)
+    for (int x = 0; x < plane.width(); ++x) plane.row(y)[x] = (x / kCheck + y / kCheck) % 2 == 0 ? kLight : kDark;
   std::vector<Peak> peaks;
-  for (int i = 0; i < 41; ++i)
-    peaks.push_back(i % 3 == 2 ? PeakAt(4, 12) : PeakAt(12, 12, static_cast<std::uint8_t>(40 + i)));
-  const BytePlane plane = FourCells();
+  for (int row = 1; row < kDown; ++row)
+    for (int col = 1; col < kAcross; ++col) {
+      const int off = peaks.size() % 3 == 2 ? kCheck / 2 : 0;
+      peaks.push_back(PeakAt(col * kCheck + off, row * kCheck));
+    }
+  peaks.pop_back();
   std::vector<Corner> corners(1);
   corners[0].contrast = 7;
+  corners[0].position = {static_cast<float>(kCheck) - 0.5f, static_cast<float>(kCheck) - 0.5f};  // of another plane
   std::vector<RefusedPeak> refused(5);
   AppendSaddles(plane, peaks, corners, refused, 0);
   EXPECT_EQ(corners[0].contrast, 7);
-  ASSERT_EQ(refused.size(), 13u);
+  ASSERT_EQ(refused.size(), peaks.size() / 3);
   EXPECT_EQ(refused[0].index, 2u);
-  EXPECT_EQ(corners.size(), 1 + peaks.size() - refused.size());
   for (std::size_t i = 1; i < refused.size(); ++i) EXPECT_EQ(refused[i].index, refused[i - 1].index + 3);
+  ASSERT_EQ(corners.size(), 1 + peaks.size() - refused.size());
+  for (std::size_t i = 0, corner = 1; i < peaks.size(); ++i) {
+    if (i % 3 == 2) continue;
+    EXPECT_NEAR(corners[corner].position.x(), peaks[i].x - 0.5, 0.01);
+    EXPECT_NEAR(corners[corner++].position.y(), peaks[i].y - 0.5, 0.01);
+  }
+}
+
+TEST(AppendSaddles, TakesTwoPeaksForOneCornerBetweenThem) {
+  const BytePlane plane = FourCells();
+  // Their parabolas' tops lie half a pixel to the left and above.
+  for (const auto& [x, y] : {std::pair{11, 12}, {12, 11}}) {
+    const Found found = Find(plane, std::vector{PeakAt(x, y), PeakAt(12, 12)});
+    ASSERT_EQ(found.corners.size(), 1u);
+    EXPECT_NEAR(found.corners[0].position.x(), 0.5 * (x + 12) - 0.5, 0.01);
+    EXPECT_NEAR(found.corners[0].position.y(), 0.5 * (y + 12) - 0.5, 0.01);
+  }
 }
 
 TEST(AppendSaddles, FindsTheSameWithEveryInstructionSet) {
