@@ -21,8 +21,8 @@ constexpr double kManyPeaks = 0.0005;
 /// corners of one board, of cells of 4 px, differ by as much.
 constexpr float kWeakShare = 0.15f;
 /// Of all others, there may be no more than a lot, unless they have this response, grey levels, or this share: textured
-/// ground has less for the most part, print more.
-constexpr int kClearResponse = 12;
+/// ground has less for the most part, print more. A sharp board of 60 grey levels has it at all its corners.
+constexpr int kClearResponse = 20;
 constexpr float kClearShare = 0.7f;
 
 /// Where there is a lot to look at, leaves out what is much weaker than the strongest, and then the weakest of what is
