@@ -127,17 +127,6 @@ FixedPoint Fixed(const Eigen::Vector2f& p) {
   return {static_cast<int>(std::lround(p.x() * (1 << kBits))), static_cast<int>(std::lround(p.y() * (1 << kBits)))};
 }
 
-void SmoothRow(std::uint8_t* row, int count, int width, std::vector<int>& sums) {
-  const int reach = width / 2;
-  sums[0] = 0;
-  for (int i = 0; i < count + width - 1; ++i)
-    sums[static_cast<std::size_t>(i) + 1] =
-        sums[static_cast<std::size_t>(i)] + row[std::clamp(i - reach, 0, count - 1)];
-  for (int i = 0; i < count; ++i)
-    row[i] = static_cast<std::uint8_t>(
-        (sums[static_cast<std::size_t>(i + width)] - sums[static_cast<std::size_t>(i)] + reach) / width);
-}
-
 }  // namespace
 
 void ViewPlane(const BytePlane& plane, const Eigen::Vector2f& middle, const Eigen::Matrix2f& plane_by_view, int side,
@@ -156,12 +145,6 @@ void ViewPlane(const BytePlane& plane, const Eigen::Vector2f& middle, const Eige
                       0.5f * static_cast<float>(taps - 1) * tap);
     HWY_DYNAMIC_DISPATCH(ViewRow)(source, row, side, view.row(y));
   }
-}
-
-void SmoothRows(int width, BytePlane& plane, std::vector<int>& sums) {
-  sums.resize(static_cast<std::size_t>(plane.width() + width));
-  for (int y = 0; y < plane.height(); ++y)
-    for (int pass = 0; pass < 2; ++pass) SmoothRow(plane.row(y), plane.width(), width, sums);
 }
 
 }  // namespace chequer

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
 #include "detect/plane.h"
 
@@ -13,9 +12,5 @@ namespace chequer {
 /// @pre the plane is not empty and smaller than 16384 px.
 void ViewPlane(const BytePlane& plane, const Eigen::Vector2f& middle, const Eigen::Matrix2f& plane_by_view, int side,
                BytePlane& view);
-
-/// Smoothes rows by two running means of `width` values each, which have a variance of (width² − 1) / 6 px² together;
-/// beyond its ends, a row goes on as it ends. @param width odd. @param sums scratch.
-void SmoothRows(int width, BytePlane& plane, std::vector<int>& sums);
 
 }  // namespace chequer

@@ -145,7 +145,7 @@ void Detector::Impl::FindMosaic(const ImageView& image, const Lens& lens, LightR
     const Eigen::Vector2d center = (boards[i].plane_from_board * Eigen::Vector3d(0, 0, 1)).hnormalized();
     const Eigen::Vector2d pixel = lens.ToImage(center);
     const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
-    if (const auto mosaic = FindInterpolatedMosaic(image, table, x - 16, y - 16, x + 15, y + 15)) {
+    if (const auto mosaic = FindInterpolatedMosaic(image, table, x - 16, y - 8, x + 15, y + 7)) {
       reader.SetMosaic(*mosaic);
       return;
     }

@@ -18,7 +18,7 @@ constexpr double kSharpest = 0.03, kLeastVariance = 0.02;
 /// An edge along the pixels is taken for one so much off: the pixel then has a width both ways.
 constexpr double kLeastAcross = 0.02;
 /// Edges so little more upright than others (radians) have their profile.
-constexpr double kAlike = 0.02;
+constexpr double kAlikeSlant = 0.02;
 /// Where profiles are sampled for the kernel's terms, standard deviations: beyond, nothing is left.
 constexpr int kSamples = 20;
 constexpr double kSampleStep = 0.2;
@@ -233,7 +233,7 @@ std::optional<EdgeShape> FindEdgeShape(KernelInput input, const Eigen::Vector2d&
   }
   input.stride = std::max(1, count / kPixels);
   input.sums = LaneSums::kShapes;
-  const bool alike = std::abs(SlantOf(normal_x) - SlantOf(normal_y)) < kAlike;
+  const bool alike = std::abs(SlantOf(normal_x) - SlantOf(normal_y)) < kAlikeSlant;
   const auto evaluate_as = [&](const EdgeShape& shape) {
     input.edge_x = TermsOf(shape, normal_x);
     input.edge_y = alike ? input.edge_x : TermsOf(shape, normal_y);

@@ -46,16 +46,22 @@ void BayerRow(const std::uint8_t* red_row, const std::uint8_t* blue_row, int wid
   const hn::ScalableTag<std::uint8_t> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const auto parity = hn::And(hn::Iota(d, 0), hn::Set(d, 1));
-  // Where the window's left pixel of the blue row is green.
-  const auto left_is_green = hn::Eq(parity, hn::Set(d, green_first ? 0 : 1));
-  int x = 0;
-  // A vector of one lane would have but one parity.
-  for (; lanes > 1 && x + lanes + 1 <= width; x += lanes) {
+  // Where the window's left pixel of the blue row is green, for vectors that begin at an even pixel, or an odd one.
+  const hn::Mask<decltype(d)> left_is_green[2] = {hn::Eq(parity, hn::Set(d, green_first ? 0 : 1)),
+                                                  hn::Eq(parity, hn::Set(d, green_first ? 1 : 0))};
+  const auto window = [&](int x) HWY_ATTR {
     const auto red_and_green = hn::AverageRound(hn::LoadU(d, red_row + x), hn::LoadU(d, red_row + x + 1));
-    const auto green = hn::IfThenElse(left_is_green, hn::LoadU(d, blue_row + x), hn::LoadU(d, blue_row + x + 1));
+    const auto green = hn::IfThenElse(left_is_green[x & 1], hn::LoadU(d, blue_row + x), hn::LoadU(d, blue_row + x + 1));
     hn::StoreU(hn::AverageRound(red_and_green, green), d, out + x);
+  };
+  const int past = width - 1;
+  // A vector of one lane would have but one parity.
+  if (lanes > 1 && past >= lanes) {
+    for (int x = 0; x + lanes <= past; x += lanes) window(x);
+    window(past - lanes);
+    return;
   }
-  for (; x + 1 < width; ++x) {
+  for (int x = 0; x < past; ++x) {
     const int green = blue_row[((x & 1) == 0) == green_first ? x : x + 1];
     out[x] = static_cast<std::uint8_t>(((red_row[x] + red_row[x + 1] + 1) / 2 + green + 1) / 2);
   }

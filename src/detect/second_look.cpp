@@ -9,6 +9,7 @@
 
 #include "detect/affine_view.h"
 #include "detect/smear_view.h"
+#include "detect/smooth_rows.h"
 
 namespace chequer {
 namespace {
@@ -26,6 +27,9 @@ constexpr float kCellPx = 8, kHalfCells = 5.5f;
 constexpr int kViewPx = static_cast<int>(2 * kHalfCells * kCellPx);
 /// Beyond that, pixels are only blown up; with less, a coarser plane shows as much.
 constexpr float kMostZoom = 3, kLeastZoom = 1.2f;
+/// Smaller cells are not seen in a view of the most zoom, which shows them 3.5 px high: points spread like that along
+/// lines.
+constexpr float kLeastCellPx = 3.5f / kMostZoom;
 /// Other places had their chance in the first look, px: a spread that is so many times longer than wide, or cells that
 /// are smaller.
 constexpr float kLeastSlant = 1.8f, kMostCellPx = 4.5f;
@@ -48,9 +52,10 @@ constexpr float kMostSpread = 160;
 /// Fewer points hide nothing, and where cells are very narrow, colours that ran together would take the board's own.
 constexpr std::size_t kManyPoints = 100;
 /// The pixels around a point that show its cells' colours, px: beyond the edges' blur, inside what lies around narrow
-/// cells.
+/// cells. The first four tell most of clutter.
 constexpr std::array<std::array<float, 2>, 8> kAround{
-    {{4, 0}, {3, 3}, {0, 4}, {-3, 3}, {-4, 0}, {-3, -3}, {0, -4}, {3, -3}}};
+    {{4, 0}, {0, 4}, {-4, 0}, {0, -4}, {3, 3}, {-3, 3}, {-3, -3}, {3, -3}}};
+constexpr std::size_t kFirstAround = 4;
 /// As far as they lie from it, px.
 constexpr float kAroundPx = 4;
 /// By how much yellow returns less blue than red and green, and blue more, together, as a share of the light: white and
@@ -58,6 +63,8 @@ constexpr float kAroundPx = 4;
 constexpr float kLeastInk = 0.55f;
 /// The same along a place whose points have it: cells of one ink lie there by chance.
 constexpr float kLeastInkAlong = 0.35f;
+/// The same at the first pixels around a point: of four of a board's cells, one has ink for the most part.
+constexpr float kLeastInkAtFirst = 0.15f;
 
 /// Whether the first look may have missed a board there.
 bool MayHaveEscaped(const Place& place) {
@@ -67,8 +74,9 @@ bool MayHaveEscaped(const Place& place) {
 /// What the pixels around points show of the inks.
 class InkSigns {
  public:
-  void Add(const LightReader& reader, const Eigen::Vector2f& at) {
-    for (const auto& [x, y] : kAround) {
+  void Add(const LightReader& reader, const Eigen::Vector2f& at) { Add(reader, at, kAround); }
+  void Add(const LightReader& reader, const Eigen::Vector2f& at, std::span<const std::array<float, 2>> around) {
+    for (const auto& [x, y] : around) {
       const Eigen::Vector3f rgb = reader.RoughRgb(at.x() + x, at.y() + y, 0);
       // A mean of red and green would take a green circuit board for ink.
       yellow_ = std::max(yellow_, std::min(rgb[0], rgb[1]) - rgb[2]);
@@ -85,8 +93,11 @@ class InkSigns {
 /// Whether a point stands among yellow and blue. Clutter around a board, which would hide how the board's own points
 /// spread, hardly ever does.
 bool ShowsInks(const LightReader& reader, const Eigen::Vector2f& at) {
+  const std::span around(kAround);
   InkSigns signs;
-  signs.Add(reader, at);
+  signs.Add(reader, at, around.first(kFirstAround));
+  if (!signs.AreThere(kLeastInkAtFirst)) return false;
+  signs.Add(reader, at, around.subspan(kFirstAround));
   return signs.AreThere();
 }
 
@@ -178,7 +189,7 @@ void SecondLook::View(const Pyramid& pyramid, const Place& place) {
   // Two running means of width w have the variance (w² − 1) / 6.
   const float variance = kBlurPx * kBlurPx * (1 / (step[1] * step[1]) - 1 / (step[0] * step[0]));
   const int width = 2 * static_cast<int>(std::lround((std::sqrt(6 * std::max(variance, 0.0f) + 1) - 1) / 2)) + 1;
-  if (width > 1) SmoothRows(width, view_.plane, sums_);
+  if (width > 1) SmoothRows(width, view_.plane, smoothed_);
   ShowCorners(place, image_by_view, scale);
 }
 
@@ -200,6 +211,7 @@ void SecondLook::LookAt(const Pyramid& pyramid, Place place) {
 PlaceFate SecondLook::Judge(const Place& place) {
   if (place.count < kFewestPoints) return PlaceFate::kFewPoints;
   if (!MayHaveEscaped(place)) return PlaceFate::kFrontal;
+  if (place.cell_px() < kLeastCellPx) return PlaceFate::kLine;
   return place.cell_px() >= kMostCellPx && place.count < kFewestOfWide ? PlaceFate::kSparse : PlaceFate::kViewed;
 }
 
@@ -304,7 +316,8 @@ bool SecondLook::Next(const Pyramid& pyramid, const LightReader& reader) {
     if (!viewed && (fate != PlaceFate::kFewPoints || ++sparse_ <= kMostSparse))
       viewed = LookByChange(pyramid, reader, *place);
     if (trace_ && !by_points && !viewed) NotePlace(*place, fate);
-    looks_ += viewed;
+    // Where there is print, there are many lines.
+    looks_ += viewed || fate == PlaceFate::kLine;
     if (viewed) return true;
   }
   if (trace_) NoteTheRest();

@@ -20,10 +20,10 @@ namespace chequer {
 /// look does not fit. The points' own spread tells how the place must be stretched and squeezed for a board to look as
 /// if seen from the front, its cells some 8 px wide; of that view, corners are found and linked as ever. A place that
 /// spreads as in plain view but shows stripes is a board that moved while the image was exposed, by more than a cell:
-/// it is viewed with the stripes made even. Where points are few, or show no board, what changes from pixel to pixel
-/// around them tells the place instead, and where the lens blurs the narrow cells, the view is sharpened along them.
-/// Keeps its memory. Costs nothing where no place stands out; of those that do, kMostLooks at most are viewed, each by
-/// its points and by its pixels.
+/// it is viewed with the stripes made even. Where points are few, lie along a line, or show no board, what changes from
+/// pixel to pixel around them tells the place instead, and where the lens blurs the narrow cells, the view is sharpened
+/// along them. Keeps its memory. Costs nothing where no place stands out; of those that do, kMostLooks at most are
+/// viewed, each by its points and by its pixels.
 class SecondLook {
  public:
   static constexpr int kMostLooks = 2;
@@ -86,7 +86,7 @@ class SecondLook {
   std::vector<std::uint16_t> in_tile_;
   std::vector<std::uint8_t> explained_;  ///< tiles with boards
   DetectionPlane view_;
-  std::vector<int> sums_;
+  std::vector<std::uint8_t> smoothed_;
   SmearScratch smear_;
   PeakScan scan_;
   std::vector<RefusedPeak> refused_;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "detect/affine_view.h"
+#include "detect/smooth_rows.h"
 
 namespace chequer {
 namespace {
@@ -56,9 +56,9 @@ void EvenOutChange(int cell_px, BytePlane& view, SmearScratch& scratch) {
   const int width = view.width(), height = view.height(), apart = 5 * cell_px / 8, reach = cell_px / 2;
   // Only the first harmonics are left, which are a checkerboard too: the others would be zigzags.
   const int smooth = cell_px / 2 + 1 - cell_px / 2 % 2;
-  SmoothRows(smooth, view, scratch.sums);
+  SmoothRows(smooth, view, scratch.smoothed);
   Transpose(view, scratch.turned);
-  SmoothRows(smooth, scratch.turned, scratch.sums);
+  SmoothRows(smooth, scratch.turned, scratch.smoothed);
   Transpose(scratch.turned, view);
   // How far each pixel lies from its neighbours: to move all away from them by a share of that raises the change along
   // rows, by a parabola of the share.

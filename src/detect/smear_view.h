@@ -20,7 +20,8 @@ Change ChangeAround(const BytePlane& plane, const Eigen::Vector2f& middle, float
 /// Memory that is kept.
 struct SmearScratch {
   BytePlane turned;
-  std::vector<int> sums, far;
+  std::vector<std::uint8_t> smoothed;
+  std::vector<int> far;
 };
 
 /// Makes a checkerboard of stripes that run along the rows of a view, whose middle is the board's: smoothes away all

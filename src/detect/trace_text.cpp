@@ -90,6 +90,7 @@ std::string Explain(const TracePlace& place) {
     case PlaceFate::kViewed: break;
     case PlaceFate::kTooMany: return "not viewed: " + spread + "; other places of this image came first";
     case PlaceFate::kSparse: return "not viewed: " + spread + "; a board with cells so large would leave more of them";
+    case PlaceFate::kLine: return "not viewed: " + spread + "; they lie along a line";
     case PlaceFate::kFrontal:
       return "not viewed: " + spread + "; so large and so little slanted, the first look would have shown a board";
     case PlaceFate::kTooLarge: return "not viewed: " + points + " that go on for farther than a board";

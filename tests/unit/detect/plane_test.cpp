@@ -55,6 +55,22 @@ TEST(DetectionPlane, BayerLeavesBlueOut) {
   }
 }
 
+TEST(DetectionPlane, BayerIsTheMeanOfRedAndGreenWhateverItsWidth) {
+  for (int width = 2; width < 150; ++width) {
+    const Image image = Noise(PixelFormat::kBayerRg8, width, 4);
+    const ImageView view = image.view();
+    DetectionPlane plane;
+    BuildDetectionPlane(view, plane);
+    ASSERT_EQ(plane.plane.width(), width - 1);
+    for (int y = 0; y < 3; ++y)
+      for (int x = 0; x < width - 1; ++x) {
+        const std::uint8_t *red_row = view.row(y + (y & 1)), *blue_row = view.row(y + 1 - (y & 1));
+        const int red_and_green = (red_row[x] + red_row[x + 1] + 1) / 2, green = blue_row[x + (x & 1)];
+        ASSERT_EQ(plane.plane.at(x, y), (red_and_green + green + 1) / 2) << width << ": " << x << ", " << y;
+      }
+  }
+}
+
 TEST(DetectionPlane, YuvTakesLuma) {
   for (const auto& [format, offset, step] : {std::tuple{PixelFormat::kYuyv, 0, 2},
                                              {PixelFormat::kUyvy, 1, 2},
