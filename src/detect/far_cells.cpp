@@ -303,14 +303,15 @@ double FarCells::MoreInkSpread(const Known& known, std::span<const bool> used, c
   SetCells(known, pixels.size());
   const float spread = static_cast<float>(known.ink_spread);
   double slope_residual = 0, slope_square = 0;
-  ForPixels(known, used, pixels, stride, [&](const Around& around, int phase, const Eigen::Vector2f& from, float light) {
-    const float slope =
-        (Near(around, phase, from, spread + kSpreadStep) - Near(around, phase, from, spread - kSpreadStep)) /
-        (2 * kSpreadStep);
-    const Eigen::Vector2f unspread = spread == 0 ? from : Unspread(around, from, spread);
-    slope_residual += slope * (light - Near(around, phase, unspread, 0));
-    slope_square += slope * slope;
-  });
+  ForPixels(known, used, pixels, stride,
+            [&](const Around& around, int phase, const Eigen::Vector2f& from, float light) {
+              const float slope =
+                  (Near(around, phase, from, spread + kSpreadStep) - Near(around, phase, from, spread - kSpreadStep)) /
+                  (2 * kSpreadStep);
+              const Eigen::Vector2f unspread = spread == 0 ? from : Unspread(around, from, spread);
+              slope_residual += slope * (light - Near(around, phase, unspread, 0));
+              slope_square += slope * slope;
+            });
   return slope_square > 0 ? slope_residual / slope_square : 0;
 }
 
