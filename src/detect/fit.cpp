@@ -52,6 +52,9 @@ constexpr double kSmearedBlur = 0.12, kSmearedBlurPx = 1.2;
 constexpr double kClearerBySmear = 1.5;
 /// Corners of smeared boards lie where a plane has them to 0.05 px; farther off, it was not that smear.
 constexpr double kMostOffSmearedPx = 0.15;
+/// Of smears by more than a cell, little of the cells is left in the pixels, and errors are larger than these's noise
+/// makes them by as much as the corners lie farther off a plane than that, px: measured, from 0.01 to 0.15 px.
+constexpr double kLongSmearCells = 1, kOffLongSmearPx = 0.011;
 /// Of a smear, what it reaches beyond a board's rim, over what a blur does.
 constexpr double kSmearReach = 0.1;
 /// Light of a saturated pixel: code 254 and up.
@@ -309,13 +312,15 @@ void PhotometricFit::Finish() {
       (normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
        by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
       std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
+  result_.reprojection_rms_px = std::sqrt(shift_square / n);
+  if (smear_px_.norm() > kLongSmearCells * CellPx())
+    of_moves /= std::max(shift_square / n / (kOffLongSmearPx * kOffLongSmearPx), 1.0);
   if (take_out_ && FarCells::MoveWithBoard(Known(), pixels_)) {
     const BoardGeometry::Information response = far_cells_.ResponseToMoves(Known(), used_, pixels_);
     if (response.allFinite()) of_moves = response.transpose() * of_moves * response;
   }
   result_.information = result_.geometry.FromMoves(of_moves);
   result_.image = {noise_, blur_px_, edges_};
-  result_.reprojection_rms_px = std::sqrt(shift_square / n);
   result_.signal_to_noise = contrast / n / std::max(std::sqrt(residual_square / std::max(residual_count, 1.0)), 1e-6);
   result_.levels.resize(levels_.size());
   for (std::size_t cell = 0; cell < levels_.size(); ++cell) {
