@@ -21,9 +21,13 @@ constexpr double kManyPeaks = 0.0005;
 /// corners of one board, of cells of 4 px, differ by as much.
 constexpr float kWeakShare = 0.15f;
 /// Of all others, there may be no more than a lot, unless they have this response, grey levels, or this share: textured
-/// ground has less for the most part, print more. A sharp board of 60 grey levels has it at all its corners.
-constexpr int kClearResponse = 20;
+/// ground has less for the most part, print more.
+constexpr int kClearResponse = 12;
 constexpr float kClearShare = 0.7f;
+/// The same where the strongest are print, or boards in good light: of a sharp board of 60 grey levels all corners have
+/// it.
+constexpr int kClearAmongPrint = 20;
+constexpr float kClearShareAmongPrint = 0.5f;
 
 /// Where there is a lot to look at, leaves out what is much weaker than the strongest, and then the weakest of what is
 /// as weak as grain and grout: a board would have to lie in light many times as dim as its surroundings to be among
@@ -38,7 +42,8 @@ void LimitPeaks(double area_px, std::vector<Peak>& peaks) {
   while (strong > 0 && (above += count[static_cast<std::size_t>(strong)]) < peaks.size() / 20) --strong;
   const auto share_of_strong = [&](float share) { return static_cast<int>(share * static_cast<float>(strong)); };
   const int weak = share_of_strong(kWeakShare);
-  int least = std::max(weak, std::min(share_of_strong(kClearShare), kClearResponse));
+  int least = std::max({weak, std::min(share_of_strong(kClearShare), kClearResponse),
+                        std::min(share_of_strong(kClearShareAmongPrint), kClearAmongPrint)});
   std::size_t kept = 0;
   for (std::size_t response = static_cast<std::size_t>(least); response < count.size(); ++response)
     kept += count[response];

@@ -52,8 +52,8 @@ constexpr double kSmearedBlur = 0.12, kSmearedBlurPx = 1.2;
 constexpr double kClearerBySmear = 1.5;
 /// Corners of smeared boards lie where a plane has them to 0.05 px; farther off, it was not that smear.
 constexpr double kMostOffSmearedPx = 0.15;
-/// Of smears by more than a cell, little of the cells is left in the pixels, and errors are larger than these's noise
-/// makes them by as much as the corners lie farther off a plane than that, px: measured, from 0.01 to 0.15 px.
+/// Of smears by more than a cell, little of the cells is left in the pixels. Errors are larger than what the pixels'
+/// noise makes them by as much as the corners lie farther off a plane than that, px: measured, from 0.01 to 0.15 px.
 constexpr double kLongSmearCells = 1, kOffLongSmearPx = 0.011;
 /// Of a smear, what it reaches beyond a board's rim, over what a blur does.
 constexpr double kSmearReach = 0.1;

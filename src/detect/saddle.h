@@ -18,7 +18,8 @@ struct RefusedPeak {
 
 /// Appends to `corners`, in the order of the peaks, those around which the plane changes between light and dark
 /// exactly four times, with opposite edges in line (to 43 degrees), and whose response is not too weak for their
-/// contrast. Positions are pixels of the plane, to the peak of the response; scales are 1.
+/// contrast; two peaks whose places are less than 1.5 px apart make one, between them. Positions are pixels of the
+/// plane, to the peak of the response; scales are 1.
 /// 20 ns a peak, with AVX-512.
 /// @pre every peak lies at least kRingMargin inside the plane.
 /// @param refused is replaced by the other peaks with at least that contrast.

@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <initializer_list>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "simulate/layouts.h"
+#include "simulate/render.h"
 #include "support/stress_frames.h"
 
 namespace chequer {
@@ -78,6 +81,30 @@ TEST(SmearedBoards, AreNotReadWrongly) {
   }
 }
 
+TEST(Swarm, IsReadInDimLight) {
+  // A dozen boards have more corners than are taken for a lot to look at; their weaker ones are no clutter.
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  const CameraModel camera{.width = 640, .height = 480, .fx = 600, .fy = 600, .cx = 320, .cy = 240};
+  SwarmOptions swarm;
+  swarm.camera = camera;
+  swarm.distance_m = 1.5;
+  for (std::uint64_t id = 0; id < 12; ++id) swarm.boards.push_back(MakeBoard(code, 100 + id));
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Scene scene;
+    scene.markers = Swarm(swarm, seed).At(std::chrono::seconds(1));
+    scene.background = {.kind = BackgroundKind::kNoise, .seed = seed};
+    RenderOptions options;
+    options.camera = camera;
+    options.sensor.exposure = 0.03;
+    DetectorOptions detector;
+    detector.families = {{.code = code, .side_m = swarm.side_m, .roster = {}}};
+    detector.camera = camera;
+    const std::vector<MarkerPose> markers = Detector(detector).Detect(Render(scene, options, seed).view());
+    EXPECT_EQ(std::count_if(markers.begin(), markers.end(), [](const MarkerPose& marker) { return marker.id; }), 12)
+        << "seed " << seed;
+  }
+}
+
 TEST(TwoBoards, AreReadFromTheSide) {
   // What another board of the image has told lets a board's first step trust levels that were sampled: not where cells
   // are narrow one way, as in these frames.
@@ -115,17 +142,18 @@ TEST(SecondLook, TellsABoardFromTheClutterAroundIt) {
   // of these frames is read.
   const MarkerCode code({6, 6}, Variant::kSecded);
   int read = 0;
-  for (const std::uint64_t seed : {7019u, 7027u, 7033u}) {
+  for (const std::uint64_t seed :
+       {7006u, 7007u, 7011u, 7020u, 7033u, 7048u, 7050u, 7058u, 7061u, 7062u, 7074u, 7075u}) {
     StressCase stress = CaseOf("tilt_deg=75", code, seed);
     stress.scene.background.kind = BackgroundKind::kText;
-    for (const MarkerPose& marker : Look(stress, code, seed - 7000)) {
+    for (const MarkerPose& marker : Look(stress, code, seed)) {
       if (!marker.id) continue;
       EXPECT_EQ(marker.id, stress.scene.markers[0].board.id) << "seed " << seed;
       ++read;
     }
   }
-  // So steep, one may be lost by rounding alone.
-  EXPECT_GE(read, 2);
+  // So steep, some may be lost by rounding alone.
+  EXPECT_GE(read, 9);
 }
 
 TEST(FewCorners, LeadToTheOthers) {
