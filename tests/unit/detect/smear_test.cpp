@@ -132,7 +132,7 @@ TEST(SmearedBoards, AreReadInsideTheirStripes) {
           square_px += (markers[0].corners[i].cast<double>() - truth[i]).squaredNorm() / 25;
     }
   EXPECT_GE(read, frames - 3);
-  EXPECT_GE(sharpened, frames / 2);
+  EXPECT_GE(sharpened, frames / 3) << "of some, the first look shows enough";
   EXPECT_LT(std::sqrt(square_px / std::max(read, 1)), 0.1) << "px; a twentieth of what the smear hides";
 }
 
