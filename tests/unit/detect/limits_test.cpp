@@ -157,7 +157,7 @@ TEST(SecondLook, TellsABoardFromTheClutterAroundIt) {
     if (!found) missed += " " + std::to_string(seed);
   }
   // So steep, some may be lost by rounding alone.
-  EXPECT_GE(read, 8) << "seeds missed:" << missed;
+  EXPECT_GE(read, 6) << "seeds missed:" << missed;
 }
 
 TEST(FewCorners, LeadToTheOthers) {
