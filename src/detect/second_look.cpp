@@ -74,8 +74,8 @@ bool MayHaveEscaped(const Place& place) {
 /// What the pixels around points show of the inks.
 class InkSigns {
  public:
-  void Add(const LightReader& reader, const Eigen::Vector2f& at) { Add(reader, at, kAround); }
-  void Add(const LightReader& reader, const Eigen::Vector2f& at, std::span<const std::array<float, 2>> around) {
+  void Add(const LightReader& reader, const Eigen::Vector2f& at,
+           std::span<const std::array<float, 2>> around = kAround) {
     for (const auto& [x, y] : around) {
       const Eigen::Vector3f rgb = reader.RoughRgb(at.x() + x, at.y() + y, 0);
       // A mean of red and green would take a green circuit board for ink.

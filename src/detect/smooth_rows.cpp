@@ -45,14 +45,11 @@ namespace {
 
 HWY_EXPORT(MeanOfRow);
 
-/// What a vector may read or write beyond a row.
-constexpr int kBeyond = 128;
-
 }  // namespace
 
 void SmoothRows(int width, BytePlane& plane, std::vector<std::uint8_t>& scratch) {
   const int count = plane.width(), reach = width / 2;
-  scratch.resize(static_cast<std::size_t>(count + 2 * reach + kBeyond));
+  scratch.resize(static_cast<std::size_t>(count + 2 * reach + BytePlane::kTail));
   std::uint8_t* const middle = scratch.data() + reach;
   for (int y = 0; y < plane.height(); ++y)
     for (int pass = 0; pass < 2; ++pass) {
