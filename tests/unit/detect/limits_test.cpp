@@ -44,13 +44,13 @@ int ReadOfSteep(std::initializer_list<std::uint64_t> seeds, std::uint64_t first 
   return read;
 }
 
-TEST_P(Limits, AreReached) {
-  const MarkerCode code({6, 6}, Variant::kSecded);
+/// How many frames of one board are read.
+struct Tally {
   int read = 0;
-  std::string missed;
-  for (int frame = 0; frame < GetParam().frames; ++frame) {
-    const std::uint64_t seed = 7000 + static_cast<std::uint64_t>(frame);
-    const StressCase stress = CaseOf(GetParam().tag, code, seed);
+  std::string missed;  ///< seeds
+
+  /// Expects the board's id, and the board but once.
+  void Add(const StressCase& stress, const MarkerCode& code, std::uint64_t seed) {
     const std::uint64_t id = stress.scene.markers[0].board.id;
     bool found = false;
     const std::vector<MarkerPose> markers = Look(stress, code, seed);
@@ -63,7 +63,16 @@ TEST_P(Limits, AreReached) {
     read += found;
     if (!found) missed += " " + std::to_string(seed);
   }
-  EXPECT_GE(read, GetParam().least) << "of " << GetParam().frames << "; seeds missed:" << missed;
+};
+
+TEST_P(Limits, AreReached) {
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  Tally tally;
+  for (int frame = 0; frame < GetParam().frames; ++frame) {
+    const std::uint64_t seed = 7000 + static_cast<std::uint64_t>(frame);
+    tally.Add(CaseOf(GetParam().tag, code, seed), code, seed);
+  }
+  EXPECT_GE(tally.read, GetParam().least) << "of " << GetParam().frames << "; seeds missed:" << tally.missed;
 }
 
 TEST(SmearedBoards, AreNotReadWrongly) {
@@ -141,23 +150,15 @@ TEST(SecondLook, TellsABoardFromTheClutterAroundIt) {
   // Black letters all around hide how the corners of the board spread, were it not for its colours: without them, none
   // of these frames is read.
   const MarkerCode code({6, 6}, Variant::kSecded);
-  int read = 0;
-  std::string missed;
+  Tally tally;
   for (const std::uint64_t seed :
        {7006u, 7007u, 7011u, 7033u, 7050u, 7062u, 7074u, 7075u, 7103u, 7129u, 7130u, 7142u, 7145u, 7146u, 7150u}) {
     StressCase stress = CaseOf("tilt_deg=75", code, seed);
     stress.scene.background.kind = BackgroundKind::kText;
-    bool found = false;
-    for (const MarkerPose& marker : Look(stress, code, seed)) {
-      if (!marker.id) continue;
-      EXPECT_EQ(marker.id, stress.scene.markers[0].board.id) << "seed " << seed;
-      found = true;
-    }
-    read += found;
-    if (!found) missed += " " + std::to_string(seed);
+    tally.Add(stress, code, seed);
   }
   // So steep, some may be lost by rounding alone.
-  EXPECT_GE(read, 6) << "seeds missed:" << missed;
+  EXPECT_GE(tally.read, 6) << "seeds missed:" << tally.missed;
 }
 
 TEST(FewCorners, LeadToTheOthers) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <functional>
 
+#include "support/targets.h"
+
 namespace chequer {
 namespace {
 
@@ -178,8 +180,7 @@ TEST(AppendSaddles, FindsTheSameWithEveryInstructionSet) {
     for (int x = 4; x < 20; x += 2) peaks.push_back(PeakAt(x, y));
   const Found expected = Find(plane, peaks);
   EXPECT_FALSE(expected.corners.empty());
-  for (auto left = static_cast<std::uint64_t>(hwy::SupportedTargets()); left != 0; left &= left - 1) {
-    const auto target = static_cast<std::int64_t>(left & ~(left - 1));
+  for (const std::int64_t target : test::AllTargets()) {
     SCOPED_TRACE(hwy::TargetName(target));
     hwy::SetSupportedTargetsForTest(target);
     const Found found = Find(plane, peaks);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <random>
 
+#include "support/targets.h"
+
 namespace chequer {
 namespace {
 
@@ -36,8 +38,7 @@ std::vector<int> Means(const std::vector<int>& row, int width) {
 
 TEST(SmoothRows, TakesTwoRunningMeansWithEveryInstructionSet) {
   std::vector<std::uint8_t> scratch;
-  for (auto left = static_cast<std::uint64_t>(hwy::SupportedTargets()); left != 0; left &= left - 1) {
-    const auto target = static_cast<std::int64_t>(left & ~(left - 1));
+  for (const std::int64_t target : test::AllTargets()) {
     SCOPED_TRACE(hwy::TargetName(target));
     for (const int size : {1, 2, 31, 66, 88})
       for (int width = 3; width <= kWidestMean; width += 2) {

@@ -1,4 +1,6 @@
 // The same detections from every instruction set of this machine, down to scalar code, which every machine has.
+#include "support/targets.h"
+
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
@@ -40,8 +42,7 @@ TEST_P(Targets, AllDetectTheSame) {
   const std::vector<MarkerPose> expected = Detector(options).Detect(image.view());
   ASSERT_EQ(expected.size(), 1u);
   bool scalar = false;
-  for (auto left = static_cast<std::uint64_t>(hwy::SupportedTargets()); left != 0; left &= left - 1) {
-    const auto target = static_cast<std::int64_t>(left & ~(left - 1));
+  for (const std::int64_t target : test::AllTargets()) {
     SCOPED_TRACE(hwy::TargetName(target));
     const std::vector<MarkerPose> found = DetectOn(target, options, image.view());
     scalar |= target == HWY_SCALAR || target == HWY_EMU128;
