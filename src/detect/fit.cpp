@@ -34,10 +34,6 @@ constexpr float kRobustLimit = 4;
 constexpr int kFewestCorners = 6;
 /// Blur, pixels: half a pixel's own integration up to what still shows cells.
 constexpr double kLeastBlur = 0.25, kMostBlur = 12;
-/// A corner whose pixels disagree so much more than the median corner's is hidden.
-constexpr double kHiddenRatio = 8;
-/// Corners with less of the median corner's contrast are hidden too.
-constexpr double kHiddenContrast = 0.2;
 /// A board that seems blurred so many times more or less than the image's others is no start for them, nor they for it.
 constexpr double kOtherBlur = 2;
 /// Every how many pixels the first step uses: with half of them it comes near from any start, with a third from one
@@ -83,7 +79,8 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
     const std::size_t cell = static_cast<std::size_t>(pixels_.Cell(corner)),
                       below = cell + static_cast<std::size_t>(size_.cols);
     const int covered = start.covered[cell] + start.covered[cell + 1] + start.covered[below] + start.covered[below + 1];
-    usable_[static_cast<std::size_t>(corner)] = pixels_.inside(corner) && covered < 2;
+    const std::size_t i = static_cast<std::size_t>(corner);
+    usable_[i] = pixels_.inside(corner) && covered < 2 && !left_out_[i];
   }
   used_ = usable_;
   input_.stride = kFirstStride;
@@ -214,59 +211,6 @@ bool PhotometricFit::Step(LaneSums sums) {
     corner_move_px_ = std::max(corner_move_px_, (pixels_.place(corner).pixel_by_board * MoveOf(corner)).norm());
   }
   return true;
-}
-
-double PhotometricFit::Contrast(int corner) const {
-  // Of the channel that tells light from dark cells best and has most pixels.
-  const std::size_t phase = red_phase_ < 0 ? 0 : static_cast<std::size_t>(red_phase_ ^ 1);
-  const int cell = pixels_.Cell(corner);
-  const auto level = [&](int at) { return double{levels_[static_cast<std::size_t>(at)][phase]}; };
-  const double light = level(cell) + level(cell + size_.cols + 1), dark = level(cell + 1) + level(cell + size_.cols);
-  return (IsDark(cell / size_.cols, cell % size_.cols) ? dark - light : light - dark) / 2;
-}
-
-bool PhotometricFit::FindHiddenCorners() {
-  std::array<double, kMaxCorners> misfit, contrast, sorted;
-  double least_misfit = 1e9, most_misfit = 0, least_contrast = 1e9, most_contrast = -1e9;
-  int count = 0;
-  const LaneBlock& lanes = pixels_.lanes();
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!usable_[static_cast<std::size_t>(corner)]) continue;
-    double square = 0, pixels = 0;
-    for (int phase = 0; phase < 4; ++phase) {
-      const int lane = pixels_.Lane(corner) + phase;
-      square += lanes.sum(ProductSum(kResidual, kResidual), lane);
-      pixels += lanes.count(lane);
-    }
-    const std::size_t i = static_cast<std::size_t>(corner);
-    misfit[i] = pixels > 0 ? square / pixels : 1e9;
-    contrast[i] = Contrast(corner);
-    least_misfit = std::min(least_misfit, misfit[i]);
-    most_misfit = std::max(most_misfit, misfit[i]);
-    least_contrast = std::min(least_contrast, contrast[i]);
-    most_contrast = std::max(most_contrast, contrast[i]);
-    ++count;
-  }
-  // Corners that are all alike are all near the median one.
-  const bool alike = least_contrast >= kHiddenContrast * most_contrast && most_misfit <= kHiddenRatio * least_misfit;
-  const auto median = [&](const std::array<double, kMaxCorners>& values) {
-    std::size_t next = 0;
-    for (int corner = 0; corner < pixels_.corners(); ++corner)
-      if (usable_[static_cast<std::size_t>(corner)]) sorted[next++] = values[static_cast<std::size_t>(corner)];
-    std::nth_element(sorted.begin(), sorted.begin() + count / 2, sorted.begin() + count);
-    return sorted[static_cast<std::size_t>(count / 2)];
-  };
-  const double most = alike ? most_misfit : kHiddenRatio * median(misfit),
-               least = alike ? least_contrast : kHiddenContrast * median(contrast);
-  bool changed = false;
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    bool& used = used_[static_cast<std::size_t>(corner)];
-    const bool now = usable_[static_cast<std::size_t>(corner)] && misfit[static_cast<std::size_t>(corner)] <= most &&
-                     contrast[static_cast<std::size_t>(corner)] >= least;
-    changed |= now != used;
-    used = now;
-  }
-  return changed;
 }
 
 void PhotometricFit::Finish() {
@@ -427,8 +371,8 @@ bool PhotometricFit::ComeNearByFound(const LightReader& reader, const Lens& lens
   return Step(LaneSums::kLevels) && corner_move_px_ <= kRunawayPx;
 }
 
-const FittedBoard* PhotometricFit::FitAsItIs(const LightReader& reader, const Lens& lens, const Start& start) {
-  if (!Prepare(reader, lens, start)) return nullptr;
+bool PhotometricFit::FitUsable(const LightReader& reader, const Lens& lens, const Start& start) {
+  if (!Prepare(reader, lens, start)) return false;
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   input_.robust_limit = 1e9f;
   // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
@@ -436,23 +380,32 @@ const FittedBoard* PhotometricFit::FitAsItIs(const LightReader& reader, const Le
   const bool knows_levels = start.image && BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * blur_px_ < 1;
   const LaneSums first = knows_levels ? LaneSums::kShapes : LaneSums::kLevels;
   const bool near = Step(first) && corner_move_px_ <= kRunawayPx;
-  if (!near && !ComeNearByFound(reader, lens, start)) return nullptr;
+  if (!near && !ComeNearByFound(reader, lens, start)) return false;
   // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
   for (double chosen_for = start.blur_px; blur_px_ > kWiderBlur * chosen_for;) {
     chosen_for = blur_px_;
-    if (!Collect(reader, lens)) return nullptr;
+    if (!Collect(reader, lens)) return false;
     SetDerivatives();
     SetPlaces();
-    if (!Step(first) || corner_move_px_ > kRunawayPx) return nullptr;
+    if (!Step(first) || corner_move_px_ > kRunawayPx) return false;
   }
   hidden_cells_.assign(start.covered.begin(), start.covered.end());
+  HideCellsBeside(left_out_);
   EvenOutShading(start);
   take_out_ = !smear_px_.isZero() || FarCells::Matter(pixels_, blur_px_);
   if (take_out_) far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
   input_.stride = 1;
-  if (!Settle(lens, start, start.image != nullptr)) return nullptr;
+  if (!Settle(lens, start, start.image != nullptr)) return false;
   Finish();
-  if (result_.reprojection_rms_px > kOffPx && smear_px_.isZero()) FitInk(reader, lens, start);
+  return result_.corners_used >= kFewestCorners && result_.information.allFinite();
+}
+
+const FittedBoard* PhotometricFit::FitAsItIs(const LightReader& reader, const Lens& lens, const Start& start) {
+  left_out_.fill(false);
+  if (!FitUsable(reader, lens, start)) return nullptr;
+  if (!take_out_) LeaveOutHidden(reader, lens, start);
+  if (result_.reprojection_rms_px > kOffPx && smear_px_.isZero() && !LeaveOutSide(reader, lens, start))
+    FitInk(reader, lens, start);
   if (result_.corners_used < kFewestCorners || !result_.information.allFinite()) return nullptr;
   return &result_;
 }

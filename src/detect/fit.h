@@ -76,6 +76,17 @@ class PhotometricFit {
 
  private:
   const FittedBoard* FitAsItIs(const LightReader& reader, const Lens& lens, const Start& start);
+  /// By the corners that are neither covered nor left out.
+  bool FitUsable(const LightReader& reader, const Lens& lens, const Start& start);
+  /// What hides corners has told the light, the levels and the noise before it was known to: fits anew without them.
+  void LeaveOutHidden(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Of the corners that were found hidden, those that fit worst. False if none was.
+  bool LeaveOutWorstHidden();
+  /// What covers a whole side may pull the board until all corners are off, and none so much more than the others that
+  /// it is found hidden. Whether it was so.
+  bool LeaveOutSide(const LightReader& reader, const Lens& lens, const Start& start);
+  /// The corners of the side that fits worst, if it fits much worse than the opposite one.
+  std::optional<std::array<bool, kMaxCorners>> WorstSide() const;
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start);
   /// The pixels of the board as it lies by now. False if too few corners have some.
   bool Collect(const LightReader& reader, const Lens& lens);
@@ -95,7 +106,10 @@ class PhotometricFit {
   void EvenOutPixels(const Shading& shading);
   /// Those beside corners that are not used.
   void FindHiddenCells();
+  void HideCellsBeside(const std::array<bool, kMaxCorners>& corners);
   bool AnyHidden() const;
+  /// Of a corner's pixels, variances; far off where it has none.
+  double Misfit(int corner) const;
   /// Between the light and the dark cells around a corner.
   double Contrast(int corner) const;
   /// Of a corner, since the geometry was that one, px.
@@ -128,10 +142,10 @@ class PhotometricFit {
   KernelInput input_;
   BoardEquations equations_;
   std::array<CornerDerivative, kMaxCorners> derivatives_;
-  std::array<bool, kMaxCorners> usable_{}, used_{};
+  std::array<bool, kMaxCorners> left_out_{}, usable_{}, used_{};
   std::vector<PhaseValues> levels_;
   NoiseModel noise_;
-  FittedBoard without_ink_, best_;
+  FittedBoard without_ink_, before_, best_;
   FarCells far_cells_;
   bool take_out_ = false, fit_ink_ = false, ink_moves_ = false, bent_light_ = false;
   bool shade_twice_ = false;                ///< the first shading is not good enough for boards as large

@@ -174,18 +174,4 @@ FarCells::Known PhotometricFit::Known() const {
           .saturation = input_.saturation};
 }
 
-bool PhotometricFit::AnyHidden() const {
-  return std::any_of(used_.begin(), used_.begin() + pixels_.corners(), [](bool used) { return !used; });
-}
-
-void PhotometricFit::FindHiddenCells() {
-  hidden_cells_.assign(levels_.size(), 0);
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (used_[static_cast<std::size_t>(corner)]) continue;
-    const int cell = pixels_.Cell(corner);
-    for (const int at : {cell, cell + 1, cell + size_.cols, cell + size_.cols + 1})
-      hidden_cells_[static_cast<std::size_t>(at)] = 1;
-  }
-}
-
 }  // namespace chequer

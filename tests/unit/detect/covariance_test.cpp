@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cctype>
+#include <functional>
 #include <string>
 
 #include "support/stress_frames.h"
@@ -37,12 +38,16 @@ struct Errors {
   int poses = 0;
 };
 
-Errors ErrorsOf(const Condition& condition, int frames) {
+constexpr std::uint64_t kFirstSeed = 8000;
+
+/// @param change what is different from the case of that tag.
+Errors ErrorsOf(const char* tag, int frames, const std::function<void(StressCase&)>& change = {},
+                std::uint64_t first = kFirstSeed) {
   const MarkerCode code({6, 6}, Variant::kSecded);
   Errors errors;
-  for (std::uint64_t seed = 8000; seed < 8000 + static_cast<std::uint64_t>(frames); ++seed) {
-    StressCase stress = test::CaseOf(condition.tag, code, seed);
-    stress.options.lighting.vignetting = condition.vignetting;
+  for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(frames); ++seed) {
+    StressCase stress = test::CaseOf(tag, code, seed);
+    if (change) change(stress);
     const RigidTransform& truth = stress.scene.markers[0].camera_from_marker;
     for (const MarkerPose& marker : test::Look(stress, code, seed)) {
       const Eigen::Quaterniond turn = truth.rotation * marker.camera_from_marker.rotation.conjugate();
@@ -59,7 +64,8 @@ Errors ErrorsOf(const Condition& condition, int frames) {
 }
 
 TEST_P(HonestCovariance, ErrorsAreAsLargeAsTheirCovariances) {
-  const Errors errors = ErrorsOf(GetParam(), kFrames);
+  const Errors errors = ErrorsOf(
+      GetParam().tag, kFrames, [](StressCase& stress) { stress.options.lighting.vignetting = GetParam().vignetting; });
   ASSERT_GE(errors.poses, kFrames - 2);
   // Thirty squares of a standard normal average 1 ± 0.26.
   for (const double mean : {errors.position, errors.orientation}) {
@@ -71,12 +77,38 @@ TEST_P(HonestCovariance, ErrorsAreAsLargeAsTheirCovariances) {
 TEST(HonestCovarianceOfLongSmears, ErrorsAreAsLargeAsItSays) {
   // By more than a cell: not all of them are read, and few are off by far more than the pixels' noise tells.
   constexpr int kLong = 40;
-  const Errors errors = ErrorsOf({"motion_px=12", 0}, kLong);
+  const Errors errors = ErrorsOf("motion_px=12", kLong);
   EXPECT_GE(errors.poses, kLong * 6 / 10);
   for (const double mean : {errors.position, errors.orientation}) {
     EXPECT_GT(mean, 0.3);
     EXPECT_LT(mean, 2.5);
   }
+}
+
+class HonestCovarianceOfCoveredSides : public testing::TestWithParam<float> {};
+
+TEST_P(HonestCovarianceOfCoveredSides, WhatCoversASideTellsNothingOfTheBoard) {
+  // Six tenths of the outer cells lie under a strip of one colour, which their levels take for light that fades.
+  constexpr int kCovered = 40;
+  const Errors errors = ErrorsOf("occluded=0.1", kCovered, [](StressCase& stress) {
+    Occluder& strip = stress.scene.markers[0].occluders[0];
+    strip.patches = 0;
+    strip.colour.setConstant(GetParam());
+  });
+  EXPECT_EQ(errors.poses, kCovered);
+  EXPECT_LT(errors.position, 1.5);
+  EXPECT_LT(errors.orientation, 1.5);
+}
+
+INSTANTIATE_TEST_SUITE_P(Colours, HonestCovarianceOfCoveredSides, testing::Values(0.1f, 0.3f, 0.6f));
+
+TEST(HonestCovarianceOfCoveredLines, WhatCoversALineOfCornersTellsNothingOfTheBoard) {
+  // In three of these frames the line under the strip pulls the board until no corner fits much worse than others.
+  constexpr int kCovered = 40;
+  const Errors errors = ErrorsOf("occluded=0.2", kCovered, {}, 1);
+  EXPECT_GE(errors.poses, kCovered * 19 / 20);
+  EXPECT_LT(errors.position, 1.5);
+  EXPECT_LT(errors.orientation, 1.5);
 }
 
 std::string ConditionName(const testing::TestParamInfo<Condition>& condition) {
