@@ -352,10 +352,17 @@ PhaseShares SharesOf(int red_phase, float* phase_weight) {
 
 }  // namespace
 
-void BoardEquations::Prepare(MarkerSize size) {
-  cells_ = size.rows * size.cols;
-  cols_ = size.cols;
-  band_ = size.cols + 1;
+QuadrantLevels LevelsAround(MarkerSize size, int corner, bool own_levels) {
+  if (own_levels) return {4 * corner, 4 * corner + 1, 4 * corner + 2, 4 * corner + 3};
+  const int cell = corner / (size.cols - 1) * size.cols + corner % (size.cols - 1);
+  return {cell, cell + 1, cell + size.cols, cell + size.cols + 1};
+}
+
+int LevelCount(MarkerSize size, bool own_levels) { return own_levels ? 4 * CornerCount(size) : size.rows * size.cols; }
+
+void BoardEquations::Prepare(MarkerSize size, bool own_levels) {
+  cells_ = LevelCount(size, own_levels);
+  band_ = own_levels ? 3 : size.cols + 1;
   // A vector's floats at most run over the entries of the band, from any of them on.
   constexpr int kVector = 16;
   matrix_row_ = (8 * (band_ + 1) + kVector + kVector - 1) / kVector * kVector;
@@ -391,7 +398,7 @@ void BoardEquations::SetDerivatives(std::span<const CornerDerivative> derivative
 void BoardEquations::Assemble(const Input& input) {
   const BoardPixels& pixels = *input.pixels;
   const MarkerSize size = pixels.size();
-  if (!input.fixed_levels) Prepare(size);
+  if (!input.fixed_levels) Prepare(size, input.own_levels);
   BoardSystem system = System();
   system.fixed_levels = input.fixed_levels;
   const PhaseShares shares = SharesOf(input.red_phase, system.phase_weight);
@@ -403,9 +410,9 @@ void BoardEquations::Assemble(const Input& input) {
     if (!input.used[static_cast<std::size_t>(corner)]) continue;
     const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
     const float* repeated = repeated_.data() + corner * kRepeated;
-    const int cell = pixels.Cell(corner);
+    const QuadrantLevels levels = LevelsAround(size, corner, input.own_levels);
     corners[static_cast<std::size_t>(count++)] = {.lane = pixels.Lane(corner),
-                                                  .cell_of = {cell, cell + 1, cell + size.cols, cell + size.cols + 1},
+                                                  .cell_of = {levels[0], levels[1], levels[2], levels[3]},
                                                   .by_x = by.x.data(),
                                                   .by_y = by.y.data(),
                                                   .repeated_x = repeated,
@@ -432,11 +439,10 @@ void BoardEquations::MoveLevels(const Vector& step, std::span<PhaseValues> level
       levels[static_cast<std::size_t>(cell)][phase] += right_[cell * BoardSystem::kRightRow + static_cast<int>(phase)];
 }
 
-Eigen::Vector2d BoardEquations::ShiftGradientOfLevels(int lane, int cell) const {
-  const std::array<int, 4> cells{cell, cell + 1, cell + cols_, cell + cols_ + 1};
+Eigen::Vector2d BoardEquations::ShiftGradientOfLevels(int lane, const QuadrantLevels& levels) const {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (int i = 0; i < 4; ++i) {
-    const float* moves = right_ + cells[static_cast<std::size_t>(i)] * BoardSystem::kRightRow;
+    const float* moves = right_ + levels[static_cast<std::size_t>(i)] * BoardSystem::kRightRow;
     for (int axis = kShiftX; axis <= kShiftY; ++axis) {
       const float* products = merged_.data() + ProductSum(axis, kLevel00 + i) * lanes_ + lane;
       float of_cell = 0;

@@ -20,6 +20,12 @@ struct CornerDerivative {
 /// A value for each parity of pixel coordinates: phase = parity of x + 2 · parity of y.
 using PhaseValues = std::array<float, 4>;
 
+/// Which levels the four quadrants around a corner have, in the order of the lanes' columns.
+using QuadrantLevels = std::array<int, 4>;
+/// Those of their cells, row by row of the board; or each its own, for boards whose cells are not lit alike all over.
+QuadrantLevels LevelsAround(MarkerSize size, int corner, bool own_levels);
+int LevelCount(MarkerSize size, bool own_levels);
+
 /// Gauss-Newton's normal equations of one board, with the cells' levels, of which there are many but each touches only
 /// its neighbours, eliminated (Schur complement over a banded Cholesky factor, which keeps six digits of what the
 /// geometry's columns have: they should not be nearly alike). The four phases of the pixels are
@@ -39,6 +45,8 @@ class BoardEquations {
     int red_phase = -1;
     /// The levels stay as they are: then the lanes need not have sums of them.
     bool fixed_levels = false;
+    /// Of the quadrants, as LevelsAround() has them.
+    bool own_levels = false;
   };
 
   /// By corner; they must outlive the calls of Assemble().
@@ -58,15 +66,15 @@ class BoardEquations {
 
   /// Moves the levels, cell by cell, as they follow a step of geometry and blur. @pre they were not fixed.
   void MoveLevels(const Vector& step, std::span<PhaseValues> levels);
-  /// How much the last moves of the levels take off the gradient of a corner's own shift. @param cell towards −x, −y.
-  Eigen::Vector2d ShiftGradientOfLevels(int lane, int cell) const;
+  /// How much the last moves of the levels take off the gradient of a corner's own shift.
+  Eigen::Vector2d ShiftGradientOfLevels(int lane, const QuadrantLevels& levels) const;
 
  private:
-  void Prepare(MarkerSize size);
+  void Prepare(MarkerSize size, bool own_levels);
   BoardSystem System() const;
 
-  int cells_ = 0, cols_ = 0, band_ = 0, matrix_row_ = 0, lanes_ = 0;
-  PhaseValues phase_weight_{};  ///< channels that phases share count once
+  int cells_ = 0, band_ = 0, matrix_row_ = 0, lanes_ = 0;  ///< cells: levels
+  PhaseValues phase_weight_{};                             ///< channels that phases share count once
   std::vector<float> floats_;
   std::span<const CornerDerivative> derivatives_;
   std::vector<float> repeated_;  ///< the derivatives, each as often as there are phases

@@ -112,6 +112,14 @@ void PhotometricFit::StartLevels(const LightReader& reader, const Start& start) 
       lightest = std::max(lightest, levels_[cell][phase]);
     }
   noise_ = start.image ? start.image->noise : UnknownNoise(lightest);
+  if (!own_levels_) return;
+  cell_levels_ = levels_;
+  levels_.resize(static_cast<std::size_t>(LevelCount(size_, true)));
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    const QuadrantLevels own = LevelsOf(corner), cells = LevelsAround(size_, corner, false);
+    for (std::size_t i = 0; i < own.size(); ++i)
+      levels_[static_cast<std::size_t>(own[i])] = cell_levels_[static_cast<std::size_t>(cells[i])];
+  }
 }
 
 void PhotometricFit::SetDerivatives() {
@@ -168,10 +176,10 @@ void PhotometricFit::SetLanes() {
   };
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
-    const int lane = pixels_.Lane(corner), cell = pixels_.Cell(corner);
-    const std::array<int, 4> cells{cell, cell + 1, cell + size_.cols, cell + size_.cols + 1};
+    const int lane = pixels_.Lane(corner);
+    const QuadrantLevels quadrants = LevelsOf(corner);
     for (int i = 0; i < 4; ++i)
-      set(LaneBlock::kL00 + i, lane, levels_[static_cast<std::size_t>(cells[static_cast<std::size_t>(i)])]);
+      set(LaneBlock::kL00 + i, lane, levels_[static_cast<std::size_t>(quadrants[static_cast<std::size_t>(i)])]);
     set(LaneBlock::kNoiseFloor, lane, floor);
     set(LaneBlock::kNoiseSlope, lane, slope);
   }
@@ -192,7 +200,11 @@ bool PhotometricFit::Step(LaneSums sums) {
   input_.sums = sums;
   AccumulateLanes(input_, pixels_.lanes());
   const bool fixed_levels = sums == LaneSums::kShapes;
-  equations_.Assemble({.pixels = &pixels_, .used = used_, .red_phase = red_phase_, .fixed_levels = fixed_levels});
+  equations_.Assemble({.pixels = &pixels_,
+                       .used = used_,
+                       .red_phase = red_phase_,
+                       .fixed_levels = fixed_levels,
+                       .own_levels = own_levels_});
   const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
   if (!solver.positive()) return false;
   step_ = solver.Solve(equations_.gradient());
@@ -231,7 +243,7 @@ void PhotometricFit::Finish() {
     Eigen::Matrix2d information;
     information << sum(kShiftX, kShiftX), sum(kShiftX, kShiftY), sum(kShiftX, kShiftY), sum(kShiftY, kShiftY);
     const Eigen::Vector2d gradient = Eigen::Vector2d(sum(kShiftX, kResidual), sum(kShiftY, kResidual)) -
-                                     equations_.ShiftGradientOfLevels(first, pixels_.Cell(corner));
+                                     equations_.ShiftGradientOfLevels(first, LevelsOf(corner));
     if (!(information.determinant() > 0)) continue;
     const std::size_t i = static_cast<std::size_t>(corner);
     result_.corner_used[i] = true;
@@ -243,11 +255,12 @@ void PhotometricFit::Finish() {
     contrast += Contrast(corner);
   }
   const double n = std::max(result_.corners_used, 1);
-  const double unknowns = BoardEquations::kUnknowns + channels_ * size_.rows * size_.cols;
+  const double unknowns = BoardEquations::kUnknowns + channels_ * LevelCount(size_, own_levels_);
   const double chi_square_per_pixel = (equations_.chi_square() - gain_) / std::max(weight - unknowns, 1.0);
   // Edges that lie where no homography puts them (paper that is not flat, print, what is left of the lens's distortion)
   // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
   const double chi_square_per_shift = shift_chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
+  unexplained_shifts_ = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
   // The blur follows the geometry.
   constexpr int kBlurUnknown = BoardGeometry::kParameters;
   const BoardEquations::Matrix& normal = equations_.normal();
@@ -259,6 +272,8 @@ void PhotometricFit::Finish() {
   result_.reprojection_rms_px = std::sqrt(shift_square / n);
   if (smear_px_.norm() > kLongSmearCells * CellPx())
     of_moves /= std::max(shift_square / n / (kOffLongSmearPx * kOffLongSmearPx), 1.0);
+  // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
+  if (own_levels_) of_moves /= std::max(unexplained_shifts_, 1.0);
   if (take_out_ && FarCells::MoveWithBoard(Known(), pixels_)) {
     const BoardGeometry::Information response = far_cells_.ResponseToMoves(Known(), used_, pixels_);
     if (response.allFinite()) of_moves = response.transpose() * of_moves * response;
@@ -266,11 +281,14 @@ void PhotometricFit::Finish() {
   result_.information = result_.geometry.FromMoves(of_moves);
   result_.image = {noise_, blur_px_, edges_};
   result_.signal_to_noise = contrast / n / std::max(std::sqrt(residual_square / std::max(residual_count, 1.0)), 1e-6);
-  result_.levels.resize(levels_.size());
-  for (std::size_t cell = 0; cell < levels_.size(); ++cell) {
+  result_.lit.clear();
+  if (own_levels_) EvenOutLevels();
+  const std::vector<PhaseValues>& levels = own_levels_ ? cell_levels_ : levels_;
+  result_.levels.resize(levels.size());
+  for (std::size_t cell = 0; cell < levels.size(); ++cell) {
     result_.levels[cell].setZero();
     for (std::size_t phase = 0; phase < 4; ++phase)
-      result_.levels[cell][channel_of_phase_[phase]] = levels_[cell][phase];
+      result_.levels[cell][channel_of_phase_[phase]] = levels[cell][phase];
   }
 }
 
@@ -378,7 +396,7 @@ bool PhotometricFit::FitUsable(const LightReader& reader, const Lens& lens, cons
   // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
   // do not blur into them.
   const bool knows_levels = start.image && BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * blur_px_ < 1;
-  const LaneSums first = knows_levels ? LaneSums::kShapes : LaneSums::kLevels;
+  const LaneSums first = knows_levels && !own_levels_ ? LaneSums::kShapes : LaneSums::kLevels;
   const bool near = Step(first) && corner_move_px_ <= kRunawayPx;
   if (!near && !ComeNearByFound(reader, lens, start)) return false;
   // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
@@ -402,10 +420,12 @@ bool PhotometricFit::FitUsable(const LightReader& reader, const Lens& lens, cons
 
 const FittedBoard* PhotometricFit::FitAsItIs(const LightReader& reader, const Lens& lens, const Start& start) {
   left_out_.fill(false);
+  own_levels_ = false;
   if (!FitUsable(reader, lens, start)) return nullptr;
   if (!take_out_) LeaveOutHidden(reader, lens, start);
   if (result_.reprojection_rms_px > kOffPx && smear_px_.isZero() && !LeaveOutSide(reader, lens, start))
     FitInk(reader, lens, start);
+  if (!take_out_ && MayBeUnevenlyLit()) FitUnevenlyLit(reader, lens, start);
   if (result_.corners_used < kFewestCorners || !result_.information.allFinite()) return nullptr;
   return &result_;
 }

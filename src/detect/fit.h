@@ -25,6 +25,14 @@ struct ImageTraits {
   EdgeShape edges;
 };
 
+/// The light that falls on a cell, over the board's mean, by the corners around it; zeros where none tells.
+struct CellLight {
+  float least = 0, most = 0;
+
+  /// By the edge of a shadow.
+  bool crossed() const { return most > 1.25f * least; }
+};
+
 /// A board after the joint photometric fit.
 struct FittedBoard {
   BoardGeometry geometry;
@@ -36,6 +44,8 @@ struct FittedBoard {
   double signal_to_noise = 0;
   /// Light of each cell, row by row, by channel; the other channels are zero.
   std::vector<Eigen::Vector3f> levels;
+  /// By cell, where shadows' edges cross the board; else empty. The levels are free of it.
+  std::vector<CellLight> lit;
   int corners_used = 0;
   std::array<bool, kMaxCorners> corner_used{};
   double reprojection_rms_px = 0;
@@ -110,6 +120,20 @@ class PhotometricFit {
   bool AnyHidden() const;
   /// Of a corner's pixels, variances; far off where it has none.
   double Misfit(int corner) const;
+  QuadrantLevels LevelsOf(int corner) const { return LevelsAround(size_, corner, own_levels_); }
+  /// Where the edge of a shadow crosses cells, they have no one level: fits anew with levels for each corner's
+  /// quadrants, if that explains the board better.
+  void FitUnevenlyLit(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Whether the result's levels tell of one.
+  bool InShadow() const;
+  /// Whether some corner fits so badly that there may be such an edge.
+  bool MayBeUnevenlyLit() const;
+  /// By corner: the light of its two light quadrants, in the channel where yellow is nearly white, over the mean of
+  /// the corners that are used; 0 for others.
+  using CornerLights = std::array<double, kMaxCorners>;
+  CornerLights LightOnCorners() const;
+  /// Of own levels, those of the cells and the light that falls on them.
+  void EvenOutLevels();
   /// Between the light and the dark cells around a corner.
   double Contrast(int corner) const;
   /// Of a corner, since the geometry was that one, px.
@@ -143,10 +167,11 @@ class PhotometricFit {
   BoardEquations equations_;
   std::array<CornerDerivative, kMaxCorners> derivatives_;
   std::array<bool, kMaxCorners> left_out_{}, usable_{}, used_{};
-  std::vector<PhaseValues> levels_;
+  std::vector<PhaseValues> levels_, cell_levels_;
   NoiseModel noise_;
-  FittedBoard without_ink_, before_, best_;
+  FittedBoard without_ink_, before_, uneven_before_, best_;
   FarCells far_cells_;
+  bool own_levels_ = false;  ///< levels_ are the quadrants', not the cells'
   bool take_out_ = false, fit_ink_ = false, ink_moves_ = false, bent_light_ = false;
   bool shade_twice_ = false;                ///< the first shading is not good enough for boards as large
   double ink_spread_ = 0;                   ///< cells
@@ -157,7 +182,10 @@ class PhotometricFit {
   EdgeShape edges_;
   EdgeProfiles profiles_;
   BoardEquations::Vector step_;
-  double gain_ = 0;            ///< of the last step: how much Σ w r² falls by it
+  double misfit_spread_ = 1;  ///< of the usable corners after the last step, the most over the least
+  double unexplained_shifts_ =
+      0;             ///< of corners, over what the pixels' noise makes them: χ² of each, the one over the other
+  double gain_ = 0;  ///< of the last step: how much Σ w r² falls by it
   double corner_move_px_ = 0;  ///< of the last step: the farthest that a corner moved
   double blur_change_ = 0;     ///< of the last step, as a share
   FittedBoard result_;

@@ -25,8 +25,9 @@ double PhotometricFit::Contrast(int corner) const {
   // Of the channel that tells light from dark cells best and has most pixels.
   const std::size_t phase = red_phase_ < 0 ? 0 : static_cast<std::size_t>(red_phase_ ^ 1);
   const int cell = pixels_.Cell(corner);
-  const auto level = [&](int at) { return double{levels_[static_cast<std::size_t>(at)][phase]}; };
-  const double light = level(cell) + level(cell + size_.cols + 1), dark = level(cell + 1) + level(cell + size_.cols);
+  const QuadrantLevels quadrants = LevelsOf(corner);
+  const auto level = [&](std::size_t i) { return double{levels_[static_cast<std::size_t>(quadrants[i])][phase]}; };
+  const double light = level(0) + level(3), dark = level(1) + level(2);
   return (IsDark(cell / size_.cols, cell % size_.cols) ? dark - light : light - dark) / 2;
 }
 
@@ -56,6 +57,7 @@ bool PhotometricFit::FindHiddenCorners() {
     most_contrast = std::max(most_contrast, contrast[i]);
     ++count;
   }
+  misfit_spread_ = most_misfit / std::max(least_misfit, 1e-9);
   // Corners that are all alike are all near the median one.
   const bool alike = least_contrast >= kHiddenContrast * most_contrast && most_misfit <= kHiddenRatio * least_misfit;
   const auto median = [&](const std::array<double, kMaxCorners>& values) {
@@ -156,7 +158,7 @@ bool PhotometricFit::AnyHidden() const {
 void PhotometricFit::FindHiddenCells() {
   std::array<bool, kMaxCorners> unused;
   std::transform(used_.begin(), used_.end(), unused.begin(), std::logical_not());
-  hidden_cells_.assign(levels_.size(), 0);
+  hidden_cells_.assign(static_cast<std::size_t>(size_.rows * size_.cols), 0);
   HideCellsBeside(unused);
 }
 

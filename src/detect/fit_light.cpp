@@ -47,6 +47,7 @@ LightFall FallOf(const Eigen::Vector2d& slope, const Eigen::Vector3d& bend, cons
 }  // namespace
 
 void PhotometricFit::EvenOutShading(const Start& start) {
+  if (own_levels_) return;
   const double cell_px = CellPx();
   shade_twice_ = cell_px > kTwiceCellPx;
   const auto shading = FindShading({.size = size_,

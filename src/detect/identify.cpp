@@ -45,6 +45,7 @@ Identifier::Identifier(const DetectorOptions& options) : options_(options) {
 void Identifier::ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens) {
   const std::size_t cells = static_cast<std::size_t>(size.rows * size.cols);
   light_.resize(cells);
+  half_lit_.assign(cells, 1.0f);
   if (reader.channels() == 3) {
     // The fit's levels are free of what neighbours and the lens mix in.
     std::copy(board.levels.begin(), board.levels.end(), light_.begin());
@@ -61,6 +62,28 @@ void Identifier::ReadCells(const FittedBoard& board, MarkerSize size, const Ligh
       const double clear = std::clamp(0.5 * short_side - 1.2 * board.image.blur_px, 0.0, 0.35 * short_side);
       light_[static_cast<std::size_t>(row * size.cols + col)] =
           reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(clear));
+    }
+  if (!board.lit.empty()) EvenOutCells(board, size);
+}
+
+void Identifier::EvenOutCells(const FittedBoard& board, MarkerSize size) {
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col) {
+      const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+      const CellLight& lit = board.lit[cell];
+      if (lit.most == 0) continue;
+      Eigen::Vector3f& light = light_[cell];
+      if (!lit.crossed()) {
+        light /= std::sqrt(lit.least * lit.most);
+      } else if (!IsDark(row, col)) {
+        // What was read lies to one side of a shadow's edge, or to both: its colour is the cell's in any case.
+        const float read = RedAndGreen::Of(light[0], light[1]);
+        if (read > 0) light *= board.levels[cell].sum() / read;
+      } else {
+        // Of dark cells the light that returns is too little to tell how much of it came.
+        light /= lit.most;
+        half_lit_[cell] = lit.most / lit.least;
+      }
     }
 }
 
@@ -175,7 +198,8 @@ bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8
       colours_[cell] = ColourOf(light_[cell], white, dark, options_.color_space);
       ink_[cell] =
           dark && options_.color_space == ColorSpace::kLab ? BlueOf(light_[cell], white) : colours_[cell].saturation;
-      if (IsBorder(size, row, col) && !hidden_[cell]) groups[dark][border[cell]].Add(ink_[cell]);
+      if (IsBorder(size, row, col) && !hidden_[cell] && half_lit_[cell] == 1)
+        groups[dark][border[cell]].Add(ink_[cell]);
     }
   for (std::size_t dark = 0; dark < 2; ++dark) {
     const Gaussian plain = groups[dark][0].Get(), inked = groups[dark][1].Get();
@@ -207,9 +231,13 @@ void Identifier::Decode(MarkerSize size, Identity& identity) {
         continue;
       }
       const double distance = c.inked - c.plain;
-      const double d = (ink_[cell] - c.plain) / distance, s = c.deviation / distance;
+      const double s = c.deviation / distance;
+      // Of what it may be, what tells least.
+      const double a = (ink_[cell] - c.plain) / distance - 0.5,
+                   b = (half_lit_[cell] * ink_[cell] - c.plain) / distance - 0.5;
+      const double lead = a * b <= 0 ? 0 : (std::abs(a) < std::abs(b) ? a : b);
       log_likelihood_[static_cast<std::size_t>(i)] =
-          static_cast<float>(std::clamp((d - 0.5) / (s * s), -kMostLikelihood, kMostLikelihood));
+          static_cast<float>(std::clamp(lead / (s * s), -kMostLikelihood, kMostLikelihood));
     }
   double best_margin = -1;
   for (std::size_t f = 0; f < options_.families.size(); ++f) {

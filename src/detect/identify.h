@@ -53,6 +53,8 @@ class Identifier {
 
  private:
   void ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
+  /// Where shadows' edges cross the board: as if it were lit alike all over.
+  void EvenOutCells(const FittedBoard& board, MarkerSize size);
   void FindHidden(const FittedBoard& board, MarkerSize size);
   /// Hides what lies over the board: cells that look wrong, and those between them. Whether there are more now.
   bool HideWrong(MarkerSize size);
@@ -72,6 +74,7 @@ class Identifier {
   std::vector<CellColour> colours_;
   std::vector<float> ink_;  ///< by cell, what tells saturated cells from others: of dark ones BlueOf()
   std::vector<std::uint8_t> hidden_;
+  std::vector<float> half_lit_;          ///< by cell: by how much less of its light may have come than was taken for it
   Eigen::Vector3f white_;                ///< light of the border's white cells
   std::vector<Eigen::Vector3f> shares_;  ///< of the three channels in a cell's light, scratch
   std::vector<std::size_t> known_;       ///< cells of one ink, scratch
