@@ -61,6 +61,8 @@ struct FittedBoard {
 /// widens the information instead. 24 µs a board of 7.8 px cells, growing with its pixels.
 /// Where the light is bent, or cells are small against the blur, the pixels' light is corrected between the steps
 /// (shading.h, far_cells.h): up to 0.5 ms; where ink has spread, so are their places: 2 to 10 ms.
+/// Where corners turn out to be hidden, or the edge of a shadow crosses the board, it is fitted anew without them, or
+/// with levels for each corner's quadrants: two to six times the time.
 class PhotometricFit {
  public:
   struct Start {
@@ -169,7 +171,7 @@ class PhotometricFit {
   std::array<bool, kMaxCorners> left_out_{}, usable_{}, used_{};
   std::vector<PhaseValues> levels_, cell_levels_;
   NoiseModel noise_;
-  FittedBoard without_ink_, before_, uneven_before_, best_;
+  FittedBoard without_ink_, before_, evenly_lit_, best_;  ///< what a fit is compared with
   FarCells far_cells_;
   bool own_levels_ = false;  ///< levels_ are the quadrants', not the cells'
   bool take_out_ = false, fit_ink_ = false, ink_moves_ = false, bent_light_ = false;

@@ -36,7 +36,7 @@ bool PhotometricFit::MayBeUnevenlyLit() const {
 }
 
 void PhotometricFit::FitUnevenlyLit(const LightReader& reader, const Lens& lens, const Start& start) {
-  uneven_before_ = result_;
+  evenly_lit_ = result_;
   const std::array<bool, kMaxCorners> left_out_before = left_out_;
   left_out_.fill(false);
   own_levels_ = true;
@@ -44,12 +44,12 @@ void PhotometricFit::FitUnevenlyLit(const LightReader& reader, const Lens& lens,
   again.geometry = result_.geometry;
   if (FitUsable(reader, lens, again) && !take_out_) {
     LeaveOutHidden(reader, lens, start);
-    const double clearer = result_.signal_to_noise / uneven_before_.signal_to_noise;
+    const double clearer = result_.signal_to_noise / evenly_lit_.signal_to_noise;
     if (clearer > kAsClearByOwn && InShadow()) return;
   }
   own_levels_ = false;
   left_out_ = left_out_before;
-  result_ = uneven_before_;
+  result_ = evenly_lit_;
 }
 
 bool PhotometricFit::InShadow() const {
