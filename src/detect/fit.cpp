@@ -76,9 +76,8 @@ bool PhotometricFit::Prepare(const LightReader& reader, const Lens& lens, const 
   result_.geometry = start.geometry;
   if (!Collect(reader, lens)) return false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    const std::size_t cell = static_cast<std::size_t>(pixels_.Cell(corner)),
-                      below = cell + static_cast<std::size_t>(size_.cols);
-    const int covered = start.covered[cell] + start.covered[cell + 1] + start.covered[below] + start.covered[below + 1];
+    int covered = 0;
+    for (const int cell : LevelsAround(size_, corner, false)) covered += start.covered[static_cast<std::size_t>(cell)];
     const std::size_t i = static_cast<std::size_t>(corner);
     usable_[i] = pixels_.inside(corner) && covered < 2 && !left_out_[i];
   }
@@ -416,6 +415,12 @@ bool PhotometricFit::FitUsable(const LightReader& reader, const Lens& lens, cons
   if (!Settle(lens, start, start.image != nullptr)) return false;
   Finish();
   return result_.corners_used >= kFewestCorners && result_.information.allFinite();
+}
+
+bool PhotometricFit::FitAnew(const LightReader& reader, const Lens& lens, const Start& start) {
+  Start again = start;
+  again.geometry = result_.geometry;
+  return FitUsable(reader, lens, again);
 }
 
 const FittedBoard* PhotometricFit::FitAsItIs(const LightReader& reader, const Lens& lens, const Start& start) {

@@ -90,6 +90,8 @@ class PhotometricFit {
   const FittedBoard* FitAsItIs(const LightReader& reader, const Lens& lens, const Start& start);
   /// By the corners that are neither covered nor left out.
   bool FitUsable(const LightReader& reader, const Lens& lens, const Start& start);
+  /// The same from where the result has the board.
+  bool FitAnew(const LightReader& reader, const Lens& lens, const Start& start);
   /// What hides corners has told the light, the levels and the noise before it was known to: fits anew without them.
   void LeaveOutHidden(const LightReader& reader, const Lens& lens, const Start& start);
   /// Of the corners that were found hidden, those that fit worst. False if none was.
@@ -130,8 +132,13 @@ class PhotometricFit {
   bool InShadow() const;
   /// Whether some corner fits so badly that there may be such an edge.
   bool MayBeUnevenlyLit() const;
-  /// By corner: the light of its two light quadrants, in the channel where yellow is nearly white, over the mean of
-  /// the corners that are used; 0 for others.
+  /// Sums of two quadrants' levels each, in the channel that tells light from dark cells best, has most pixels, and
+  /// where yellow is nearly white.
+  struct QuadrantLight {
+    double light, dark;
+  };
+  QuadrantLight LightAround(int corner) const;
+  /// By corner: the light of its light quadrants, over the mean of the corners that are used; 0 for others.
   using CornerLights = std::array<double, kMaxCorners>;
   CornerLights LightOnCorners() const;
   /// Of own levels, those of the cells and the light that falls on them.
@@ -184,12 +191,11 @@ class PhotometricFit {
   EdgeShape edges_;
   EdgeProfiles profiles_;
   BoardEquations::Vector step_;
-  double misfit_spread_ = 1;  ///< of the usable corners after the last step, the most over the least
-  double unexplained_shifts_ =
-      0;             ///< of corners, over what the pixels' noise makes them: χ² of each, the one over the other
-  double gain_ = 0;  ///< of the last step: how much Σ w r² falls by it
-  double corner_move_px_ = 0;  ///< of the last step: the farthest that a corner moved
-  double blur_change_ = 0;     ///< of the last step, as a share
+  double misfit_spread_ = 1;       ///< of the usable corners after the last step, the most over the least
+  double unexplained_shifts_ = 0;  ///< of corners: their χ² over that of the pixels
+  double gain_ = 0;                ///< of the last step: how much Σ w r² falls by it
+  double corner_move_px_ = 0;      ///< of the last step: the farthest that a corner moved
+  double blur_change_ = 0;         ///< of the last step, as a share
   FittedBoard result_;
 };
 

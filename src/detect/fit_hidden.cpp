@@ -21,14 +21,18 @@ constexpr double kCoveredSide = 4, kClearerBySide = 2;
 
 }  // namespace
 
-double PhotometricFit::Contrast(int corner) const {
-  // Of the channel that tells light from dark cells best and has most pixels.
+PhotometricFit::QuadrantLight PhotometricFit::LightAround(int corner) const {
   const std::size_t phase = red_phase_ < 0 ? 0 : static_cast<std::size_t>(red_phase_ ^ 1);
   const int cell = pixels_.Cell(corner);
   const QuadrantLevels quadrants = LevelsOf(corner);
   const auto level = [&](std::size_t i) { return double{levels_[static_cast<std::size_t>(quadrants[i])][phase]}; };
-  const double light = level(0) + level(3), dark = level(1) + level(2);
-  return (IsDark(cell / size_.cols, cell % size_.cols) ? dark - light : light - dark) / 2;
+  const double along = level(0) + level(3), across = level(1) + level(2);
+  return IsDark(cell / size_.cols, cell % size_.cols) ? QuadrantLight{across, along} : QuadrantLight{along, across};
+}
+
+double PhotometricFit::Contrast(int corner) const {
+  const QuadrantLight around = LightAround(corner);
+  return (around.light - around.dark) / 2;
 }
 
 double PhotometricFit::Misfit(int corner) const {
@@ -99,9 +103,7 @@ void PhotometricFit::LeaveOutHidden(const LightReader& reader, const Lens& lens,
   for (int times = 0; times < kMostLeftOut; ++times) {
     if (!LeaveOutWorstHidden()) return;
     before_ = result_;
-    Start again = start;
-    again.geometry = result_.geometry;
-    if (FitUsable(reader, lens, again)) continue;
+    if (FitAnew(reader, lens, start)) continue;
     result_ = before_;
     return;
   }
@@ -139,15 +141,14 @@ bool PhotometricFit::LeaveOutSide(const LightReader& reader, const Lens& lens, c
   if (!side) return false;
   const std::array<bool, kMaxCorners> left_out_before = left_out_;
   before_ = result_;
-  Start again = start;
-  again.geometry = result_.geometry;
   for (std::size_t corner = 0; corner < side->size(); ++corner) left_out_[corner] |= (*side)[corner];
-  if (FitUsable(reader, lens, again) && result_.signal_to_noise > kClearerBySide * before_.signal_to_noise) {
+  if (FitAnew(reader, lens, start) && result_.signal_to_noise > kClearerBySide * before_.signal_to_noise) {
     LeaveOutHidden(reader, lens, start);
     return true;
   }
   left_out_ = left_out_before;
-  if (!FitUsable(reader, lens, again)) result_ = before_;
+  result_ = before_;
+  if (!FitAnew(reader, lens, start)) result_ = before_;
   return false;
 }
 
@@ -165,9 +166,7 @@ void PhotometricFit::FindHiddenCells() {
 void PhotometricFit::HideCellsBeside(const std::array<bool, kMaxCorners>& corners) {
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!corners[static_cast<std::size_t>(corner)]) continue;
-    const int cell = pixels_.Cell(corner);
-    for (const int at : {cell, cell + 1, cell + size_.cols, cell + size_.cols + 1})
-      hidden_cells_[static_cast<std::size_t>(at)] = 1;
+    for (const int cell : LevelsAround(size_, corner, false)) hidden_cells_[static_cast<std::size_t>(cell)] = 1;
   }
 }
 

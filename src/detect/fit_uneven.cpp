@@ -1,6 +1,5 @@
 // Of PhotometricFit: boards that shadows cross.
 #include <algorithm>
-#include <cmath>
 
 #include "detect/fit.h"
 
@@ -40,9 +39,7 @@ void PhotometricFit::FitUnevenlyLit(const LightReader& reader, const Lens& lens,
   const std::array<bool, kMaxCorners> left_out_before = left_out_;
   left_out_.fill(false);
   own_levels_ = true;
-  Start again = start;
-  again.geometry = result_.geometry;
-  if (FitUsable(reader, lens, again) && !take_out_) {
+  if (FitAnew(reader, lens, start) && !take_out_) {
     LeaveOutHidden(reader, lens, start);
     const double clearer = result_.signal_to_noise / evenly_lit_.signal_to_noise;
     if (clearer > kAsClearByOwn && InShadow()) return;
@@ -63,18 +60,13 @@ bool PhotometricFit::InShadow() const {
 }
 
 PhotometricFit::CornerLights PhotometricFit::LightOnCorners() const {
-  const std::size_t phase = red_phase_ < 0 ? 0 : static_cast<std::size_t>(red_phase_ ^ 1);
   CornerLights lights{};
   double sum = 0;
   int count = 0;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!used_[static_cast<std::size_t>(corner)]) continue;
-    const int cell = pixels_.Cell(corner);
-    const QuadrantLevels own = LevelsOf(corner);
-    const bool dark = IsDark(cell / size_.cols, cell % size_.cols);
-    const auto level = [&](std::size_t i) { return double{levels_[static_cast<std::size_t>(own[i])][phase]}; };
     double& here = lights[static_cast<std::size_t>(corner)];
-    here = std::max(dark ? level(1) + level(2) : level(0) + level(3), 0.0);
+    here = std::max(LightAround(corner).light, 0.0);
     sum += here;
     ++count;
   }
