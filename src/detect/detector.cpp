@@ -348,14 +348,14 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
     return outcome;
   };
   const FittedBoard* fitted = worker.fit.Fit(reader, lens,
-                                             {.size = board.size,
-                                              .geometry = BoardGeometry(board.plane_from_board),
-                                              .blur_px = 0.8 * board.scale,
-                                              .light = board.light,
-                                              .saturated = board.saturated,
-                                              .covered = board.covered,
-                                              .found = board.found,
-                                              .image = image,
+                                             {.board = {.size = board.size,
+                                                        .geometry = BoardGeometry(board.plane_from_board),
+                                                        .blur_px = 0.8 * board.scale,
+                                                        .light = board.light,
+                                                        .saturated = board.saturated,
+                                                        .covered = board.covered,
+                                                        .found = board.found,
+                                                        .image = image},
                                               .smeared = board.smeared,
                                               // One in an image: a swarm that moves has to be done in time.
                                               .may_be_smeared = index == 0});

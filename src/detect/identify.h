@@ -7,7 +7,7 @@
 
 #include "chequer/detector.h"
 #include "detect/colours.h"
-#include "detect/fit.h"
+#include "detect/fitted_board.h"
 #include "detect/light.h"
 #include "detect/neighbours.h"
 

@@ -5,7 +5,7 @@
 
 #include "chequer/detect_trace.h"
 #include "detect/anchor.h"
-#include "detect/fit.h"
+#include "detect/fitted_board.h"
 #include "detect/grids.h"
 #include "detect/identify.h"
 #include "detect/second_look.h"

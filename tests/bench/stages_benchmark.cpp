@@ -109,13 +109,13 @@ double CellM() { return kSideM / 6; }
 
 /// Where the fit of a board starts.
 PhotometricFit::Start StartOf(const AnchoredBoard& board, const ImageTraits* image) {
-  return {.size = board.size,
-          .geometry = BoardGeometry(board.plane_from_board),
-          .blur_px = 0.8 * static_cast<double>(board.scale),
-          .light = board.light,
-          .saturated = board.saturated,
-          .covered = board.covered,
-          .image = image};
+  return {.board = {.size = board.size,
+                    .geometry = BoardGeometry(board.plane_from_board),
+                    .blur_px = 0.8 * static_cast<double>(board.scale),
+                    .light = board.light,
+                    .saturated = board.saturated,
+                    .covered = board.covered,
+                    .image = image}};
 }
 
 /// All boards fitted, the first one telling the noise.

@@ -1,9 +1,9 @@
-// Of PhotometricFit: what is done to the pixels' light before they are fitted.
+// Of BoardFit: what is done to the pixels' light before they are fitted.
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "detect/fit.h"
+#include "detect/board_fit.h"
 #include "detect/shading.h"
 
 namespace chequer {
@@ -46,7 +46,7 @@ LightFall FallOf(const Eigen::Vector2d& slope, const Eigen::Vector3d& bend, cons
 
 }  // namespace
 
-void PhotometricFit::EvenOutShading(const Start& start) {
+void BoardFit::EvenOutShading(const Start& start) {
   if (own_levels_) return;
   const double cell_px = CellPx();
   shade_twice_ = cell_px > kTwiceCellPx;
@@ -77,7 +77,7 @@ void PhotometricFit::EvenOutShading(const Start& start) {
     }
 }
 
-void PhotometricFit::EvenOutPixels(const Shading& shading) {
+void BoardFit::EvenOutPixels(const Shading& shading) {
   const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(result_.geometry);
   const Eigen::Matrix2d board_by_plane = result_.geometry.PlaneByBoard({0, 0}).inverse().transpose();
   LaneBlock& lanes = pixels_.lanes();
@@ -96,7 +96,7 @@ void PhotometricFit::EvenOutPixels(const Shading& shading) {
     }
 }
 
-void PhotometricFit::TakeOutLight() {
+void BoardFit::TakeOutLight() {
   FarCells::Known known = Known();
   far_cells_.TakeOut(known, pixels_);
   if (!smear_px_.isZero()) {
@@ -122,7 +122,7 @@ void PhotometricFit::TakeOutLight() {
   far_cells_.TakeOut(known, pixels_);
 }
 
-bool PhotometricFit::StartInk() {
+bool BoardFit::StartInk() {
   const double cell_px = CellPx();
   const double more = far_cells_.MoreInkSpread(Known(), used_, pixels_, kInkStride);
   if (std::abs(more) * cell_px < kLeastInkSpreadPx || kInkStep * std::abs(more) < kLeastInkSpread) return false;
@@ -132,7 +132,7 @@ bool PhotometricFit::StartInk() {
   return true;
 }
 
-void PhotometricFit::FitInk(const LightReader& reader, const Lens& lens, const Start& start) {
+void BoardFit::FitInk(const LightReader& reader, const Lens& lens, const Start& start) {
   if (!take_out_) far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
   if (!StartInk()) return;
   without_ink_ = result_;
@@ -151,7 +151,7 @@ void PhotometricFit::FitInk(const LightReader& reader, const Lens& lens, const S
   if (!settled || result_.corners_used < without_ink_.corners_used) result_ = without_ink_;
 }
 
-double PhotometricFit::FarthestMove(const BoardGeometry& from) const {
+double BoardFit::FarthestMove(const BoardGeometry& from) const {
   double farthest = 0;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     const CornerPlace& place = pixels_.place(corner);
@@ -162,11 +162,11 @@ double PhotometricFit::FarthestMove(const BoardGeometry& from) const {
   return farthest;
 }
 
-double PhotometricFit::CellPx() const {
+double BoardFit::CellPx() const {
   return std::sqrt(std::abs(pixels_.place(pixels_.corners() / 2).pixel_by_board.determinant()));
 }
 
-FarCells::Known PhotometricFit::Known() const {
+FarCells::Known BoardFit::Known() const {
   return {.geometry = &result_.geometry,
           .blur_px = blur_px_,
           .ink_spread = ink_spread_,

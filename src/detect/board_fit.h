@@ -1,0 +1,168 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "detect/board_equations.h"
+#include "detect/board_geometry.h"
+#include "detect/board_pixels.h"
+#include "detect/edge_shape.h"
+#include "detect/far_cells.h"
+#include "detect/fitted_board.h"
+#include "detect/light.h"
+#include "detect/shading.h"
+
+namespace chequer {
+
+using CornerFlags = std::array<bool, kMaxCorners>;
+
+/// One joint fit of geometry, cell levels (free for every cell and channel), blur and noise of a board to its pixels,
+/// by Gauss-Newton on the model of photometric_kernel.h (detection.md 3.4 gives the derivation; Krüger and Yang have
+/// the corner-wise model). What to make of its result, and which other fits to try, is PhotometricFit's. Keeps its
+/// memory.
+class BoardFit {
+ public:
+  struct Start {
+    MarkerSize size;
+    BoardGeometry geometry;
+    double blur_px = 0.8;
+    /// Light (R, G, B) and saturation of each cell as far as known before the fit, row by row.
+    std::span<const Eigen::Vector3f> light;
+    std::span<const std::uint8_t> saturated;
+    /// Cells that do not show: corners with two of them are left out.
+    std::span<const std::uint8_t> covered;
+    /// Corners that were found; the geometry may have others pixels off.
+    CornerFlags found{};
+    /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
+    const ImageTraits* image = nullptr;
+  };
+  /// Which model a fit has.
+  struct Choice {
+    CornerFlags left_out{};
+    /// Levels for each corner's quadrants, not the cells'.
+    bool own_levels = false;
+    /// The way of a point during the exposure, image pixels; where it is not zero, it is fitted too.
+    Eigen::Vector2d smear_px = Eigen::Vector2d::Zero();
+  };
+
+  /// False if the board lies outside the image for the most part, does not look like the model, or the fit runs away;
+  /// the result then means nothing, nor does what is told of corners.
+  bool Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
+  /// Fits on where ink has spread, which moves the edges of a line to either side by turns, if that explains corners
+  /// that lie where no plane has them; else leaves the result. @pre the last fit began with `start` and has a result.
+  void FitInk(const LightReader& reader, const Lens& lens, const Start& start);
+
+  const FittedBoard& result() const { return result_; }
+  /// Takes an earlier result for its own. What is told of corners stays the last fit's.
+  void GoBackTo(const FittedBoard& result) { result_ = result; }
+
+  int corners() const { return pixels_.corners(); }
+  /// Neither outside the image, nor covered, nor left out.
+  bool usable(int corner) const { return usable_[static_cast<std::size_t>(corner)]; }
+  /// Usable, and not found hidden.
+  bool used(int corner) const { return used_[static_cast<std::size_t>(corner)]; }
+  /// Of a cell in the board's middle, along its side.
+  double CellPx() const;
+  /// Of a corner's pixels, variances; far off where it has none.
+  double Misfit(int corner) const;
+  /// Of the usable corners after the last step, the most over the least.
+  double misfit_spread() const { return misfit_spread_; }
+  /// Whether the light of what the model leaves out is taken out of the pixels (see far_cells.h).
+  bool takes_out_light() const { return take_out_; }
+
+ private:
+  bool Prepare(const LightReader& reader, const Lens& lens, const Start& start);
+  /// The pixels of the board as it lies by now. False if too few corners have some.
+  bool Collect(const LightReader& reader, const Lens& lens);
+  /// Where the first step runs away: by the pixels around the corners that were found alone, until those lie right,
+  /// then by all. False if they run away too, or none are left out.
+  bool ComeNearByFound(const LightReader& reader, const Lens& lens, const Start& start);
+  void SetDerivatives();
+  /// What the kernel is told of the corners' places, and of what changes with every step.
+  void SetPlaces();
+  void SetLanes();
+  /// A step of Gauss-Newton by these sums of the kernel; by shapes alone, the cells' levels stay as they are.
+  bool Step(LaneSums sums);
+  /// Steps until nothing moves any more.
+  bool Settle(const Lens& lens, const Start& start, bool noise_known);
+  void Finish();
+  /// Whether the image's edges are no Gaussian's: from here on, they are fitted as they are.
+  bool TellEdges();
+  /// Of the last step, in board coordinates.
+  Eigen::Vector2d MoveOf(int corner) const;
+  /// Of a corner, since the geometry was that one, px.
+  double FarthestMove(const BoardGeometry& from) const;
+  /// In the board's middle.
+  Eigen::Matrix2d BoardByPixel() const;
+
+  // Levels: board_fit_levels.cpp.
+  QuadrantLevels LevelsOf(int corner) const { return LevelsAround(size_, corner, own_levels_); }
+  void StartLevels(const LightReader& reader, const Start& start);
+  /// Sums of two quadrants' levels each, in the channel that tells light from dark cells best, has most pixels, and
+  /// where yellow is nearly white.
+  struct QuadrantLight {
+    double light, dark;
+  };
+  QuadrantLight LightAround(int corner) const;
+  /// Between the light and the dark cells around a corner.
+  double Contrast(int corner) const;
+  /// By corner: the light of its light quadrants, over the mean of the corners that are used; 0 for others.
+  using CornerLights = std::array<double, kMaxCorners>;
+  CornerLights LightOnCorners() const;
+  /// Of own levels, those of the cells and the light that falls on them.
+  void EvenOutLevels();
+  void TellLevels();
+
+  // Corners that something hides: board_fit_hidden.cpp.
+  bool FindHiddenCorners();
+  /// Those beside corners that are not used.
+  void FindHiddenCells();
+  void HideCellsBeside(const CornerFlags& corners);
+  bool AnyHidden() const;
+
+  // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
+  void EvenOutShading(const Start& start);
+  void EvenOutPixels(const Shading& shading);
+  /// What is known by now, for far_cells_.
+  FarCells::Known Known() const;
+  void TakeOutLight();
+  /// From here on, ink's spread is fitted too. Whether it has spread.
+  bool StartInk();
+
+  MarkerSize size_;
+  int channels_ = 1;
+  int red_phase_ = -1;
+  std::array<int, 4> channel_of_phase_{};
+  BoardPixels pixels_;
+  BoardGeometry collected_for_;
+  KernelInput input_;
+  BoardEquations equations_;
+  std::array<CornerDerivative, kMaxCorners> derivatives_;
+  CornerFlags left_out_{}, usable_{}, used_{};
+  std::vector<PhaseValues> levels_, cell_levels_;
+  NoiseModel noise_;
+  FarCells far_cells_;
+  bool own_levels_ = false;  ///< levels_ are the quadrants', not the cells'
+  bool take_out_ = false, fit_ink_ = false, ink_moves_ = false, bent_light_ = false;
+  bool shade_twice_ = false;  ///< the first shading is not good enough for boards as large
+  double ink_spread_ = 0;     ///< cells
+  int ink_waits_ = 0;         ///< passes until it is told anew
+  FittedBoard without_ink_;
+  std::vector<std::uint8_t> hidden_cells_;  ///< scratch
+  double blur_px_ = 1;
+  Eigen::Vector2d smear_px_ = Eigen::Vector2d::Zero();
+  EdgeShape edges_;
+  EdgeProfiles profiles_;
+  BoardEquations::Vector step_;
+  double misfit_spread_ = 1;
+  double unexplained_shifts_ = 0;  ///< of corners: their χ² over that of the pixels
+  double gain_ = 0;                ///< of the last step: how much Σ w r² falls by it
+  double corner_move_px_ = 0;      ///< of the last step: the farthest that a corner moved
+  double blur_change_ = 0;         ///< of the last step, as a share
+  FittedBoard result_;
+};
+
+}  // namespace chequer

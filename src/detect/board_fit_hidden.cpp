@@ -1,0 +1,84 @@
+// Of BoardFit: corners that something hides.
+#include <algorithm>
+#include <functional>
+
+#include "detect/board_fit.h"
+
+namespace chequer {
+namespace {
+
+/// A corner whose pixels disagree so much more than the median corner's is hidden.
+constexpr double kHiddenRatio = 8;
+/// Corners with less of the median corner's contrast are hidden too.
+constexpr double kHiddenContrast = 0.2;
+
+}  // namespace
+
+double BoardFit::Misfit(int corner) const {
+  const LaneBlock& lanes = pixels_.lanes();
+  double square = 0, pixels = 0;
+  for (int phase = 0; phase < 4; ++phase) {
+    const int lane = pixels_.Lane(corner) + phase;
+    square += lanes.sum(ProductSum(kResidual, kResidual), lane);
+    pixels += lanes.count(lane);
+  }
+  return pixels > 0 ? square / pixels : 1e9;
+}
+
+bool BoardFit::FindHiddenCorners() {
+  std::array<double, kMaxCorners> misfit, contrast, sorted;
+  double least_misfit = 1e9, most_misfit = 0, least_contrast = 1e9, most_contrast = -1e9;
+  int count = 0;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!usable_[static_cast<std::size_t>(corner)]) continue;
+    const std::size_t i = static_cast<std::size_t>(corner);
+    misfit[i] = Misfit(corner);
+    contrast[i] = Contrast(corner);
+    least_misfit = std::min(least_misfit, misfit[i]);
+    most_misfit = std::max(most_misfit, misfit[i]);
+    least_contrast = std::min(least_contrast, contrast[i]);
+    most_contrast = std::max(most_contrast, contrast[i]);
+    ++count;
+  }
+  misfit_spread_ = most_misfit / std::max(least_misfit, 1e-9);
+  // Corners that are all alike are all near the median one.
+  const bool alike = least_contrast >= kHiddenContrast * most_contrast && most_misfit <= kHiddenRatio * least_misfit;
+  const auto median = [&](const std::array<double, kMaxCorners>& values) {
+    std::size_t next = 0;
+    for (int corner = 0; corner < pixels_.corners(); ++corner)
+      if (usable_[static_cast<std::size_t>(corner)]) sorted[next++] = values[static_cast<std::size_t>(corner)];
+    std::nth_element(sorted.begin(), sorted.begin() + count / 2, sorted.begin() + count);
+    return sorted[static_cast<std::size_t>(count / 2)];
+  };
+  const double most = alike ? most_misfit : kHiddenRatio * median(misfit),
+               least = alike ? least_contrast : kHiddenContrast * median(contrast);
+  bool changed = false;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    bool& used = used_[static_cast<std::size_t>(corner)];
+    const bool now = usable_[static_cast<std::size_t>(corner)] && misfit[static_cast<std::size_t>(corner)] <= most &&
+                     contrast[static_cast<std::size_t>(corner)] >= least;
+    changed |= now != used;
+    used = now;
+  }
+  return changed;
+}
+
+bool BoardFit::AnyHidden() const {
+  return std::any_of(used_.begin(), used_.begin() + pixels_.corners(), [](bool used) { return !used; });
+}
+
+void BoardFit::FindHiddenCells() {
+  CornerFlags unused;
+  std::transform(used_.begin(), used_.end(), unused.begin(), std::logical_not());
+  hidden_cells_.assign(static_cast<std::size_t>(size_.rows * size_.cols), 0);
+  HideCellsBeside(unused);
+}
+
+void BoardFit::HideCellsBeside(const CornerFlags& corners) {
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!corners[static_cast<std::size_t>(corner)]) continue;
+    for (const int cell : LevelsAround(size_, corner, false)) hidden_cells_[static_cast<std::size_t>(cell)] = 1;
+  }
+}
+
+}  // namespace chequer
