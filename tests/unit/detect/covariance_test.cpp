@@ -2,12 +2,12 @@
 // board, as printed and evenly lit, sharp against its cells and wholly in view, does not hold.
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cctype>
 #include <functional>
 #include <string>
 
+#include "support/pose_errors.h"
 #include "support/stress_frames.h"
 
 namespace chequer {
@@ -27,48 +27,28 @@ void PrintTo(const Condition& condition, std::ostream* out) {
 
 class HonestCovariance : public testing::TestWithParam<Condition> {};
 
-/// e² over what the covariance says of it, per dimension.
-double Normalised(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
-  return error.dot(covariance.inverse() * error) / 3;
-}
-
-/// Of some frames: the means of the normalised squares, and how many poses there were.
-struct Errors {
-  double position = 0, orientation = 0;
-  int poses = 0;
-};
-
 constexpr std::uint64_t kFirstSeed = 8000;
 
 /// @param change what is different from the case of that tag.
-Errors ErrorsOf(const char* tag, int frames, const std::function<void(StressCase&)>& change = {},
-                std::uint64_t first = kFirstSeed) {
+test::PoseErrors ErrorsOf(const char* tag, int frames, const std::function<void(StressCase&)>& change = {},
+                          std::uint64_t first = kFirstSeed) {
   const MarkerCode code({6, 6}, Variant::kSecded);
-  Errors errors;
+  test::PoseErrors errors;
   for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(frames); ++seed) {
     StressCase stress = test::CaseOf(tag, code, seed);
     if (change) change(stress);
-    const RigidTransform& truth = stress.scene.markers[0].camera_from_marker;
-    for (const MarkerPose& marker : test::Look(stress, code, seed)) {
-      const Eigen::Quaterniond turn = truth.rotation * marker.camera_from_marker.rotation.conjugate();
-      errors.position += Normalised(truth.translation - marker.camera_from_marker.translation,
-                                    marker.covariance.topLeftCorner<3, 3>());
-      errors.orientation +=
-          Normalised(VectorFromRotation(turn.normalized()), marker.covariance.bottomRightCorner<3, 3>());
-      ++errors.poses;
-    }
+    for (const MarkerPose& marker : test::Look(stress, code, seed))
+      errors.Add(stress.scene.markers[0].camera_from_marker, marker);
   }
-  errors.position /= std::max(errors.poses, 1);
-  errors.orientation /= std::max(errors.poses, 1);
   return errors;
 }
 
 TEST_P(HonestCovariance, ErrorsAreAsLargeAsTheirCovariances) {
-  const Errors errors = ErrorsOf(
+  const test::PoseErrors errors = ErrorsOf(
       GetParam().tag, kFrames, [](StressCase& stress) { stress.options.lighting.vignetting = GetParam().vignetting; });
-  ASSERT_GE(errors.poses, kFrames - 2);
+  ASSERT_GE(errors.poses(), kFrames - 2);
   // Thirty squares of a standard normal average 1 ± 0.26.
-  for (const double mean : {errors.position, errors.orientation}) {
+  for (const double mean : {errors.position(), errors.orientation()}) {
     EXPECT_GT(mean, 0.3);
     EXPECT_LT(mean, GetParam().most);
   }
@@ -77,9 +57,9 @@ TEST_P(HonestCovariance, ErrorsAreAsLargeAsTheirCovariances) {
 TEST(HonestCovarianceOfLongSmears, ErrorsAreAsLargeAsItSays) {
   // By more than a cell: not all of them are read, and few are off by far more than the pixels' noise tells.
   constexpr int kLong = 40;
-  const Errors errors = ErrorsOf("motion_px=12", kLong);
-  EXPECT_GE(errors.poses, kLong * 6 / 10);
-  for (const double mean : {errors.position, errors.orientation}) {
+  const test::PoseErrors errors = ErrorsOf("motion_px=12", kLong);
+  EXPECT_GE(errors.poses(), kLong * 6 / 10);
+  for (const double mean : {errors.position(), errors.orientation()}) {
     EXPECT_GT(mean, 0.3);
     EXPECT_LT(mean, 2.5);
   }
@@ -90,14 +70,14 @@ class HonestCovarianceOfCoveredSides : public testing::TestWithParam<float> {};
 TEST_P(HonestCovarianceOfCoveredSides, WhatCoversASideTellsNothingOfTheBoard) {
   // Six tenths of the outer cells lie under a strip of one colour, which their levels take for light that fades.
   constexpr int kCovered = 40;
-  const Errors errors = ErrorsOf("occluded=0.1", kCovered, [](StressCase& stress) {
+  const test::PoseErrors errors = ErrorsOf("occluded=0.1", kCovered, [](StressCase& stress) {
     Occluder& strip = stress.scene.markers[0].occluders[0];
     strip.patches = 0;
     strip.colour.setConstant(GetParam());
   });
-  EXPECT_EQ(errors.poses, kCovered);
-  EXPECT_LT(errors.position, 1.5);
-  EXPECT_LT(errors.orientation, 1.5);
+  EXPECT_EQ(errors.poses(), kCovered);
+  EXPECT_LT(errors.position(), 1.5);
+  EXPECT_LT(errors.orientation(), 1.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(Colours, HonestCovarianceOfCoveredSides, testing::Values(0.1f, 0.3f, 0.6f));
@@ -105,10 +85,10 @@ INSTANTIATE_TEST_SUITE_P(Colours, HonestCovarianceOfCoveredSides, testing::Value
 TEST(HonestCovarianceOfCoveredLines, WhatCoversALineOfCornersTellsNothingOfTheBoard) {
   // In three of these frames the line under the strip pulls the board until no corner fits much worse than others.
   constexpr int kCovered = 40;
-  const Errors errors = ErrorsOf("occluded=0.2", kCovered, {}, 1);
-  EXPECT_GE(errors.poses, kCovered * 19 / 20);
-  EXPECT_LT(errors.position, 1.5);
-  EXPECT_LT(errors.orientation, 1.5);
+  const test::PoseErrors errors = ErrorsOf("occluded=0.2", kCovered, {}, 1);
+  EXPECT_GE(errors.poses(), kCovered * 19 / 20);
+  EXPECT_LT(errors.position(), 1.5);
+  EXPECT_LT(errors.orientation(), 1.5);
 }
 
 std::string ConditionName(const testing::TestParamInfo<Condition>& condition) {

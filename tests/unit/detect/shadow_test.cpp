@@ -1,15 +1,16 @@
 // Boards that the edge of a shadow crosses: cells of two lights, which no level and no gradient describes.
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "chequer/detector.h"
+#include "chequer/tone_curve.h"
 #include "simulate/random.h"
 #include "simulate/render.h"
+#include "support/pose_errors.h"
 #include "support/stress_frames.h"
 
 namespace chequer {
@@ -28,14 +29,11 @@ void PrintTo(const Shadow& shadow, std::ostream* out) {
   *out << shadow.tag << (IsBayer(shadow.format) ? " Bayer" : " BGR") << " less " << shadow.takes;
 }
 
-double Decode(double code) { return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4); }
-double Encode(double light) { return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055; }
-
 /// Takes that share of the light away on one side of a line, sRGB-coded bytes; its edge is a pixel (σ) wide.
 void Cast(double takes, const Eigen::Vector2d& through, double direction, Random& random, Image& image) {
   const std::size_t channels = image.bytes().size() / static_cast<std::size_t>(image.width() * image.height());
-  std::array<double, 256> light;
-  for (std::size_t code = 0; code < light.size(); ++code) light[code] = Decode(static_cast<double>(code) / 255);
+  const ToneCurve curve = ToneCurve::Srgb();
+  const std::array<float, 256> light = curve.LinearTable();
   std::size_t at = 0;
   for (int y = 0; y < image.height(); ++y)
     for (int x = 0; x < image.width(); ++x) {
@@ -46,7 +44,7 @@ void Cast(double takes, const Eigen::Vector2d& through, double direction, Random
       if (left > 0.999) continue;
       // Dithered, as the noise below a step of the code is gone.
       for (std::size_t c = 0; c < channels; ++c) {
-        const double code = 255 * Encode(left * light[pixel[c]]) + random.Uniform(-0.5, 0.5);
+        const double code = 255 * curve.FromLinear(left * light[pixel[c]]) + random.Uniform(-0.5, 0.5);
         pixel[c] = static_cast<std::uint8_t>(std::clamp(std::lround(code), 0l, 255l));
       }
     }
@@ -56,8 +54,8 @@ class Shadows : public testing::TestWithParam<Shadow> {};
 
 TEST_P(Shadows, CrossBoardsThatAreReadAndHonest) {
   const MarkerCode code({6, 6}, Variant::kSecded);
-  double position = 0, orientation = 0;
-  int read = 0, wrong = 0;
+  test::PoseErrors errors;
+  int wrong = 0;
   for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(GetParam().frames); ++seed) {
     StressCase stress = test::CaseOf(GetParam().tag, code, seed);
     stress.options.format = GetParam().format;
@@ -77,18 +75,13 @@ TEST_P(Shadows, CrossBoardsThatAreReadAndHonest) {
     for (const MarkerPose& found : Detector(options).Detect(image.view())) {
       if (!found.id) continue;
       wrong += *found.id != marker.board.id;
-      ++read;
-      const Eigen::Vector3d error = truth.translation - found.camera_from_marker.translation;
-      const Eigen::Vector3d turn =
-          VectorFromRotation((truth.rotation * found.camera_from_marker.rotation.conjugate()).normalized());
-      position += error.dot(found.covariance.topLeftCorner<3, 3>().inverse() * error) / 3;
-      orientation += turn.dot(found.covariance.bottomRightCorner<3, 3>().inverse() * turn) / 3;
+      errors.Add(truth, found);
     }
   }
   EXPECT_EQ(wrong, 0);
-  EXPECT_GE(read, GetParam().read);
-  EXPECT_LT(position / read, GetParam().most);
-  EXPECT_LT(orientation / read, GetParam().most);
+  EXPECT_GE(errors.poses(), GetParam().read);
+  EXPECT_LT(errors.position(), GetParam().most);
+  EXPECT_LT(errors.orientation(), GetParam().most);
 }
 
 INSTANTIATE_TEST_SUITE_P(OfOnePixel, Shadows,
