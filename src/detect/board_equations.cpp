@@ -354,8 +354,7 @@ PhaseShares SharesOf(int red_phase, float* phase_weight) {
 
 QuadrantLevels LevelsAround(MarkerSize size, int corner, bool own_levels) {
   if (own_levels) return {4 * corner, 4 * corner + 1, 4 * corner + 2, 4 * corner + 3};
-  const int cell = corner / (size.cols - 1) * size.cols + corner % (size.cols - 1);
-  return {cell, cell + 1, cell + size.cols, cell + size.cols + 1};
+  return CellsAround(size, corner);
 }
 
 int LevelCount(MarkerSize size, bool own_levels) { return own_levels ? 4 * CornerCount(size) : size.rows * size.cols; }

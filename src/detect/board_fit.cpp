@@ -61,7 +61,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   if (!Collect(reader, lens)) return false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     int covered = 0;
-    for (const int cell : LevelsAround(size_, corner, false)) covered += start.covered[static_cast<std::size_t>(cell)];
+    for (const int cell : CellsAround(size_, corner)) covered += start.covered[static_cast<std::size_t>(cell)];
     const std::size_t i = static_cast<std::size_t>(corner);
     usable_[i] = pixels_.inside(corner) && covered < 2 && !left_out_[i];
   }

@@ -77,7 +77,7 @@ void BoardFit::FindHiddenCells() {
 void BoardFit::HideCellsBeside(const CornerFlags& corners) {
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!corners[static_cast<std::size_t>(corner)]) continue;
-    for (const int cell : LevelsAround(size_, corner, false)) hidden_cells_[static_cast<std::size_t>(cell)] = 1;
+    for (const int cell : CellsAround(size_, corner)) hidden_cells_[static_cast<std::size_t>(cell)] = 1;
   }
 }
 

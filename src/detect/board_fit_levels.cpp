@@ -29,7 +29,7 @@ void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
   cell_levels_ = levels_;
   levels_.resize(static_cast<std::size_t>(LevelCount(size_, true)));
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    const QuadrantLevels own = LevelsOf(corner), cells = LevelsAround(size_, corner, false);
+    const QuadrantLevels own = LevelsOf(corner), cells = CellsAround(size_, corner);
     for (std::size_t i = 0; i < own.size(); ++i)
       levels_[static_cast<std::size_t>(own[i])] = cell_levels_[static_cast<std::size_t>(cells[i])];
   }
@@ -75,7 +75,7 @@ void BoardFit::EvenOutLevels() {
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     const float here = static_cast<float>(lights[static_cast<std::size_t>(corner)]);
     if (here == 0) continue;
-    const QuadrantLevels own = LevelsOf(corner), around = LevelsAround(size_, corner, false);
+    const QuadrantLevels own = LevelsOf(corner), around = CellsAround(size_, corner);
     for (std::size_t i = 0; i < around.size(); ++i) {
       const std::size_t cell = static_cast<std::size_t>(around[i]);
       CellLight& lit = result_.lit[cell];

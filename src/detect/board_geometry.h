@@ -109,4 +109,10 @@ inline Eigen::Vector2d CornerOnBoard(MarkerSize size, int row, int col) {
   return {col + 1 - 0.5 * size.cols, row + 1 - 0.5 * size.rows};
 }
 
+/// The cells around a corner, both counted row by row: towards −x −y, +x −y, −x +y, +x +y.
+inline std::array<int, 4> CellsAround(MarkerSize size, int corner) {
+  const int first = corner / (size.cols - 1) * size.cols + corner % (size.cols - 1);
+  return {first, first + 1, first + size.cols, first + size.cols + 1};
+}
+
 }  // namespace chequer

@@ -92,9 +92,7 @@ void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
   // Seen are the cells around the corners that the model explains.
   for (int corner = 0; corner < CornerCount(size); ++corner) {
     if (!board.corner_used[static_cast<std::size_t>(corner)]) continue;
-    const int first = corner / (size.cols - 1) * size.cols + corner % (size.cols - 1);
-    for (const int cell : {first, first + 1, first + size.cols, first + size.cols + 1})
-      hidden_[static_cast<std::size_t>(cell)] = 0;
+    for (const int cell : CellsAround(size, corner)) hidden_[static_cast<std::size_t>(cell)] = 0;
   }
   // Of them, those that stand out from their neighbours as their class should.
   values_.clear();

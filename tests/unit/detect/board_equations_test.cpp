@@ -8,8 +8,10 @@
 namespace chequer {
 namespace {
 
-constexpr MarkerSize kSize{5, 6};
-constexpr int kCorners = CornerCount(kSize), kCells = 30;
+constexpr MarkerSize kSize{4, 5};
+constexpr int kCorners = CornerCount(kSize), kCells = 20;
+/// Pixels of a lane.
+constexpr int kRows = 40;
 
 /// Pixels around the corners of a plain board, with sums of random rows in every lane.
 class BoardEquationsTest : public testing::TestWithParam<int> {
@@ -29,10 +31,12 @@ class BoardEquationsTest : public testing::TestWithParam<int> {
     FillLanes();
   }
 
+  static int LevelsOf(bool own_levels) { return own_levels ? 4 * kCorners : kCells; }
+
   void FillLanes() {
     LaneBlock& lanes = pixels_.lanes();
     for (int lane = 0; lane < lanes.lanes(); ++lane) {
-      Eigen::MatrixXf rows(40, int{kLaneColumns});
+      Eigen::MatrixXf rows(kRows, int{kLaneColumns});
       for (float& value : rows.reshaped()) value = static_cast<float>(value_(random_));
       rows_.push_back(rows.cast<double>());
       const Eigen::MatrixXf products = rows.transpose() * rows;
@@ -41,28 +45,31 @@ class BoardEquationsTest : public testing::TestWithParam<int> {
     }
   }
 
-  /// The rows of all lanes over every unknown: geometry, blur, then the levels by channel and cell.
-  Eigen::MatrixXd Dense(const std::array<int, 4>& channel_of_phase, int channels, Eigen::VectorXd* residual) const {
-    const int unknowns = BoardEquations::kUnknowns + channels * kCells;
-    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(0, unknowns);
-    residual->resize(0);
+  /// The rows of all lanes over every unknown: geometry, blur, then the levels by channel and cell, or quadrant.
+  Eigen::MatrixXd Dense(const std::array<int, 4>& channel_of_phase, int channels, bool own_levels,
+                        Eigen::VectorXd* residual) const {
+    const int levels = LevelsOf(own_levels), unknowns = BoardEquations::kUnknowns + channels * levels;
+    const std::ptrdiff_t most = 4 * kCorners * kRows;
+    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(most, unknowns);
+    residual->setZero(most);
+    std::ptrdiff_t next = 0;
     for (int corner = 0; corner < kCorners; ++corner) {
       if (!used_[static_cast<std::size_t>(corner)]) continue;
       const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
       for (int phase = 0; phase < 4; ++phase) {
         const Eigen::MatrixXd& rows = rows_[static_cast<std::size_t>(pixels_.Lane(corner) + phase)];
-        Eigen::MatrixXd block = Eigen::MatrixXd::Zero(rows.rows(), unknowns);
+        auto block = dense.middleRows(next, kRows);
         for (int k = 0; k < BoardGeometry::kParameters; ++k)
           block.col(k) = rows.col(kShiftX) * by.x[k] + rows.col(kShiftY) * by.y[k];
         block.col(BoardGeometry::kParameters) = rows.col(kBlur);
-        const int cell = pixels_.Cell(corner),
-                  first = BoardEquations::kUnknowns + channel_of_phase[static_cast<std::size_t>(phase)] * kCells;
+        const int first = BoardEquations::kUnknowns + channel_of_phase[static_cast<std::size_t>(phase)] * levels,
+                  cell = pixels_.Cell(corner);
         const std::array<int, 4> cells{cell, cell + 1, cell + kSize.cols, cell + kSize.cols + 1};
-        for (int a = 0; a < 4; ++a) block.col(first + cells[static_cast<std::size_t>(a)]) = rows.col(kLevel00 + a);
-        dense.conservativeResize(dense.rows() + block.rows(), Eigen::NoChange);
-        dense.bottomRows(block.rows()) = block;
-        residual->conservativeResize(dense.rows());
-        residual->tail(block.rows()) = rows.col(kResidual);
+        for (int a = 0; a < 4; ++a)
+          block.col(first + (own_levels ? 4 * corner + a : cells[static_cast<std::size_t>(a)])) =
+              rows.col(kLevel00 + a);
+        residual->segment(next, kRows) = rows.col(kResidual);
+        next += kRows;
       }
     }
     return dense;
@@ -85,39 +92,44 @@ std::array<int, 4> ChannelsOfPhases(int red) {
 }
 
 TEST_P(BoardEquationsTest, SolvesAsADenseSolverDoes) {
-  const int red = GetParam();
-  const std::array<int, 4> channel_of_phase = ChannelsOfPhases(red);
-  const int channels = red >= 0 ? 3 : 1;
-  Eigen::VectorXd residual;
-  const Eigen::MatrixXd dense = Dense(channel_of_phase, channels, &residual);
-  Eigen::MatrixXd normal = dense.transpose() * dense;
-  normal.diagonal().tail(channels * kCells).array() += 1e-3;  // for cells that nothing has seen
-  const Eigen::VectorXd solution = normal.llt().solve(dense.transpose() * residual);
+  for (const bool own_levels : {false, true}) {
+    SCOPED_TRACE(own_levels ? "levels of quadrants" : "levels of cells");
+    const int red = GetParam(), count = LevelsOf(own_levels);
+    const std::array<int, 4> channel_of_phase = ChannelsOfPhases(red);
+    const int channels = red >= 0 ? 3 : 1;
+    Eigen::VectorXd residual;
+    const Eigen::MatrixXd dense = Dense(channel_of_phase, channels, own_levels, &residual);
+    Eigen::MatrixXd normal = dense.transpose() * dense;
+    normal.diagonal().tail(channels * count).array() += 1e-3;  // for cells that nothing has seen
+    const Eigen::LLT<Eigen::MatrixXd> factor(normal);
+    const Eigen::VectorXd solution = factor.solve(dense.transpose() * residual);
 
-  BoardEquations equations;
-  equations.SetDerivatives(derivatives_);
-  equations.Assemble({.pixels = &pixels_, .used = used_, .red_phase = red});
-  const BoardEquations::Vector step = equations.normal().llt().solve(equations.gradient());
-  EXPECT_LT((step - solution.head<BoardEquations::kUnknowns>()).norm(), 1e-4);
-  EXPECT_NEAR(equations.chi_square() - step.dot(equations.gradient()), (residual - dense * solution).squaredNorm(),
-              1e-2);
-  const Eigen::MatrixXd covariance = normal.inverse().topLeftCorner<9, 9>();
-  EXPECT_LT((equations.normal().inverse() - covariance).norm(), 1e-3 * covariance.norm());
+    BoardEquations equations;
+    equations.SetDerivatives(derivatives_);
+    equations.Assemble({.pixels = &pixels_, .used = used_, .red_phase = red, .own_levels = own_levels});
+    const BoardEquations::Vector step = equations.normal().llt().solve(equations.gradient());
+    EXPECT_LT((step - solution.head<BoardEquations::kUnknowns>()).norm(), 1e-4);
+    EXPECT_NEAR(equations.chi_square() - step.dot(equations.gradient()), (residual - dense * solution).squaredNorm(),
+                1e-2);
+    constexpr int kUnknowns = BoardEquations::kUnknowns;
+    const Eigen::MatrixXd covariance =
+        factor.solve(Eigen::MatrixXd::Identity(normal.rows(), kUnknowns)).topRows<kUnknowns>();
+    EXPECT_LT((equations.normal().inverse() - covariance).norm(), 1e-3 * covariance.norm());
 
-  std::vector<PhaseValues> levels(kCells, PhaseValues{});
-  equations.MoveLevels(step, levels);
-  for (int cell = 0; cell < kCells; ++cell)
-    for (int phase = 0; phase < 4; ++phase)
-      EXPECT_NEAR(
-          levels[static_cast<std::size_t>(cell)][static_cast<std::size_t>(phase)],
-          solution[BoardEquations::kUnknowns + channel_of_phase[static_cast<std::size_t>(phase)] * kCells + cell], 1e-4)
-          << "cell " << cell << ", phase " << phase;
+    std::vector<PhaseValues> levels(static_cast<std::size_t>(count), PhaseValues{});
+    equations.MoveLevels(step, levels);
+    for (int level = 0; level < count; ++level)
+      for (std::size_t phase = 0; phase < 4; ++phase)
+        EXPECT_NEAR(levels[static_cast<std::size_t>(level)][phase],
+                    solution[kUnknowns + channel_of_phase[phase] * count + level], 1e-4)
+            << "level " << level << ", phase " << phase;
+  }
 }
 
 TEST_P(BoardEquationsTest, FixedLevelsLeaveTheShapesAlone) {
   Eigen::VectorXd residual;
   const Eigen::MatrixXd dense =
-      Dense(ChannelsOfPhases(GetParam()), 3, &residual).leftCols<int{BoardEquations::kUnknowns}>();
+      Dense(ChannelsOfPhases(GetParam()), 3, false, &residual).leftCols<int{BoardEquations::kUnknowns}>();
   BoardEquations equations;
   equations.SetDerivatives(derivatives_);
   equations.Assemble({.pixels = &pixels_, .used = used_, .red_phase = GetParam(), .fixed_levels = true});
