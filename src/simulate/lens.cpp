@@ -28,8 +28,8 @@ Box Touched(const Layer& layer, int reach, const Box& tile) {
 /// Renders boxes of pixels with each pixel divided into parts. Keeps its memory from box to box.
 class FineRenderer {
  public:
-  FineRenderer(const LinearImage& background, int rim, const PointSpread& spread)
-      : background_(background), rim_(rim), spread_(spread) {}
+  FineRenderer(const LinearImage& background, int rim, const PointSpread& spread, const CastShadow& shadow)
+      : background_(background), rim_(rim), spread_(spread), shadow_(shadow) {}
 
   void Render(const std::vector<const Layer*>& layers, const Box& box, LinearImage& out) {
     box_ = box;
@@ -64,6 +64,9 @@ class FineRenderer {
           const double fallen = std::clamp(fall_y + layer.fall_direction.x() * (x + 0.5) / scale, 0.0, 1.0);
           top.head<3>() *= static_cast<float>(1 - layer.fall * fallen);
         }
+        if (shadow_.takes > 0)
+          top.head<3>() *=
+              static_cast<float>(shadow_.LightAt(origin.x() + (x + 0.5) / scale, origin.y() + (y + 0.5) / scale));
         const float left = std::max(0.0f, 1 - top[3]);
         if (over[x][3] > left) over[x] *= left / over[x][3];
         over[x] += top;
@@ -109,6 +112,7 @@ class FineRenderer {
   const LinearImage& background_;
   int rim_;
   const PointSpread& spread_;
+  const CastShadow& shadow_;
   Box box_{};
   int width_ = 0;
   int height_ = 0;
@@ -167,10 +171,10 @@ PointSpread::PointSpread(double sigma_px) {
 }
 
 LinearImage SeeThroughLens(const LinearImage& background, int rim, const std::vector<Layer>& layers,
-                           const PointSpread& spread) {
+                           const PointSpread& spread, const CastShadow& shadow) {
   CHEQUER_CHECK(rim >= spread.reach(), "the background's rim is smaller than the lens' reach");
   LinearImage out = BlurBackground(background, rim, spread);
-  FineRenderer renderer(background, rim, spread);
+  FineRenderer renderer(background, rim, spread, shadow);
   std::vector<const Layer*> here;
   for (int y = 0; y < out.height; y += kTile)
     for (int x = 0; x < out.width; x += kTile) {

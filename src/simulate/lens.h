@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "simulate/cast_shadow.h"
 #include "simulate/linear_image.h"
 #include "simulate/outline.h"
 
@@ -33,9 +34,9 @@ class PointSpread {
 
 /// The light that falls on each pixel: layers over a background of plain square pixels, through the lens. The
 /// background is larger than the result by `rim` ≥ spread.reach() pixels on each side; its pixel (rim, rim) is the
-/// result's first.
+/// result's first. @param shadow on the layers; the background is shaded already.
 LinearImage SeeThroughLens(const LinearImage& background, int rim, const std::vector<Layer>& layers,
-                           const PointSpread& spread);
+                           const PointSpread& spread, const CastShadow& shadow = {});
 
 /// The mean over a straight camera motion of that length (pixels, centred) and direction (0 right, π/2 down). Borders
 /// repeat the outermost pixel.

@@ -30,9 +30,21 @@ ChromaSharing ChromaOf(PixelFormat format) {
   return format == PixelFormat::kYuv422p ? ChromaSharing::k422 : ChromaSharing::k420;
 }
 
+/// @param rim pixels that the background is larger on each side than the image.
+LinearImage Shaded(LinearImage background, int rim, const CastShadow& shadow) {
+  if (shadow.takes == 0) return background;
+  for (int y = 0; y < background.height; ++y)
+    for (int x = 0; x < background.width; ++x) {
+      const auto left = static_cast<float>(shadow.LightAt(x - rim, y - rim));
+      for (int c = 0; c < 3; ++c) background.Pixel(x, y)[c] *= left;
+    }
+  return background;
+}
+
+/// @param background in the shadow.
 LinearImage Light(const LinearImage& background, int rim, const std::vector<SceneMarker>& markers,
                   const RenderOptions& options, const PointSpread& spread) {
-  LinearImage light = SeeThroughLens(background, rim, MakeLayers(markers, options.camera), spread);
+  LinearImage light = SeeThroughLens(background, rim, MakeLayers(markers, options.camera), spread, options.shadow);
   if (options.motion_px > 0) light = Smear(light, options.motion_px, options.motion_angle_rad);
   return light;
 }
@@ -67,6 +79,7 @@ std::string RenderOptions::Check() const {
   if (jpeg_quality && (*jpeg_quality < 1 || *jpeg_quality > 100)) return "jpeg_quality must be from 1 to 100";
   if (jpeg_quality && (IsBayer(format) || (IsYuv(format) && !IsPlanarYuv(format))))
     return "JPEG holds BGR8, RGB8, Mono8, YUV420P, YUV422P or YUV444P, not " + std::string(PixelFormatName(format));
+  if (std::string wrong = shadow.Check(); !wrong.empty()) return wrong;
   if (std::string wrong = lighting.Check(); !wrong.empty()) return wrong;
   return sensor.Check();
 }
@@ -77,7 +90,8 @@ Renderer::Renderer(RenderOptions options, const Background& background)
       background_(background),
       rim_(spread_.reach()) {
   ThrowIf(background.Check());
-  drawn_ = DrawBackground(background, options_.camera.width + 2 * rim_, options_.camera.height + 2 * rim_);
+  drawn_ = Shaded(DrawBackground(background, options_.camera.width + 2 * rim_, options_.camera.height + 2 * rim_), rim_,
+                  options_.shadow);
 }
 
 Image Renderer::Render(const std::vector<SceneMarker>& markers, std::uint64_t seed) const {
@@ -97,8 +111,9 @@ LinearImage RenderLight(const Scene& scene, const RenderOptions& options) {
   ThrowIf(scene.Check());
   const PointSpread spread(options.blur_sigma_px);
   const int rim = spread.reach();
-  return Light(DrawBackground(scene.background, options.camera.width + 2 * rim, options.camera.height + 2 * rim), rim,
-               scene.markers, options, spread);
+  LinearImage background =
+      DrawBackground(scene.background, options.camera.width + 2 * rim, options.camera.height + 2 * rim);
+  return Light(Shaded(std::move(background), rim, options.shadow), rim, scene.markers, options, spread);
 }
 
 }  // namespace chequer

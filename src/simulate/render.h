@@ -7,6 +7,7 @@
 
 #include "chequer/camera_model.h"
 #include "chequer/image.h"
+#include "simulate/cast_shadow.h"
 #include "simulate/lens.h"
 #include "simulate/scene.h"
 #include "simulate/sensor.h"
@@ -19,6 +20,7 @@ struct RenderOptions {
   double blur_sigma_px = 0.6;   ///< of the lens, Gaussian, 0..20
   double motion_px = 0;         ///< length of the camera's motion during the exposure, 0..200; poses hold at its middle
   double motion_angle_rad = 0;  ///< 0 right, π/2 down
+  CastShadow shadow;            ///< on the scene; the lens blurs what it has shaded
   LightingOptions lighting;
   SensorOptions sensor;
   ToneCurve tone_curve = ToneCurve::Srgb();

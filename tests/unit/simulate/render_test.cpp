@@ -97,6 +97,29 @@ TEST(Render, MirroredMarkersAreSeenTheOtherWayRound) {
   EXPECT_EQ(ReadCells(upright, light, options.camera), reversed);
 }
 
+TEST(Render, ShadowsFallOnMarkersAndGroundBeforeTheLens) {
+  RenderOptions options = PinholeOptions();
+  Scene scene = SceneOf({Marker(Secded(), 7, FacingPose({0, 0, 1}, 0.3))});
+  scene.background.colour.setConstant(0.4f);
+  const LinearImage plain = RenderLight(scene, options);
+  // Upright, through the middle of the marker.
+  const double middle = options.camera.cx;
+  options.shadow = {.takes = 0.6, .direction_rad = 0, .through_x = middle, .through_y = 0, .width_px = 0.01};
+  const LinearImage shaded = RenderLight(scene, options);
+  const int width = plain.width, height = plain.height, edge = static_cast<int>(middle);
+  for (int y = 0; y < height; y += 3)
+    for (int x = 0; x < width; x += 3) {
+      if (std::abs(x - middle) < 5 * options.blur_sigma_px + 1) continue;
+      EXPECT_NEAR(shaded.Pixel(x, y)[1], (x > middle ? 0.4f : 1.0f) * plain.Pixel(x, y)[1], 1e-5) << x << ", " << y;
+    }
+  // On plain ground: the lens blurs the edge.
+  const float light = plain.Pixel(edge, 3)[1];
+  double below = 0;
+  for (int x = edge - 8; x <= edge + 8; ++x) below += 1 - double{shaded.Pixel(x, 3)[1]} / double{light};
+  EXPECT_NEAR(below, 0.6 * (8.5 - (middle - edge)), 0.02) << "the edge lies where it was put";
+  EXPECT_LT(shaded.Pixel(edge - 1, 3)[1], light - 1e-3) << "and is blurred";
+}
+
 TEST(Render, TouchingMarkersLeaveNoSeam) {
   // Two white boards edge to edge, turned so that the common edge crosses pixels at all phases, before black.
   const RenderOptions options = PinholeOptions();
@@ -286,6 +309,11 @@ TEST(RenderOptions, CheckNamesWhatIsWrong) {
   options = {};
   options.blur_sigma_px = -1;
   EXPECT_THAT(options.Check(), HasSubstr("blur_sigma_px"));
+  options = {};
+  options.shadow.takes = 1.1;
+  EXPECT_THAT(options.Check(), HasSubstr("shadow.takes"));
+  options.shadow = {.width_px = 0};
+  EXPECT_THAT(options.Check(), HasSubstr("shadow.width_px"));
   EXPECT_THROW(Render({}, options, 1), std::runtime_error);
 }
 
