@@ -17,7 +17,8 @@ constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
 constexpr double kWiderBlur = 1.2;
 /// Passes until what is done to the light (see fit_light.cpp) has settled too.
 constexpr int kPassesOfLight = 4;
-/// The same where light is taken out of the pixels, in turns with the steps: what is left then is of first order.
+/// The same where light, or the edge of a shadow, is taken out of the pixels, in turns with the steps: what is left
+/// then is of first order.
 constexpr int kMostPassesOfLight = 24;
 constexpr double kSettledLightPx = 0.002;
 /// Corners that move farther in one step were never on a board.
@@ -54,9 +55,10 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   for (int phase = 0; phase < 4; ++phase)
     channel_of_phase_[static_cast<std::size_t>(phase)] = reader.ChannelOf(phase & 1, phase >> 1);
   blur_px_ = start.blur_px;
-  shade_twice_ = bent_light_ = fit_ink_ = ink_moves_ = false;
+  shade_twice_ = bent_light_ = fit_ink_ = ink_moves_ = shadow_moves_ = false;
   ink_spread_ = 0;
   edges_ = {};
+  input_.saturation = kSaturation;
   result_.geometry = start.geometry;
   if (!Collect(reader, lens)) return false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
@@ -76,14 +78,18 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   StartLevels(reader, start);
   SetDerivatives();
   SetPlaces();
-  input_.saturation = kSaturation;
   return true;
 }
 
 bool BoardFit::Collect(const LightReader& reader, const Lens& lens) {
   collected_for_ = result_.geometry;
-  return pixels_.Collect(reader, lens, size_, result_.geometry, blur_px_ + kSmearReach * smear_px_.norm()) >=
-         FittedBoard::kFewestCorners;
+  const int corners = pixels_.Collect(reader, lens, size_, result_.geometry, blur_px_ + kSmearReach * smear_px_.norm());
+  if (corners < FittedBoard::kFewestCorners) return false;
+  if (shadow_) {
+    shadowed_.Start(*shadow_, pixels_);
+    EvenOutShadow();
+  }
+  return true;
 }
 
 void BoardFit::SetDerivatives() {
@@ -135,17 +141,19 @@ void BoardFit::SetLanes() {
     slope[phase] = noise_.slope[channel];
   }
   LaneBlock& lanes = pixels_.lanes();
-  const auto set = [&](int which, int lane, const PhaseValues& values) {
-    std::copy(values.begin(), values.end(), lanes.parameter_data(which) + lane);
+  const auto set = [&](int which, int lane, const PhaseValues& values, float scale) {
+    float* const to = lanes.parameter_data(which) + lane;
+    for (std::size_t phase = 0; phase < 4; ++phase) to[phase] = scale * values[phase];
   };
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
     const int lane = pixels_.Lane(corner);
     const QuadrantLevels quadrants = LevelsOf(corner);
     for (int i = 0; i < 4; ++i)
-      set(LaneBlock::kL00 + i, lane, levels_[static_cast<std::size_t>(quadrants[static_cast<std::size_t>(i)])]);
-    set(LaneBlock::kNoiseFloor, lane, floor);
-    set(LaneBlock::kNoiseSlope, lane, slope);
+      set(LaneBlock::kL00 + i, lane, levels_[static_cast<std::size_t>(quadrants[static_cast<std::size_t>(i)])], 1);
+    const float lit = static_cast<float>(LightAt(corner));
+    set(LaneBlock::kNoiseFloor, lane, floor, 1 / (lit * lit));
+    set(LaneBlock::kNoiseSlope, lane, slope, 1 / lit);
   }
 }
 
@@ -196,9 +204,10 @@ void BoardFit::Finish() {
     if (!used_[static_cast<std::size_t>(corner)]) continue;
     const CornerPlace& place = pixels_.place(corner);
     const int first = pixels_.Lane(corner);
+    const double lit = LightAt(corner);
     for (int lane = first; lane < first + 4; ++lane) {
       weight += lanes.sum(kWeight, lane);
-      residual_square += lanes.sum(kDarkSquare, lane) + lanes.sum(kLightSquare, lane);
+      residual_square += lit * lit * double{lanes.sum(kDarkSquare, lane) + lanes.sum(kLightSquare, lane)};
       residual_count += lanes.sum(kDarkCount, lane) + lanes.sum(kLightCount, lane);
     }
     const auto sum = [&](int a, int b) { return equations_.SumOf(a, b, first); };
@@ -214,7 +223,7 @@ void BoardFit::Finish() {
     const Eigen::Vector2d shift = information.inverse() * gradient - MoveOf(corner);
     shift_square += (place.pixel_by_board * shift).squaredNorm();
     shift_chi_square += shift.dot(information * shift);
-    contrast += Contrast(corner);
+    contrast += lit * Contrast(corner);
   }
   const double n = std::max(result_.corners_used, 1);
   const double unknowns = BoardEquations::kUnknowns + channels_ * LevelCount(size_, own_levels_);
@@ -247,7 +256,7 @@ void BoardFit::Finish() {
 }
 
 bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
-  const int most = take_out_ ? kMostPassesOfLight : kMaxPasses;
+  const int most = take_out_ || shadow_ ? kMostPassesOfLight : kMaxPasses;
   const double settled_px = take_out_ ? kSettledLightPx : kSettledPx;
   LaneSums sums = noise_known && !take_out_ ? LaneSums::kLevels : LaneSums::kNoise;
   for (int pass = 1; pass < most; ++pass) {
@@ -258,11 +267,12 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     input_.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!smear_px_.isZero()) SetPlaces();  // the blur has changed
     if (take_out_) TakeOutLight();
+    if (shadow_) FollowShadow();
     if (!Step(sums) || corner_move_px_ > kRunawayPx) return false;
     const bool changed = FindHiddenCorners();
     // What is done to the light follows the fit by a pass or two.
     const bool uneven = take_out_ || bent_light_ || AnyHidden(), again = shade_twice_ && pass == 1;
-    const bool follows = (uneven ? pass < kPassesOfLight : again) || ink_moves_;
+    const bool follows = (uneven ? pass < kPassesOfLight : again) || ink_moves_ || shadow_moves_;
     // The image's first board tells its edges, if those beyond do not blur into them; what they explain is no noise.
     const bool told = pass == 1 && !start.image && !take_out_ && TellEdges();
     if (noise_known && !changed && !follows && corner_move_px_ < settled_px && blur_change_ < kSettledBlur) break;
@@ -272,7 +282,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
       EvenOutShading(start);
     }
     if (told) continue;
-    if (sums == LaneSums::kNoise) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
+    if (sums == LaneSums::kNoise && !shadow_) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
     noise_known = true;
     sums = LaneSums::kNoise;
   }
@@ -322,6 +332,7 @@ bool BoardFit::ComeNearByFound(const LightReader& reader, const Lens& lens, cons
 bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
   left_out_ = choice.left_out;
   own_levels_ = choice.own_levels;
+  shadow_ = choice.shadow;
   smear_px_ = choice.smear_px;
   if (!Prepare(reader, lens, start)) return false;
   // The first step only has to come near: a part of the pixels does, whatever their noise.

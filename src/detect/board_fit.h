@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,8 @@
 #include "detect/fitted_board.h"
 #include "detect/light.h"
 #include "detect/shading.h"
+#include "detect/shadow_edge.h"
+#include "detect/shadowed_pixels.h"
 
 namespace chequer {
 
@@ -44,6 +47,8 @@ class BoardFit {
     CornerFlags left_out{};
     /// Levels for each corner's quadrants, not the cells'.
     bool own_levels = false;
+    /// Of a shadow that crosses the board, roughly: it is fitted too, if not where quadrants have levels.
+    std::optional<ShadowEdge> shadow;
     /// The way of a point during the exposure, image pixels; where it is not zero, it is fitted too.
     Eigen::Vector2d smear_px = Eigen::Vector2d::Zero();
   };
@@ -70,6 +75,10 @@ class BoardFit {
   double Misfit(int corner) const;
   /// Of the usable corners after the last step, the most over the least.
   double misfit_spread() const { return misfit_spread_; }
+  /// Of the board's light cells, the parts around the corners that are used. @pre own levels were fitted.
+  std::span<const LitPart> LitParts(std::span<const std::uint8_t> saturated);
+  /// As it was fitted.
+  const std::optional<ShadowEdge>& shadow() const { return shadow_; }
   /// Whether the light of what the model leaves out is taken out of the pixels (see far_cells.h).
   bool takes_out_light() const { return take_out_; }
 
@@ -115,6 +124,10 @@ class BoardFit {
   /// Of own levels, those of the cells and the light that falls on them.
   void EvenOutLevels();
   void TellLevels();
+  /// Of a channel that most pixels have and in which yellow is nearly white.
+  int TellingPhase() const { return red_phase_ < 0 ? 0 : red_phase_ ^ 1; }
+  /// In the shadow, of the light beside it.
+  double LightOn(int cell) const;
 
   // Corners that something hides: board_fit_hidden.cpp.
   bool FindHiddenCorners();
@@ -125,7 +138,12 @@ class BoardFit {
 
   // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
   void EvenOutShading(const Start& start);
-  void EvenOutPixels(const Shading& shading);
+  /// @tparam Light tells how much there is At() a point of the board, and its SlopeAt() it.
+  template <class Light>
+  void EvenOutPixels(const Light& light);
+  void EvenOutShadow();
+  void FollowShadow();
+  double LightAt(int corner) const;
   /// What is known by now, for far_cells_.
   FarCells::Known Known() const;
   void TakeOutLight();
@@ -147,6 +165,10 @@ class BoardFit {
   FarCells far_cells_;
   bool own_levels_ = false;  ///< levels_ are the quadrants', not the cells'
   bool take_out_ = false, fit_ink_ = false, ink_moves_ = false, bent_light_ = false;
+  std::optional<ShadowEdge> shadow_;
+  ShadowedPixels shadowed_;
+  bool shadow_moves_ = false;
+  std::vector<LitPart> lit_parts_;
   bool shade_twice_ = false;  ///< the first shading is not good enough for boards as large
   double ink_spread_ = 0;     ///< cells
   int ink_waits_ = 0;         ///< passes until it is told anew

@@ -25,6 +25,11 @@ void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
       lightest = std::max(lightest, levels_[cell][phase]);
     }
   noise_ = start.image ? start.image->noise : UnknownNoise(lightest);
+  if (shadow_) {
+    for (int cell = 0; cell < size_.rows * size_.cols; ++cell)
+      for (float& level : levels_[static_cast<std::size_t>(cell)]) level /= static_cast<float>(LightOn(cell));
+    return;
+  }
   if (!own_levels_) return;
   cell_levels_ = levels_;
   levels_.resize(static_cast<std::size_t>(LevelCount(size_, true)));
@@ -36,7 +41,7 @@ void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
 }
 
 BoardFit::QuadrantLight BoardFit::LightAround(int corner) const {
-  const std::size_t phase = red_phase_ < 0 ? 0 : static_cast<std::size_t>(red_phase_ ^ 1);
+  const std::size_t phase = static_cast<std::size_t>(TellingPhase());
   const int cell = pixels_.Cell(corner);
   const QuadrantLevels quadrants = LevelsOf(corner);
   const auto level = [&](std::size_t i) { return double{levels_[static_cast<std::size_t>(quadrants[i])][phase]}; };
@@ -91,8 +96,39 @@ void BoardFit::EvenOutLevels() {
       for (float& level : cell_levels_[cell]) level /= weight[cell];
 }
 
+std::span<const LitPart> BoardFit::LitParts(std::span<const std::uint8_t> saturated) {
+  const std::size_t phase = static_cast<std::size_t>(TellingPhase());
+  lit_parts_.clear();
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!used_[static_cast<std::size_t>(corner)]) continue;
+    const CornerPlace& place = pixels_.place(corner);
+    const QuadrantLevels own = LevelsOf(corner), cells = CellsAround(size_, corner);
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (IsDark(cells[i] / size_.cols, cells[i] % size_.cols)) continue;
+      // Of a corner's pixels, half of a cell on each side or, at the rim, more.
+      const auto middle_of = [](double middle, bool far_side) {
+        return far_side ? std::max(0.25, middle + 0.25) : std::min(-0.25, middle - 0.25);
+      };
+      lit_parts_.push_back({place.board + Eigen::Vector2d(middle_of(place.middle.x(), i % 2 == 1),
+                                                          middle_of(place.middle.y(), i / 2 == 1)),
+                            levels_[static_cast<std::size_t>(own[i])][phase],
+                            saturated[static_cast<std::size_t>(cells[i])] != 0});
+    }
+  }
+  return lit_parts_;
+}
+
+double BoardFit::LightOn(int cell) const {
+  return shadow_->At({cell % size_.cols + 0.5 - 0.5 * size_.cols, cell / size_.cols + 0.5 - 0.5 * size_.rows});
+}
+
 void BoardFit::TellLevels() {
   result_.lit.clear();
+  if (shadow_)
+    for (int cell = 0; cell < size_.rows * size_.cols; ++cell) {
+      const float light = static_cast<float>(LightOn(cell));
+      result_.lit.push_back({light, light});
+    }
   if (own_levels_) EvenOutLevels();
   const std::vector<PhaseValues>& levels = own_levels_ ? cell_levels_ : levels_;
   result_.levels.resize(levels.size());

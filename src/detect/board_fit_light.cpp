@@ -46,8 +46,43 @@ LightFall FallOf(const Eigen::Vector2d& slope, const Eigen::Vector3d& bend, cons
 
 }  // namespace
 
+template <class Light>
+void BoardFit::EvenOutPixels(const Light& even) {
+  const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(result_.geometry);
+  const Eigen::Matrix2d board_by_plane = result_.geometry.PlaneByBoard({0, 0}).inverse().transpose();
+  LaneBlock& lanes = pixels_.lanes();
+  for (int lane = 0; lane < lanes.lanes(); ++lane)
+    for (int i = 0; i < lanes.count(lane); ++i) {
+      const std::size_t at = lanes.Place(lane, i);
+      float &u = lanes.u_data()[at], &v = lanes.v_data()[at], &light = lanes.light_data()[at];
+      if (light >= input_.saturation) continue;
+      const Eigen::Vector2d board = (board_from_plane * Eigen::Vector3d(u, v, 1)).hnormalized();
+      const double share = std::max(even.At(board), kLeastShading);
+      light /= static_cast<float>(share);
+      const Eigen::Vector2d shift = blur_px_ * blur_px_ / share * (board_by_plane * even.SlopeAt(board));
+      u += static_cast<float>(shift.x());
+      v += static_cast<float>(shift.y());
+    }
+}
+
+void BoardFit::EvenOutShadow() { EvenOutPixels(*shadow_); }
+
+void BoardFit::FollowShadow() {
+  shadow_moves_ = shadowed_.Move({.geometry = &result_.geometry,
+                                  .blur_px = blur_px_,
+                                  .levels = levels_,
+                                  .noise = &noise_,
+                                  .channel_of_phase = channel_of_phase_,
+                                  .saturation = input_.saturation},
+                                 used_, pixels_, *shadow_);
+  shadowed_.PutBack(pixels_);
+  EvenOutShadow();
+}
+
+double BoardFit::LightAt(int corner) const { return shadow_ ? shadow_->At(pixels_.place(corner).board) : 1; }
+
 void BoardFit::EvenOutShading(const Start& start) {
-  if (own_levels_) return;
+  if (own_levels_ || shadow_) return;
   const double cell_px = CellPx();
   shade_twice_ = cell_px > kTwiceCellPx;
   const auto shading = FindShading({.size = size_,
@@ -72,27 +107,8 @@ void BoardFit::EvenOutShading(const Start& start) {
   for (int row = 0; row < size_.rows; ++row)
     for (int col = 0; col < size_.cols; ++col) {
       const float scale =
-          static_cast<float>(1 / shading->At(col + 0.5 - 0.5 * size_.cols, row + 0.5 - 0.5 * size_.rows));
+          static_cast<float>(1 / shading->At({col + 0.5 - 0.5 * size_.cols, row + 0.5 - 0.5 * size_.rows}));
       for (float& level : levels_[static_cast<std::size_t>(row * size_.cols + col)]) level *= scale;
-    }
-}
-
-void BoardFit::EvenOutPixels(const Shading& shading) {
-  const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(result_.geometry);
-  const Eigen::Matrix2d board_by_plane = result_.geometry.PlaneByBoard({0, 0}).inverse().transpose();
-  LaneBlock& lanes = pixels_.lanes();
-  for (int lane = 0; lane < lanes.lanes(); ++lane)
-    for (int i = 0; i < lanes.count(lane); ++i) {
-      const std::size_t at = lanes.Place(lane, i);
-      float &u = lanes.u_data()[at], &v = lanes.v_data()[at], &light = lanes.light_data()[at];
-      if (light >= input_.saturation) continue;
-      const Eigen::Vector2d board = (board_from_plane * Eigen::Vector3d(u, v, 1)).hnormalized();
-      const double share = std::max(shading.At(board.x(), board.y()), kLeastShading);
-      light /= static_cast<float>(share);
-      const Eigen::Vector2d shift =
-          blur_px_ * blur_px_ / share * (board_by_plane * shading.SlopeAt(board.x(), board.y()));
-      u += static_cast<float>(shift.x());
-      v += static_cast<float>(shift.y());
     }
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "detect/normal_integral.h"
+
 namespace chequer {
 namespace {
 
@@ -37,7 +39,7 @@ class Ramp {
  public:
   Ramp() {
     for (int i = 0; i < kEntries; ++i) {
-      const double z = i * kStep - kEnd, integral = 0.5 * std::erfc(-z / std::numbers::sqrt2),
+      const double z = i * kStep - kEnd, integral = NormalIntegral(z),
                    density = std::exp(-0.5 * z * z) * (0.5 * std::numbers::inv_sqrtpi * std::numbers::sqrt2);
       value_[static_cast<std::size_t>(i)] = 0.5 * ((z * z + 1) * integral + z * density);
       slope_[static_cast<std::size_t>(i)] = z * integral + density;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detect/normal_integral.h"
 #include "detect/smear.h"
 
 namespace chequer {
@@ -46,7 +47,7 @@ FarCells::FarCells() {
   const int entries = static_cast<int>(2 * kTableEnd * kTableSteps) + 2;
   for (int i = 0; i < entries; ++i) {
     const double x = static_cast<double>(i) / kTableSteps - kTableEnd;
-    integral_.push_back(static_cast<float>(0.5 * std::erfc(-x * M_SQRT1_2)));
+    integral_.push_back(static_cast<float>(NormalIntegral(x)));
   }
 }
 

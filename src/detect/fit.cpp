@@ -40,12 +40,20 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
 }
 
 const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vector2d& smear_px) {
-  choice_ = {.smear_px = smear_px};
+  choice_ = {};
+  choice_.smear_px = smear_px;
   if (!fit_.Fit(task.reader, task.lens, task.start, choice_)) return nullptr;
   if (!fit_.takes_out_light()) LeaveOutHidden(task);
-  if (!fit_.result().flat() && smear_px.isZero() && !LeaveOutSide(task))
-    fit_.FitInk(task.reader, task.lens, task.start);
-  if (!fit_.takes_out_light() && MayBeUnevenlyLit()) FitUnevenlyLit(task);
+  const bool off = !fit_.result().flat() && smear_px.isZero(), side = off && LeaveOutSide(task);
+  const bool may_be_uneven = !fit_.takes_out_light() && MayBeUnevenlyLit(),
+             uneven = may_be_uneven && FitUnevenlyLit(task);
+  if (off && !side && !uneven) {
+    // Ink is fitted from where the cells' levels are.
+    if (may_be_uneven && !FitAnew(task))
+      fit_.GoBackTo(evenly_lit_);
+    else
+      fit_.FitInk(task.reader, task.lens, task.start);
+  }
   return fit_.result().determined() ? &fit_.result() : nullptr;
 }
 

@@ -18,8 +18,9 @@ namespace chequer {
 /// widens the information instead. 24 µs a board of 7.8 px cells, growing with its pixels.
 /// Where the light is bent, or cells are small against the blur, the pixels' light is corrected between the steps
 /// (shading.h, far_cells.h): up to 0.5 ms; where ink has spread, so are their places: 2 to 10 ms.
-/// Where corners turn out to be hidden, or the edge of a shadow crosses the board, it is fitted anew without them, or
-/// with levels for each corner's quadrants: two to six times the time.
+/// Where corners turn out to be hidden it is fitted anew without them: two to six times the time. Where lights on it
+/// differ, it is fitted with levels for each corner's quadrants, and then with the edge of the shadow that these tell of
+/// (shadow_edge.h): 2 to 10 ms.
 class PhotometricFit {
  public:
   struct Start {
@@ -56,13 +57,15 @@ class PhotometricFit {
   // With lights of their own: fit_uneven.cpp.
   /// Whether some corner fits so badly that the edge of a shadow may cross the board.
   bool MayBeUnevenlyLit() const;
-  /// Where it crosses cells, they have no one level: fits anew with levels for each corner's quadrants, if that
-  /// explains the board better.
-  void FitUnevenlyLit(const Task& task);
+  /// Where it crosses cells, they have no one level: fits anew with levels for each corner's quadrants, and by these
+  /// with the shadow's edge, if that explains the board better. Whether it does.
+  bool FitUnevenlyLit(const Task& task);
+  /// The same with the edge of one shadow, as the quadrants' levels tell it. @pre those were fitted. Whether it is one.
+  bool FitShadow(const Task& task);
 
   BoardFit fit_;
   BoardFit::Choice choice_;
-  FittedBoard before_, evenly_lit_, best_;  ///< what a fit is compared with
+  FittedBoard before_, evenly_lit_, own_levels_, best_;  ///< what a fit is compared with
 };
 
 }  // namespace chequer

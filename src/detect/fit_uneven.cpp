@@ -6,11 +6,14 @@
 namespace chequer {
 namespace {
 
-/// A corner that fits so much worse than the median one may be crossed by the edge of a shadow.
+/// A corner that fits so much worse than a quarter of them may be crossed by the edge of a shadow.
 constexpr double kUnevenMisfit = 3;
-/// Levels of their own for each corner's quadrants leave a board that a shadow crosses as clear as it was, where most
-/// of the edge was found hidden, or make it clearer.
-constexpr double kAsClearByOwn = 0.95;
+/// Where lights on a board differ and no single edge explains it, levels for each corner's quadrants tell so much more
+/// of it, if no corners seemed hidden without.
+constexpr double kMoreByOwn = 1.5;
+/// One edge of a shadow explains no more than quadrants' levels, but leaves the cells' to tell the inks, and hides no
+/// corners: it has to tell about as much of the board.
+constexpr double kAsMuchByShadow = 0.8;
 /// Of the lights on a board where no cell is crossed by used corners' account: the most over the least of a shadow.
 /// Light that falls off by less is told better by the cells' levels.
 constexpr float kShadow = 1.6f;
@@ -26,35 +29,65 @@ bool InShadow(const FittedBoard& board) {
   return all.most > kShadow * all.least;
 }
 
+bool AnyOf(const CornerFlags& corners) { return std::find(corners.begin(), corners.end(), true) != corners.end(); }
+
+/// How much a fit tells of the board, over what one of 1 : 1 says of a corner.
+double Told(const FittedBoard& board) { return board.signal_to_noise * board.signal_to_noise * board.corners_used; }
+
 }  // namespace
 
 bool PhotometricFit::MayBeUnevenlyLit() const {
-  if (!choice_.smear_px.isZero() || fit_.misfit_spread() <= kUnevenMisfit) return false;
-  const CornerFlags& left_out = choice_.left_out;
-  if (std::find(left_out.begin(), left_out.end(), true) != left_out.end()) return true;
+  if (!choice_.smear_px.isZero()) return false;
+  if (AnyOf(choice_.left_out)) return true;
+  if (fit_.misfit_spread() <= kUnevenMisfit) return false;
   std::array<double, kMaxCorners> misfits;
-  std::size_t count = 0;
+  std::ptrdiff_t count = 0;
   for (int corner = 0; corner < fit_.corners(); ++corner)
-    if (fit_.used(corner)) misfits[count++] = fit_.Misfit(corner);
-  const auto past = misfits.begin() + static_cast<std::ptrdiff_t>(count),
-             middle = misfits.begin() + static_cast<std::ptrdiff_t>(count / 2);
+    if (fit_.used(corner)) misfits[static_cast<std::size_t>(count++)] = fit_.Misfit(corner);
   if (count == 0) return false;
+  const auto past = misfits.begin() + count, quarter = misfits.begin() + count / 4;
   const double most = *std::max_element(misfits.begin(), past);
-  std::nth_element(misfits.begin(), middle, past);
-  return most > kUnevenMisfit * *middle;
+  std::nth_element(misfits.begin(), quarter, past);
+  return most > kUnevenMisfit * *quarter;
 }
 
-void PhotometricFit::FitUnevenlyLit(const Task& task) {
+bool PhotometricFit::FitUnevenlyLit(const Task& task) {
   evenly_lit_ = fit_.result();
   const BoardFit::Choice evenly = choice_;
-  choice_ = {.own_levels = true};
+  choice_ = {};
+  choice_.own_levels = true;
   if (FitAnew(task) && !fit_.takes_out_light()) {
     LeaveOutHidden(task);
-    const double clearer = fit_.result().signal_to_noise / evenly_lit_.signal_to_noise;
-    if (clearer > kAsClearByOwn && InShadow(fit_.result())) return;
+    if (FitShadow(task)) return true;
+    const double more = AnyOf(evenly.left_out) ? 1 : kMoreByOwn;
+    if (InShadow(fit_.result()) && Told(fit_.result()) > more * Told(evenly_lit_)) return true;
   }
   choice_ = evenly;
   fit_.GoBackTo(evenly_lit_);
+  return false;
+}
+
+bool PhotometricFit::FitShadow(const Task& task) {
+  const std::optional<ShadowEdge> shadow = FindShadowEdge(fit_.LitParts(task.start.saturated));
+  if (!shadow) return false;
+  own_levels_ = fit_.result();
+  const BoardFit::Choice own = choice_;
+  choice_ = {};
+  choice_.shadow = shadow;
+  // What the board says of noise and blur by levels of its own holds in the shadow too.
+  BoardFit::Start start = task.start;
+  start.geometry = own_levels_.geometry;
+  if (!start.image) start.image = &own_levels_.image;
+  const Task shaded{task.reader, task.lens, start};
+  const double least = kAsMuchByShadow * std::max(Told(own_levels_), Told(evenly_lit_));
+  if (FitAnew(shaded) && !fit_.takes_out_light()) {
+    choice_.shadow = fit_.shadow();
+    LeaveOutHidden(shaded);
+    if (Told(fit_.result()) > least) return true;
+  }
+  choice_ = own;
+  fit_.GoBackTo(own_levels_);
+  return false;
 }
 
 }  // namespace chequer

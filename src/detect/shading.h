@@ -20,12 +20,14 @@ struct Shading {
 
   /// At a point of the board: a polynomial of the light where it is bent (exact where the light falls linearly), else
   /// the exponential function of the same polynomial, which a weak gradient cannot be told from.
-  double At(double x, double y) const {
-    const double fall = slope.x() * x + slope.y() * y + bend[0] * x * x + bend[1] * x * y + bend[2] * y * y;
+  double At(const Eigen::Vector2d& board) const {
+    const double x = board.x(), y = board.y(),
+                 fall = slope.x() * x + slope.y() * y + bend[0] * x * x + bend[1] * x * y + bend[2] * y * y;
     return bent ? 1 + fall : std::exp(fall);
   }
   /// Its derivative there. @pre the light is bent.
-  Eigen::Vector2d SlopeAt(double x, double y) const {
+  Eigen::Vector2d SlopeAt(const Eigen::Vector2d& board) const {
+    const double x = board.x(), y = board.y();
     return slope + Eigen::Vector2d(2 * bend[0] * x + bend[1] * y, bend[1] * x + 2 * bend[2] * y);
   }
 };

@@ -61,6 +61,13 @@ std::vector<Image> Frames(PixelFormat format) {
   // So blurred that cells beyond those around a corner matter.
   known.push_back(test::OneMarker(MarkerCode({6, 6}, Variant::kSecded), 77, 10, 6));
   known.back().options.blur_sigma_px = 3;
+  // In the edge of a shadow.
+  known.push_back(test::OneMarker(MarkerCode({6, 6}, Variant::kSecded), 99, 12, 7));
+  known.back().options.shadow = {.takes = 0.6,
+                                 .direction_rad = 0.5,
+                                 .through_x = known.back().options.camera.cx,
+                                 .through_y = known.back().options.camera.cy,
+                                 .width_px = 4};
   // Several at once, for several threads.
   known.push_back(test::OneMarker(MarkerCode({6, 6}, Variant::kSecded), 1, 9, 5));
   for (const double beside : {-0.4, -0.2, 0.2, 0.4}) {
@@ -94,7 +101,7 @@ TEST_P(Allocations, ThereAreNoneOnceADetectorIsWarm) {
       detector.Detect(frames[backwards ? frames.size() - 1 - i : i].view(), markers);
       found += markers.size();
     }
-    EXPECT_EQ(found, 10u);
+    EXPECT_EQ(found, 11u);
     backwards = !backwards;
     return allocations - before;
   };

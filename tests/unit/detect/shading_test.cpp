@@ -50,8 +50,8 @@ TEST(Shading, FineCellsTellHowAWeakLightBends) {
   const auto shading = FindShading(cells);
   ASSERT_TRUE(shading);
   EXPECT_FALSE(shading->bent);
-  EXPECT_NEAR(shading->At(2, -1), light(2, -1), 1e-6);
-  EXPECT_NEAR(shading->At(-2.5, 2.5), light(-2.5, 2.5), 1e-6);
+  EXPECT_NEAR(shading->At({2, -1}), light(2, -1), 1e-6);
+  EXPECT_NEAR(shading->At({-2.5, 2.5}), light(-2.5, 2.5), 1e-6);
 }
 
 TEST(Shading, FindsALightThatFallsLinearly) {
@@ -62,8 +62,8 @@ TEST(Shading, FindsALightThatFallsLinearly) {
   EXPECT_TRUE(shading->bent);
   for (const double x : {-3.0, 0.0, 2.5})
     for (const double y : {-3.0, 1.0, 3.0}) {
-      EXPECT_NEAR(shading->At(x, y), light(x, y) / light(0, 0), 1e-4) << x << ' ' << y;
-      EXPECT_NEAR(shading->SlopeAt(x, y).x(), -0.22, 1e-4);
+      EXPECT_NEAR(shading->At({x, y}), light(x, y) / light(0, 0), 1e-4) << x << ' ' << y;
+      EXPECT_NEAR(shading->SlopeAt({x, y}).x(), -0.22, 1e-4);
     }
 }
 
@@ -71,8 +71,8 @@ TEST(Shading, FindsABentLight) {
   const auto light = [](double x, double y) { return 1 - 0.1 * x + 0.012 * x * x - 0.01 * x * y; };
   const auto shading = FindShading(ShadedBoard(light).Cells());
   ASSERT_TRUE(shading);
-  EXPECT_NEAR(shading->At(2, 2), light(2, 2), 1e-4);
-  EXPECT_NEAR(shading->At(-2, 1), light(-2, 1), 1e-4);
+  EXPECT_NEAR(shading->At({2, 2}), light(2, 2), 1e-4);
+  EXPECT_NEAR(shading->At({-2, 1}), light(-2, 1), 1e-4);
 }
 
 TEST(Shading, DoesNotTakeACoverForShade) {
