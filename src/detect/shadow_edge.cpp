@@ -11,17 +11,17 @@ namespace chequer {
 namespace {
 
 constexpr std::size_t kFewestParts = 16;
-/// A shadow takes as much at least, and leaves a part of what differs unexplained at most.
+/// A shadow takes as much at least, and leaves so much of what the parts differ by unexplained at most.
 constexpr double kLeastTaken = 0.05, kLeavesUnexplained = 0.3;
+/// Bounds of the parameters.
 constexpr double kMostTaken = 0.98, kLeastLogWidth = -4, kMostLogWidth = 0.7;
 /// Wider edges are no more than light that falls off.
 constexpr double kLogWidthOfShading = 0.3;
 /// Variance of the places within a part, cells².
 constexpr double kPartVariance = 0.5 * 0.5 / 12;
-constexpr int kEdgeSteps = 12;
-
 /// Deviations beyond which an edge does not change.
 constexpr double kNoSlope = 4.5;
+constexpr int kEdgeSteps = 12;
 
 double Density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi); }
 

@@ -16,7 +16,6 @@ const ShadowEdge::Parameters kKnownTo(0.1, 0.3, 0.4, 0.8);
 const ShadowEdge::Parameters kMostMove(0.1, 0.3, 0.3, 0.5), kStill(0.003, 0.003, 0.004, 0.03);
 /// Pixels that are off by more standard deviations count with less weight.
 constexpr double kMostDeviations = 4;
-
 /// How far a corner's pixels lie from it, cells.
 constexpr double kFarthestPixel = 1;
 

@@ -62,12 +62,12 @@ std::vector<Image> Frames(PixelFormat format) {
   known.push_back(test::OneMarker(MarkerCode({6, 6}, Variant::kSecded), 77, 10, 6));
   known.back().options.blur_sigma_px = 3;
   // In the edge of a shadow.
-  known.push_back(test::OneMarker(MarkerCode({6, 6}, Variant::kSecded), 99, 12, 7));
+  known.push_back(test::OneMarker(MarkerCode({6, 6}, Variant::kSecded), 99, 8, 7));
   known.back().options.shadow = {.takes = 0.6,
                                  .direction_rad = 0.5,
                                  .through_x = known.back().options.camera.cx,
                                  .through_y = known.back().options.camera.cy,
-                                 .width_px = 4};
+                                 .width_px = 3};
   // Several at once, for several threads.
   known.push_back(test::OneMarker(MarkerCode({6, 6}, Variant::kSecded), 1, 9, 5));
   for (const double beside : {-0.4, -0.2, 0.2, 0.4}) {
