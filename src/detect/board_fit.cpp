@@ -15,7 +15,7 @@ constexpr int kMaxPasses = 8;
 constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
 /// A blur so much above what the pixels were chosen for asks for others.
 constexpr double kWiderBlur = 1.2;
-/// Passes until what is done to the light (see fit_light.cpp) has settled too.
+/// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
 constexpr int kPassesOfLight = 4;
 /// The same where light, or the edge of a shadow, is taken out of the pixels, in turns with the steps: what is left
 /// then is of first order.

@@ -118,9 +118,7 @@ std::span<const LitPart> BoardFit::LitParts(std::span<const std::uint8_t> satura
   return lit_parts_;
 }
 
-double BoardFit::LightOn(int cell) const {
-  return shadow_->At({cell % size_.cols + 0.5 - 0.5 * size_.cols, cell / size_.cols + 0.5 - 0.5 * size_.rows});
-}
+double BoardFit::LightOn(int cell) const { return shadow_->At(MiddleOfCell(size_, cell)); }
 
 void BoardFit::TellLevels() {
   result_.lit.clear();

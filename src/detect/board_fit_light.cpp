@@ -104,12 +104,10 @@ void BoardFit::EvenOutShading(const Start& start) {
     pixels_.MoveOrigin(blur_px_ * blur_px_ * per_px);
     EvenOutLanes(FallOf(per_px, shading->bend, board_by_plane), input_.saturation, pixels_.lanes());
   }
-  for (int row = 0; row < size_.rows; ++row)
-    for (int col = 0; col < size_.cols; ++col) {
-      const float scale =
-          static_cast<float>(1 / shading->At({col + 0.5 - 0.5 * size_.cols, row + 0.5 - 0.5 * size_.rows}));
-      for (float& level : levels_[static_cast<std::size_t>(row * size_.cols + col)]) level *= scale;
-    }
+  for (int cell = 0; cell < size_.rows * size_.cols; ++cell) {
+    const float scale = static_cast<float>(1 / shading->At(MiddleOfCell(size_, cell)));
+    for (float& level : levels_[static_cast<std::size_t>(cell)]) level *= scale;
+  }
 }
 
 void BoardFit::TakeOutLight() {

@@ -109,6 +109,11 @@ inline Eigen::Vector2d CornerOnBoard(MarkerSize size, int row, int col) {
   return {col + 1 - 0.5 * size.cols, row + 1 - 0.5 * size.rows};
 }
 
+/// Board coordinates of the middle of a cell, counted row by row.
+inline Eigen::Vector2d MiddleOfCell(MarkerSize size, int cell) {
+  return {cell % size.cols + 0.5 - 0.5 * size.cols, cell / size.cols + 0.5 - 0.5 * size.rows};
+}
+
 /// The cells around a corner, both counted row by row: towards −x −y, +x −y, −x +y, +x +y.
 inline std::array<int, 4> CellsAround(MarkerSize size, int corner) {
   const int first = corner / (size.cols - 1) * size.cols + corner % (size.cols - 1);

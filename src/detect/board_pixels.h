@@ -37,9 +37,8 @@ class BoardPixels {
   bool inside(int corner) const { return place(corner).inside; }
   /// The first of the corner's four lanes.
   int Lane(int corner) const { return 4 * rank_[static_cast<std::size_t>(corner)]; }
-  int Cell(int corner) const {
-    return corner / (size_.cols - 1) * size_.cols + corner % (size_.cols - 1);  ///< towards −x, −y
-  }
+  /// Towards −x, −y.
+  int Cell(int corner) const { return CellsAround(size_, corner)[0]; }
   /// Of the lanes' plane coordinates.
   const Eigen::Vector2d& origin() const { return origin_; }
   /// Moves all pixels' plane coordinates alike.

@@ -4,7 +4,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
+
+#include "detect/normal_integral.h"
 
 namespace chequer {
 namespace {
@@ -59,7 +60,7 @@ double Overlap(const Gaussian& a, const Gaussian& b) {
   const double spread = a.deviation + b.deviation;
   const double distance = std::abs(a.mean - b.mean);
   if (spread <= 0) return distance > 0 ? 0 : 0.5;
-  return 0.5 * std::erfc(distance / spread / std::numbers::sqrt2);
+  return NormalIntegral(-distance / spread);
 }
 
 }  // namespace chequer

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "detect/normal_integral.h"
 #include "detect/smear.h"
 
 namespace chequer {
@@ -15,8 +14,6 @@ namespace {
 constexpr double kLeastBlurOfCell = 0.14;
 /// The same from where on what the cells beyond do when the board moves counts against what the four around do.
 constexpr double kMovingBlurOfCell = 0.22;
-/// The table of the normal distribution's integral: from −5.5 to 5.5 standard deviations.
-constexpr float kTableEnd = 5.5f, kTableSteps = 64;
 /// How far beyond the rim the light beside the board is looked up, cells, and half the width of the window.
 constexpr double kBeside = 0.75, kBesideHalf = 0.25;
 
@@ -42,20 +39,6 @@ constexpr float kTurnSpreads = 1;
 using Shares = std::array<float, 4>;
 
 }  // namespace
-
-FarCells::FarCells() {
-  const int entries = static_cast<int>(2 * kTableEnd * kTableSteps) + 2;
-  for (int i = 0; i < entries; ++i) {
-    const double x = static_cast<double>(i) / kTableSteps - kTableEnd;
-    integral_.push_back(static_cast<float>(NormalIntegral(x)));
-  }
-}
-
-float FarCells::Integral(float deviations) const {
-  const float at = (std::clamp(deviations, -kTableEnd, kTableEnd) + kTableEnd) * kTableSteps;
-  const std::size_t i = static_cast<std::size_t>(at);
-  return integral_[i] + (at - static_cast<float>(i)) * (integral_[i + 1] - integral_[i]);
-}
 
 bool FarCells::ReachAcross(double share, const BoardPixels& pixels, double blur_px) {
   for (int corner = 0; corner < pixels.corners(); ++corner) {

@@ -11,6 +11,7 @@
 #include "detect/board_geometry.h"
 #include "detect/board_pixels.h"
 #include "detect/light.h"
+#include "detect/normal_integral.h"
 
 namespace chequer {
 
@@ -22,8 +23,6 @@ namespace chequer {
 /// memory.
 class FarCells {
  public:
-  FarCells();
-
   /// Whether there is something to take out.
   static bool Matter(const BoardPixels& pixels, double blur_px);
 
@@ -103,10 +102,10 @@ class FarCells {
   float Smeared(const Around& around, int phase, const Eigen::Vector2f& from, const Eigen::Vector2f& smear) const;
   float NearOfSmeared(const Around& around, int phase, const Eigen::Vector2f& from) const;
   float Near(const Around& around, int phase, const Eigen::Vector2f& from, float spread) const;
+  /// Of the normal distribution.
+  float Integral(float deviations) const { return (*table_)(deviations); }
   /// Where a pixel would lie if the edges beside it had not spread.
   Eigen::Vector2f Unspread(const Around& around, const Eigen::Vector2f& from, float spread) const;
-  /// Integral of the normal distribution, to 1e-5.
-  float Integral(float deviations) const;
 
   /// Scratch of ResponseToMoves, whose memory is kept.
   struct Moves {
@@ -117,7 +116,7 @@ class FarCells {
     Geometry geometry, of_own, answer, product;
   };
 
-  std::vector<float> integral_;  ///< table
+  const NormalTable* table_ = &NormalTable::Get();
   Moves moves_;
   std::array<int, 4> channel_of_phase_{};
   std::vector<PhaseValues> cells_;   ///< with a ring of what lies beside the board

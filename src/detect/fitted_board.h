@@ -17,7 +17,8 @@ struct ImageTraits {
   EdgeShape edges;
 };
 
-/// The light that falls on a cell, over the board's mean, by the corners around it; zeros where none tells.
+/// The light that falls on a cell, over that of the board (its mean; beside the shadow, where its edge was fitted):
+/// by the corners around the cell; zeros where none tells.
 struct CellLight {
   float least = 0, most = 0;
 

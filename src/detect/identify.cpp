@@ -51,18 +51,16 @@ void Identifier::ReadCells(const FittedBoard& board, MarkerSize size, const Ligh
     std::copy(board.levels.begin(), board.levels.end(), light_.begin());
     return;
   }
-  for (int row = 0; row < size.rows; ++row)
-    for (int col = 0; col < size.cols; ++col) {
-      const Eigen::Vector2d at(col + 0.5 - 0.5 * size.cols, row + 0.5 - 0.5 * size.rows);
-      Eigen::Matrix2d pixel_by_plane;
-      const Eigen::Vector2d pixel = lens.ToImage(board.geometry.ToPlane(at), &pixel_by_plane);
-      const Eigen::Matrix2d pixel_by_board = pixel_by_plane * board.geometry.PlaneByBoard(at);
-      const double short_side =
-          std::abs(pixel_by_board.determinant()) / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
-      const double clear = std::clamp(0.5 * short_side - 1.2 * board.image.blur_px, 0.0, 0.35 * short_side);
-      light_[static_cast<std::size_t>(row * size.cols + col)] =
-          reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(clear));
-    }
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    const Eigen::Vector2d at = MiddleOfCell(size, static_cast<int>(cell));
+    Eigen::Matrix2d pixel_by_plane;
+    const Eigen::Vector2d pixel = lens.ToImage(board.geometry.ToPlane(at), &pixel_by_plane);
+    const Eigen::Matrix2d pixel_by_board = pixel_by_plane * board.geometry.PlaneByBoard(at);
+    const double short_side =
+        std::abs(pixel_by_board.determinant()) / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
+    const double clear = std::clamp(0.5 * short_side - 1.2 * board.image.blur_px, 0.0, 0.35 * short_side);
+    light_[cell] = reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(clear));
+  }
   if (!board.lit.empty()) EvenOutCells(board, size);
 }
 

@@ -23,6 +23,8 @@ constexpr double kPartVariance = 0.5 * 0.5 / 12;
 constexpr double kNoSlope = 4.5;
 constexpr int kEdgeSteps = 12;
 
+double RoughIntegral(double z) { return double{NormalTable::Get()(static_cast<float>(z))}; }
+
 double Density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi); }
 
 ShadowEdge::Parameters WithinBounds(ShadowEdge::Parameters values) {
@@ -143,9 +145,7 @@ ShadowEdge::ShadowEdge(const Parameters& values)
       normal_(std::cos(values_[kDirection]), std::sin(values_[kDirection])),
       per_width_(std::exp(-values_[kLogWidth])) {}
 
-double ShadowEdge::At(const Eigen::Vector2d& board) const {
-  return 1 - values_[kTakes] * NormalTable::Get()(Across(board));
-}
+double ShadowEdge::At(const Eigen::Vector2d& board) const { return 1 - values_[kTakes] * RoughIntegral(Across(board)); }
 
 Eigen::Vector2d ShadowEdge::SlopeAt(const Eigen::Vector2d& board) const {
   const double z = Across(board);
@@ -157,7 +157,7 @@ ShadowEdge::Parameters ShadowEdge::ByParameters(const Eigen::Vector2d& board) co
   const double z = Across(board), along = normal_.x() * board.y() - normal_.y() * board.x(),
                fall = std::abs(z) > kNoSlope ? 0 : values_[kTakes] * Density(z);
   Parameters by;
-  by[kTakes] = -NormalTable::Get()(z);
+  by[kTakes] = -RoughIntegral(z);
   by[kDirection] = -fall * along * per_width_;
   by[kOffset] = fall * per_width_;
   by[kLogWidth] = fall * z;

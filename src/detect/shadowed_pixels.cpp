@@ -43,7 +43,7 @@ struct CornerModel {
     double right, down;
   };
   Shares At(const Eigen::Vector2d& board) const {
-    const NormalTable& integral = NormalTable::Get();
+    const auto integral = [](double z) { return double{NormalTable::Get()(static_cast<float>(z))}; };
     return {integral(scale_x * (board.x() - corner.x())), integral(scale_y * (board.y() - corner.y()))};
   }
   double Light(const Shares& shares, std::span<const PhaseValues> levels, std::size_t phase) const {
@@ -58,29 +58,38 @@ struct CornerModel {
   }
 };
 
+/// Calls visit(corner, phase, lane) for every lane, always in the same order.
+template <class Visit>
+void ForLanes(const BoardPixels& pixels, const Visit& visit) {
+  for (int corner = 0; corner < pixels.corners(); ++corner)
+    for (int phase = 0; phase < 4; ++phase) visit(corner, phase, pixels.Lane(corner) + phase);
+}
+
 }  // namespace
 
 void ShadowedPixels::Start(const ShadowEdge& edge, const BoardPixels& pixels) {
   start_ = edge.values();
   pixels_.clear();
   const LaneBlock& lanes = pixels.lanes();
-  for (int lane = 0; lane < lanes.lanes(); ++lane)
+  ForLanes(pixels, [&](int, int, int lane) {
     for (int i = 0; i < lanes.count(lane); ++i) {
       const std::size_t at = lanes.Place(lane, i);
       pixels_.push_back({lanes.u_data()[at], lanes.v_data()[at], lanes.light_data()[at]});
     }
+  });
 }
 
 void ShadowedPixels::PutBack(BoardPixels& pixels) const {
   LaneBlock& lanes = pixels.lanes();
   const Pixel* next = pixels_.data();
-  for (int lane = 0; lane < lanes.lanes(); ++lane)
+  ForLanes(pixels, [&](int, int, int lane) {
     for (int i = 0; i < lanes.count(lane); ++i, ++next) {
       const std::size_t at = lanes.Place(lane, i);
       lanes.u_data()[at] = next->u;
       lanes.v_data()[at] = next->v;
       lanes.light_data()[at] = next->light;
     }
+  });
 }
 
 bool ShadowedPixels::Move(const Known& known, std::span<const bool> used, const BoardPixels& pixels, ShadowEdge& edge) {
@@ -89,24 +98,19 @@ bool ShadowedPixels::Move(const Known& known, std::span<const bool> used, const 
   const auto on_board = [&](float u, float v) -> Eigen::Vector2d {
     return (board_from_plane * Eigen::Vector3d(u, v, 1)).hnormalized();
   };
-  std::array<int, kMaxCorners * 4> corner_of_lane;
-  corner_of_lane.fill(-1);
-  for (int corner = 0; corner < pixels.corners(); ++corner)
-    for (int phase = 0; phase < 4; ++phase)
-      corner_of_lane[static_cast<std::size_t>(pixels.Lane(corner) + phase)] = corner;
   std::array<std::array<LevelSums, 3>, kMaxCells> levels{};
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   ShadowEdge::Parameters gradient = ShadowEdge::Parameters::Zero();
   const Pixel* next = pixels_.data();
-  for (int lane = 0; lane < lanes.lanes(); ++lane) {
-    const int corner = corner_of_lane[static_cast<std::size_t>(lane)], pixels_of_lane = lanes.count(lane);
+  ForLanes(pixels, [&](int corner, int parity, int lane) {
+    const int pixels_of_lane = lanes.count(lane);
     // Where the light does not differ, the levels take up all that an edge may change.
     if (!used[static_cast<std::size_t>(corner)] || !edge.Crosses(pixels.place(corner).board, kFarthestPixel)) {
       next += pixels_of_lane;
-      continue;
+      return;
     }
     const CornerModel around(pixels, corner, known.blur_px);
-    const std::size_t phase = static_cast<std::size_t>(lane % 4),
+    const std::size_t phase = static_cast<std::size_t>(parity),
                       channel = static_cast<std::size_t>(known.channel_of_phase[phase]);
     for (int i = 0; i < pixels_of_lane; ++i, ++next) {
       if (next->light >= known.saturation) continue;
@@ -127,7 +131,7 @@ bool ShadowedPixels::Move(const Known& known, std::span<const bool> used, const 
       level.residual += weight * lit * residual;
       level.edge += weight * lit * by;
     }
-  }
+  });
   for (const auto& channels : levels)
     for (const LevelSums& level : channels) {
       if (level.square <= 0) continue;

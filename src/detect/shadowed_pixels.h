@@ -39,7 +39,7 @@ class ShadowedPixels {
     float u, v, light;
   };
 
-  std::vector<Pixel> pixels_;  ///< lane by lane
+  std::vector<Pixel> pixels_;  ///< corner by corner, lane by lane
   ShadowEdge::Parameters start_ = ShadowEdge::Parameters::Zero();
 };
 

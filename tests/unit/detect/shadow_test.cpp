@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Shadow{kRaw, "side_px=48", 0.8, 1, 25, 21, 1.8}));
 /// As many as a sanitizer has time for.
 INSTANTIATE_TEST_SUITE_P(Few, Shadows,
-                         testing::Values(Shadow{kColour, "side_px=96", 0.6, 4, 2, 2, 4},
+                         testing::Values(Shadow{kColour, "side_px=96", 0.6, 4, 2, 2, 3},
                                          Shadow{kRaw, "side_px=48", 0.6, 1, 4, 4, 3}));
 
 }  // namespace
