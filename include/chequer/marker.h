@@ -61,7 +61,7 @@ std::vector<std::uint8_t> CellSaturation(MarkerSize size, std::uint64_t kernel);
 /// 'K', 'W', 'B' or 'Y' for each cell, row by row. @pre IsValid(size).
 std::string CellColours(MarkerSize size, std::uint64_t kernel);
 
-/// The rules that map ids to kernels (spec: marker.md).
+/// The rules that map ids to kernels, and so which errors a code finds or mends.
 enum class Variant : std::uint8_t {
   kUnconstrained,
   kSaturationConstrained,

@@ -23,9 +23,8 @@ namespace chequer {
 using CornerFlags = std::array<bool, kMaxCorners>;
 
 /// One joint fit of geometry, cell levels (free for every cell and channel), blur and noise of a board to its pixels,
-/// by Gauss-Newton on the model of photometric_kernel.h (detection.md 3.4 gives the derivation; Krüger and Yang have
-/// the corner-wise model). What to make of its result, and which other fits to try, is PhotometricFit's. Keeps its
-/// memory.
+/// by Gauss-Newton on the model of photometric_kernel.h (which Krüger and Yang have corner by corner). What to make of
+/// its result, and which other fits to try, is PhotometricFit's. Keeps its memory.
 class BoardFit {
  public:
   struct Start {

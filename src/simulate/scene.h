@@ -26,7 +26,7 @@ struct Occluder {
 
 /// A marker that stands in the scene.
 struct SceneMarker {
-  RigidTransform camera_from_marker;  ///< see marker.md: origin at the board's centre, x right, y up, z out of the face
+  RigidTransform camera_from_marker;  ///< origin at the board's centre, x right, y up, z out of the face
   Board board;
   double side_m = 0;  ///< of the longer counted side
   InkSet inks;
