@@ -56,7 +56,6 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
     channel_of_phase_[static_cast<std::size_t>(phase)] = reader.ChannelOf(phase & 1, phase >> 1);
   blur_px_ = start.blur_px;
   shade_twice_ = bent_light_ = fit_ink_ = ink_moves_ = shadow_moves_ = false;
-  ink_spread_ = 0;
   edges_ = {};
   input_.saturation = kSaturation;
   result_.geometry = start.geometry;
@@ -244,7 +243,7 @@ void BoardFit::Finish() {
   if (smear_px_.norm() > kLongSmearCells * CellPx())
     of_moves /= std::max(shift_square / n / (kOffLongSmearPx * kOffLongSmearPx), 1.0);
   // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
-  if (own_levels_) of_moves /= std::max(unexplained_shifts_, 1.0);
+  if (own_levels_ || (shadow_ && take_out_)) of_moves /= std::max(unexplained_shifts_, 1.0);
   if (take_out_ && FarCells::MoveWithBoard(Known(), pixels_)) {
     const BoardGeometry::Information response = far_cells_.ResponseToMoves(Known(), used_, pixels_);
     if (response.allFinite()) of_moves = response.transpose() * of_moves * response;
@@ -266,8 +265,9 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     }
     input_.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!smear_px_.isZero()) SetPlaces();  // the blur has changed
+    // What the cells beyond add has to be known before.
+    if (shadow_ && (pass > 1 || !take_out_)) FollowShadow();
     if (take_out_) TakeOutLight();
-    if (shadow_) FollowShadow();
     if (!Step(sums) || corner_move_px_ > kRunawayPx) return false;
     const bool changed = FindHiddenCorners();
     // What is done to the light follows the fit by a pass or two.
@@ -276,7 +276,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     // The image's first board tells its edges, if those beyond do not blur into them; what they explain is no noise.
     const bool told = pass == 1 && !start.image && !take_out_ && TellEdges();
     if (noise_known && !changed && !follows && corner_move_px_ < settled_px && blur_change_ < kSettledBlur) break;
-    if (uneven ? pass > 1 && pass < kPassesOfLight : again) {
+    if (!shadow_ && (uneven ? pass > 1 && pass < kPassesOfLight : again)) {
       if (take_out_) far_cells_.PutBack(pixels_);
       FindHiddenCells();
       EvenOutShading(start);
@@ -334,6 +334,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   own_levels_ = choice.own_levels;
   shadow_ = choice.shadow;
   smear_px_ = choice.smear_px;
+  ink_spread_ = choice.ink_spread;
   if (!Prepare(reader, lens, start)) return false;
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   input_.robust_limit = 1e9f;
@@ -354,8 +355,10 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   hidden_cells_.assign(start.covered.begin(), start.covered.end());
   HideCellsBeside(left_out_);
   EvenOutShading(start);
-  take_out_ = !smear_px_.isZero() || FarCells::Matter(pixels_, blur_px_);
-  if (take_out_) far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
+  fit_ink_ = ink_spread_ != 0;
+  ink_waits_ = kInkWaits;
+  take_out_ = !smear_px_.isZero() || fit_ink_ || FarCells::Matter(pixels_, blur_px_, shadow_.has_value());
+  if (take_out_) StartFarCells(reader, lens);
   input_.stride = 1;
   if (!Settle(lens, start, start.image != nullptr)) return false;
   Finish();

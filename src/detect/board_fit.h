@@ -50,6 +50,8 @@ class BoardFit {
     std::optional<ShadowEdge> shadow;
     /// The way of a point during the exposure, image pixels; where it is not zero, it is fitted too.
     Eigen::Vector2d smear_px = Eigen::Vector2d::Zero();
+    /// By how much ink has spread, cells; the same.
+    double ink_spread = 0;
   };
 
   /// False if the board lies outside the image for the most part, does not look like the model, or the fit runs away;
@@ -68,18 +70,24 @@ class BoardFit {
   bool usable(int corner) const { return usable_[static_cast<std::size_t>(corner)]; }
   /// Usable, and not found hidden.
   bool used(int corner) const { return used_[static_cast<std::size_t>(corner)]; }
+  /// The corners that were found hidden.
+  CornerFlags Hidden() const;
   /// Of a cell in the board's middle, along its side.
   double CellPx() const;
   /// Of a corner's pixels, variances; far off where it has none.
   double Misfit(int corner) const;
   /// Of the usable corners after the last step, the most over the least.
   double misfit_spread() const { return misfit_spread_; }
+  /// How much farther corners lie off the plane than the pixels' noise explains: their χ² over that of the pixels.
+  double unexplained_shifts() const { return unexplained_shifts_; }
   /// Of the board's light cells, the parts around the corners that are used. @pre own levels were fitted.
   std::span<const LitPart> LitParts(std::span<const std::uint8_t> saturated);
   /// As it was fitted.
   const std::optional<ShadowEdge>& shadow() const { return shadow_; }
   /// Whether the light of what the model leaves out is taken out of the pixels (see far_cells.h).
   bool takes_out_light() const { return take_out_; }
+  /// By how much ink has spread, cells, if that was fitted.
+  double ink_spread() const { return ink_spread_; }
 
  private:
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start);
@@ -141,6 +149,7 @@ class BoardFit {
   template <class Light>
   void EvenOutPixels(const Light& light);
   void EvenOutShadow();
+  void StartFarCells(const LightReader& reader, const Lens& lens);
   void FollowShadow();
   double LightAt(int corner) const;
   /// What is known by now, for far_cells_.
@@ -167,6 +176,8 @@ class BoardFit {
   std::optional<ShadowEdge> shadow_;
   ShadowedPixels shadowed_;
   bool shadow_moves_ = false;
+  /// Passes that levels and blur take to give back what they took of the ink.
+  static constexpr int kInkWaits = 2;
   std::vector<LitPart> lit_parts_;
   bool shade_twice_ = false;  ///< the first shading is not good enough for boards as large
   double ink_spread_ = 0;     ///< cells
@@ -179,10 +190,10 @@ class BoardFit {
   EdgeProfiles profiles_;
   BoardEquations::Vector step_;
   double misfit_spread_ = 1;
-  double unexplained_shifts_ = 0;  ///< of corners: their χ² over that of the pixels
-  double gain_ = 0;                ///< of the last step: how much Σ w r² falls by it
-  double corner_move_px_ = 0;      ///< of the last step: the farthest that a corner moved
-  double blur_change_ = 0;         ///< of the last step, as a share
+  double unexplained_shifts_ = 0;
+  double gain_ = 0;            ///< of the last step: how much Σ w r² falls by it
+  double corner_move_px_ = 0;  ///< of the last step: the farthest that a corner moved
+  double blur_change_ = 0;     ///< of the last step, as a share
   FittedBoard result_;
 };
 

@@ -63,6 +63,13 @@ bool BoardFit::FindHiddenCorners() {
   return changed;
 }
 
+CornerFlags BoardFit::Hidden() const {
+  CornerFlags hidden{};
+  for (int corner = 0; corner < corners(); ++corner)
+    hidden[static_cast<std::size_t>(corner)] = usable(corner) && !used(corner);
+  return hidden;
+}
+
 bool BoardFit::AnyHidden() const {
   return std::any_of(used_.begin(), used_.begin() + pixels_.corners(), [](bool used) { return !used; });
 }

@@ -21,8 +21,8 @@ constexpr double kLeastInkSpread = 0.015;
 constexpr double kInkStep = 1.75;
 /// Every how many pixels tell whether there is any: on paper that is not flat, each board asks.
 constexpr int kInkStride = 5;
-/// Passes that they take to give it back.
-constexpr int kInkWaits = 2;
+/// With fewer corners, ink has to tell so many times as much of the board.
+constexpr double kMoreByInk = 4;
 /// Where corners lie as much farther off than was thought, other pixels are the board's.
 constexpr double kCollectAnewPx = 0.3;
 /// Longer steps lead elsewhere.
@@ -72,11 +72,17 @@ void BoardFit::FollowShadow() {
                                   .blur_px = blur_px_,
                                   .levels = levels_,
                                   .noise = &noise_,
+                                  .far_cells = take_out_ ? &far_cells_ : nullptr,
                                   .channel_of_phase = channel_of_phase_,
                                   .saturation = input_.saturation},
                                  used_, pixels_, *shadow_);
   shadowed_.PutBack(pixels_);
   EvenOutShadow();
+  if (take_out_) far_cells_.Forget(pixels_);
+}
+
+void BoardFit::StartFarCells(const LightReader& reader, const Lens& lens) {
+  far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, shadow_ ? &*shadow_ : nullptr, pixels_);
 }
 
 double BoardFit::LightAt(int corner) const { return shadow_ ? shadow_->At(pixels_.place(corner).board) : 1; }
@@ -147,7 +153,7 @@ bool BoardFit::StartInk() {
 }
 
 void BoardFit::FitInk(const LightReader& reader, const Lens& lens, const Start& start) {
-  if (!take_out_) far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
+  if (!take_out_) StartFarCells(reader, lens);
   if (!StartInk()) return;
   without_ink_ = result_;
   blur_px_ = std::min(blur_px_, start.blur_px);
@@ -157,12 +163,16 @@ void BoardFit::FitInk(const LightReader& reader, const Lens& lens, const Start& 
     settled = Collect(reader, lens);
     SetDerivatives();
     SetPlaces();
-    far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, pixels_);
+    StartFarCells(reader, lens);
     settled = settled && Settle(lens, start, true);
   }
   if (settled) Finish();
-  // Ink explains all corners, or something else moved them.
-  if (!settled || result_.corners_used < without_ink_.corners_used) result_ = without_ink_;
+  // Ink explains all corners, or nearly all that the others lacked, or something else moved them.
+  if (settled && (result_.corners_used >= without_ink_.corners_used ||
+                  (result_.flat() && result_.told() > kMoreByInk * without_ink_.told())))
+    return;
+  result_ = without_ink_;
+  ink_spread_ = 0;
 }
 
 double BoardFit::FarthestMove(const BoardGeometry& from) const {
@@ -186,6 +196,7 @@ FarCells::Known BoardFit::Known() const {
           .ink_spread = ink_spread_,
           .smear_px = smear_px_,
           .levels = levels_,
+          .own_levels = own_levels_,
           .saturation = input_.saturation};
 }
 

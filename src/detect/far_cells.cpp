@@ -11,7 +11,7 @@ namespace chequer {
 namespace {
 
 /// Of the blur over a cell's shorter way across: the edges beyond are half a cell away from a corner's farthest pixels.
-constexpr double kLeastBlurOfCell = 0.14;
+constexpr double kLeastBlurOfCell = 0.14, kLeastBlurInShadow = 0.1;
 /// The same from where on what the cells beyond do when the board moves counts against what the four around do.
 constexpr double kMovingBlurOfCell = 0.22;
 /// How far beyond the rim the light beside the board is looked up, cells, and half the width of the window.
@@ -38,6 +38,13 @@ constexpr float kTurnSpreads = 1;
 /// Shares of the four cells along one axis, from the one before the corner's two on.
 using Shares = std::array<float, 4>;
 
+/// Of the four cells around a corner, the one that is as dark or light as a cell of the 4 × 4 around it, and near.
+std::size_t QuadrantOfColour(int row, int col) {
+  const int near_row = std::clamp(row, 1, 2), near_col = std::clamp(col, 1, 2);
+  const bool same = (row + col + near_row + near_col) % 2 == 0;
+  return static_cast<std::size_t>(2 * (near_row - 1) + (same ? near_col - 1 : 2 - near_col));
+}
+
 }  // namespace
 
 bool FarCells::ReachAcross(double share, const BoardPixels& pixels, double blur_px) {
@@ -51,8 +58,8 @@ bool FarCells::ReachAcross(double share, const BoardPixels& pixels, double blur_
   return false;
 }
 
-bool FarCells::Matter(const BoardPixels& pixels, double blur_px) {
-  return ReachAcross(kLeastBlurOfCell, pixels, blur_px);
+bool FarCells::Matter(const BoardPixels& pixels, double blur_px, bool shadowed) {
+  return ReachAcross(shadowed ? kLeastBlurInShadow : kLeastBlurOfCell, pixels, blur_px);
 }
 
 bool FarCells::MoveWithBoard(const Known& known, const BoardPixels& pixels) {
@@ -60,12 +67,10 @@ bool FarCells::MoveWithBoard(const Known& known, const BoardPixels& pixels) {
 }
 
 void FarCells::Start(const LightReader& reader, const Lens& lens, const BoardGeometry& geometry,
-                     const std::array<int, 4>& channel_of_phase, const BoardPixels& pixels) {
+                     const std::array<int, 4>& channel_of_phase, const ShadowEdge* shadow, const BoardPixels& pixels) {
   channel_of_phase_ = channel_of_phase;
-  const LaneBlock& lanes = pixels.lanes();
-  taken_.resize(static_cast<std::size_t>(lanes.lanes() * lanes.capacity()));
-  for (int lane = 0; lane < lanes.lanes(); ++lane)
-    std::fill_n(taken_.begin() + lane * lanes.capacity(), lanes.count(lane), Taken{});
+  taken_.resize(static_cast<std::size_t>(pixels.lanes().lanes() * pixels.lanes().capacity()));
+  Forget(pixels);
   const int rows = pixels.size().rows + 2, cols = pixels.size().cols + 2;
   beside_.resize(static_cast<std::size_t>(rows * cols));
   for (int row = 0; row < rows; ++row)
@@ -80,8 +85,9 @@ void FarCells::Start(const LightReader& reader, const Lens& lens, const BoardGeo
       const Eigen::Vector2d pixel = lens.ToImage(geometry.ToPlane(board), &pixel_by_plane);
       const double half_px =
           kBesideHalf * std::sqrt(std::abs((pixel_by_plane * geometry.PlaneByBoard(board)).determinant()));
+      const float lit = shadow ? static_cast<float>(shadow->At(board)) : 1;
       const Eigen::Vector3f light =
-          reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px));
+          reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px)) / lit;
       for (std::size_t phase = 0; phase < 4; ++phase)
         beside_[static_cast<std::size_t>(row * cols + col)][phase] =
             reader.channels() == 3 ? light[channel_of_phase[phase]] : RedAndGreen::Of(light[0], light[1]);
@@ -114,10 +120,14 @@ FarCells::Around FarCells::AroundCorner(const Known& known, const BoardPixels& p
   around.row = row;
   around.col = col;
   around.falling = IsDark(row, col);
+  const QuadrantLevels quadrants = LevelsAround(size, corner, known.own_levels);
   for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c)
+    for (int c = 0; c < 4; ++c) {
+      const bool on_board = row + r > 0 && row + r <= size.rows && col + c > 0 && col + c <= size.cols;
       around.light[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] =
-          cells_[static_cast<std::size_t>((row + r) * cols + col + c)];
+          known.own_levels && on_board ? known.levels[static_cast<std::size_t>(quadrants[QuadrantOfColour(r, c)])]
+                                       : cells_[static_cast<std::size_t>((row + r) * cols + col + c)];
+    }
   return around;
 }
 
@@ -213,6 +223,7 @@ float FarCells::NearOfSmeared(const Around& around, int phase, const Eigen::Vect
 
 void FarCells::SetCells(const Known& known, MarkerSize size) {
   cells_ = beside_;
+  if (known.own_levels) return;
   for (int row = 0; row < size.rows; ++row)
     std::copy_n(known.levels.begin() + row * size.cols, size.cols, cells_.begin() + (row + 1) * (size.cols + 2) + 1);
 }
@@ -261,6 +272,12 @@ void FarCells::PutBack(BoardPixels& pixels) {
       lanes.light_data()[at] += taken.light;
       taken = {};
     }
+}
+
+void FarCells::Forget(const BoardPixels& pixels) {
+  const LaneBlock& lanes = pixels.lanes();
+  for (int lane = 0; lane < lanes.lanes(); ++lane)
+    std::fill_n(taken_.begin() + lane * lanes.capacity(), lanes.count(lane), Taken{});
 }
 
 template <class Visit>

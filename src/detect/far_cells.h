@@ -12,6 +12,7 @@
 #include "detect/board_pixels.h"
 #include "detect/light.h"
 #include "detect/normal_integral.h"
+#include "detect/shadow_edge.h"
 
 namespace chequer {
 
@@ -23,12 +24,14 @@ namespace chequer {
 /// memory.
 class FarCells {
  public:
-  /// Whether there is something to take out.
-  static bool Matter(const BoardPixels& pixels, double blur_px);
+  /// Whether there is something to take out. @param shadowed the edge of a shadow is fitted too: what the cells beyond
+  /// leave in the pixels would be taken for a part of it.
+  static bool Matter(const BoardPixels& pixels, double blur_px, bool shadowed);
 
-  /// Begins with pixels that nothing was taken out of. @param channel_of_phase 0 … 2 by parity of x + 2 · parity of y.
+  /// Begins with pixels that nothing was taken out of but a shadow. @param channel_of_phase 0 … 2 by parity of x + 2 ·
+  /// parity of y. @param shadow the same as of the pixels, for what lies beside the board; may be null.
   void Start(const LightReader& reader, const Lens& lens, const BoardGeometry& geometry,
-             const std::array<int, 4>& channel_of_phase, const BoardPixels& pixels);
+             const std::array<int, 4>& channel_of_phase, const ShadowEdge* shadow, const BoardPixels& pixels);
 
   /// What is known of a board by now.
   struct Known {
@@ -40,6 +43,9 @@ class FarCells {
     Eigen::Vector2d smear_px = Eigen::Vector2d::Zero();
     /// By cell, row by row.
     std::span<const PhaseValues> levels;
+    /// They are the quadrants', corner by corner: farther cells then are taken to be as light as those around the
+    /// corner.
+    bool own_levels = false;
     /// Light from which on pixels stay as they are.
     float saturation = 1;
   };
@@ -47,6 +53,12 @@ class FarCells {
   void TakeOut(const Known& known, BoardPixels& pixels);
   /// Puts back what was taken out.
   void PutBack(BoardPixels& pixels);
+  /// The pixels are as they were before anything was taken out.
+  void Forget(const BoardPixels& pixels);
+  /// Light that was taken out of a pixel: what it has more than the corners' own model, where the pixel now lies.
+  float Of(const LaneBlock& lanes, int lane, int pixel) const {
+    return taken_[static_cast<std::size_t>(lane * lanes.capacity() + pixel)].light;
+  }
   /// By how much the ink spreads more than is known, by a least squares step of that alone over the pixels as they are:
   /// as TakeOut() left them, or as they were if it was not called. @param used by corner. @param stride every how many
   /// pixels are looked at.

@@ -45,14 +45,16 @@ const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vect
   if (!fit_.Fit(task.reader, task.lens, task.start, choice_)) return nullptr;
   if (!fit_.takes_out_light()) LeaveOutHidden(task);
   const bool off = !fit_.result().flat() && smear_px.isZero(), side = off && LeaveOutSide(task);
-  const bool may_be_uneven = !fit_.takes_out_light() && MayBeUnevenlyLit(),
-             uneven = may_be_uneven && FitUnevenlyLit(task);
+  const bool may_be_uneven = MayBeUnevenlyLit(task), uneven = may_be_uneven && FitUnevenlyLit(task);
   if (off && !side && !uneven) {
     // Ink is fitted from where the cells' levels are.
-    if (may_be_uneven && !FitAnew(task))
+    if (may_be_uneven && !FitAnew(task)) {
       fit_.GoBackTo(evenly_lit_);
-    else
+    } else {
       fit_.FitInk(task.reader, task.lens, task.start);
+      // What ink moves hides what a shadow does.
+      if (fit_.takes_out_light() && MayBeUnevenlyLit(task)) FitUnevenlyLit(task);
+    }
   }
   return fit_.result().determined() ? &fit_.result() : nullptr;
 }

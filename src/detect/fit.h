@@ -19,8 +19,8 @@ namespace chequer {
 /// Where the light is bent, or cells are small against the blur, the pixels' light is corrected between the steps
 /// (shading.h, far_cells.h): up to 0.5 ms; where ink has spread, so are their places: 2 to 10 ms.
 /// Where corners turn out to be hidden it is fitted anew without them: two to six times the time. Where lights on it
-/// differ, it is fitted with levels for each corner's quadrants, and then with the edge of the shadow that these tell of
-/// (shadow_edge.h): 2 to 10 ms.
+/// differ, it is fitted with levels for each corner's quadrants, and then with the edge of the shadow that these tell
+/// of (shadow_edge.h): 2 to 10 ms, 5 to 30 ms where light of cells beyond is taken out, too.
 class PhotometricFit {
  public:
   struct Start {
@@ -56,7 +56,7 @@ class PhotometricFit {
 
   // With lights of their own: fit_uneven.cpp.
   /// Whether some corner fits so badly that the edge of a shadow may cross the board.
-  bool MayBeUnevenlyLit() const;
+  bool MayBeUnevenlyLit(const Task& task) const;
   /// Where it crosses cells, they have no one level: fits anew with levels for each corner's quadrants, and by these
   /// with the shadow's edge, if that explains the board better. Whether it does.
   bool FitUnevenlyLit(const Task& task);

@@ -1,5 +1,6 @@
 // Of PhotometricFit: boards that shadows cross.
 #include <algorithm>
+#include <cmath>
 
 #include "detect/fit.h"
 
@@ -8,6 +9,15 @@ namespace {
 
 /// A corner that fits so much worse than a quarter of them may be crossed by the edge of a shadow.
 constexpr double kUnevenMisfit = 3;
+/// The same where corners lie so much farther off the plane than noise puts them: where cells are small against the
+/// blur, or ink has spread, a shadow moves corners before it spoils their fit. In other boards, paper that is not flat
+/// does so too.
+constexpr double kUnevenShifts = 1.5;
+/// Light cells of one ink then differ by more than prints do; a lens that is not known well moves corners too, but
+/// leaves the cells alike.
+constexpr double kUnevenCells = 0.02;
+/// In smaller cells that blur into each other, levels of quadrants tell nothing.
+constexpr double kLeastBlurredCellPx = 6;
 /// Where lights on a board differ and no single edge explains it, levels for each corner's quadrants tell so much more
 /// of it, if no corners seemed hidden without.
 constexpr double kMoreByOwn = 1.5;
@@ -29,16 +39,39 @@ bool InShadow(const FittedBoard& board) {
   return all.most > kShadow * all.least;
 }
 
-bool AnyOf(const CornerFlags& corners) { return std::find(corners.begin(), corners.end(), true) != corners.end(); }
+/// The standard deviation of light cells of one ink from their mean, over it.
+double Unevenness(const FittedBoard& board, const BoardFit::Start& start) {
+  std::array<double, 2> sum{}, square{}, count{};
+  for (int cell = 0; cell < start.size.rows * start.size.cols; ++cell) {
+    const std::size_t i = static_cast<std::size_t>(cell), ink = start.saturated[i] != 0 ? 1 : 0;
+    if (IsDark(cell / start.size.cols, cell % start.size.cols) || start.covered[i]) continue;
+    const double light = static_cast<double>(board.levels[i].sum());
+    sum[ink] += light;
+    square[ink] += light * light;
+    ++count[ink];
+  }
+  double variance = 0, cells = 0;
+  for (std::size_t ink = 0; ink < count.size(); ++ink) {
+    if (!(count[ink] > 1 && sum[ink] > 0)) continue;
+    const double mean = sum[ink] / count[ink];
+    variance += square[ink] / (mean * mean) - count[ink];
+    cells += count[ink] - 1;
+  }
+  return cells > 0 ? std::sqrt(std::max(variance, 0.0) / cells) : 0;
+}
 
-/// How much a fit tells of the board, over what one of 1 : 1 says of a corner.
-double Told(const FittedBoard& board) { return board.signal_to_noise * board.signal_to_noise * board.corners_used; }
+bool AnyOf(const CornerFlags& corners) { return std::find(corners.begin(), corners.end(), true) != corners.end(); }
 
 }  // namespace
 
-bool PhotometricFit::MayBeUnevenlyLit() const {
+bool PhotometricFit::MayBeUnevenlyLit(const Task& task) const {
   if (!choice_.smear_px.isZero()) return false;
   if (AnyOf(choice_.left_out)) return true;
+  if (fit_.takes_out_light()) {
+    if (fit_.CellPx() < kLeastBlurredCellPx) return false;
+    if (AnyOf(fit_.Hidden())) return true;
+    if (fit_.unexplained_shifts() > kUnevenShifts && Unevenness(fit_.result(), task.start) > kUnevenCells) return true;
+  }
   if (fit_.misfit_spread() <= kUnevenMisfit) return false;
   std::array<double, kMaxCorners> misfits;
   std::ptrdiff_t count = 0;
@@ -56,11 +89,16 @@ bool PhotometricFit::FitUnevenlyLit(const Task& task) {
   const BoardFit::Choice evenly = choice_;
   choice_ = {};
   choice_.own_levels = true;
-  if (FitAnew(task) && !fit_.takes_out_light()) {
-    LeaveOutHidden(task);
-    if (FitShadow(task)) return true;
+  choice_.ink_spread = fit_.ink_spread();
+  // Levels of quadrants take up a part of the blur: by what that leaves, edges would not be the image's.
+  BoardFit::Start start = task.start;
+  if (fit_.takes_out_light() && !start.image) start.image = &evenly_lit_.image;
+  const Task by_quadrants{task.reader, task.lens, start};
+  if (FitAnew(by_quadrants)) {
+    LeaveOutHidden(by_quadrants);
+    if (FitShadow(by_quadrants)) return true;
     const double more = AnyOf(evenly.left_out) ? 1 : kMoreByOwn;
-    if (InShadow(fit_.result()) && Told(fit_.result()) > more * Told(evenly_lit_)) return true;
+    if (InShadow(fit_.result()) && fit_.result().told() > more * evenly_lit_.told()) return true;
   }
   choice_ = evenly;
   fit_.GoBackTo(evenly_lit_);
@@ -74,16 +112,18 @@ bool PhotometricFit::FitShadow(const Task& task) {
   const BoardFit::Choice own = choice_;
   choice_ = {};
   choice_.shadow = shadow;
+  choice_.ink_spread = fit_.ink_spread();
   // What the board says of noise and blur by levels of its own holds in the shadow too.
   BoardFit::Start start = task.start;
   start.geometry = own_levels_.geometry;
   if (!start.image) start.image = &own_levels_.image;
   const Task shaded{task.reader, task.lens, start};
-  const double least = kAsMuchByShadow * std::max(Told(own_levels_), Told(evenly_lit_));
-  if (FitAnew(shaded) && !fit_.takes_out_light()) {
+  const double least = kAsMuchByShadow * std::max(own_levels_.told(), evenly_lit_.told());
+  if (FitAnew(shaded)) {
     choice_.shadow = fit_.shadow();
-    LeaveOutHidden(shaded);
-    if (Told(fit_.result()) > least) return true;
+    if (!fit_.takes_out_light()) LeaveOutHidden(shaded);
+    if (choice_.ink_spread == 0 && !fit_.result().flat()) fit_.FitInk(task.reader, task.lens, shaded.start);
+    if (fit_.result().told() > least) return true;
   }
   choice_ = own;
   fit_.GoBackTo(own_levels_);

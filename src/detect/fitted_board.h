@@ -46,6 +46,8 @@ struct FittedBoard {
   std::array<bool, kMaxCorners> corner_used{};
   double reprojection_rms_px = 0;
 
+  /// How much the fit tells of the board, over what one of 1 : 1 tells of a corner.
+  double told() const { return signal_to_noise * signal_to_noise * corners_used; }
   bool determined() const { return corners_used >= kFewestCorners && information.allFinite(); }
   /// Whether its corners lie where a flat board's do, printed as it should be.
   bool flat() const { return reprojection_rms_px <= 0.06; }

@@ -117,7 +117,8 @@ bool ShadowedPixels::Move(const Known& known, std::span<const bool> used, const 
       const std::size_t at = lanes.Place(lane, i);
       const CornerModel::Shares shares = around.At(on_board(lanes.u_data()[at], lanes.v_data()[at]));
       const Eigen::Vector2d place = on_board(next->u, next->v);
-      const double even = around.Light(shares, known.levels, phase), lit = edge.At(place);
+      const double far = known.far_cells ? double{known.far_cells->Of(lanes, lane, i)} : 0;
+      const double even = around.Light(shares, known.levels, phase) + far, lit = edge.At(place);
       const double residual = double{next->light} - lit * even;
       const double variance =
           double{known.noise->floor[channel]} + double{known.noise->slope[channel]} * std::max(lit * even, 0.0);

@@ -6,6 +6,7 @@
 
 #include "detect/board_equations.h"
 #include "detect/board_pixels.h"
+#include "detect/far_cells.h"
 #include "detect/noise_model.h"
 #include "detect/shadow_edge.h"
 
@@ -22,6 +23,8 @@ class ShadowedPixels {
     /// By cell, row by row, in the light beside the shadow.
     std::span<const PhaseValues> levels;
     const NoiseModel* noise = nullptr;
+    /// Has taken light out of the pixels, too; may be null.
+    const FarCells* far_cells = nullptr;
     std::array<int, 4> channel_of_phase{};
     /// Light from which on pixels tell nothing.
     float saturation = 1;

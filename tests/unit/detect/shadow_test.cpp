@@ -74,6 +74,12 @@ INSTANTIATE_TEST_SUITE_P(
                     Shadow{kRaw, "side_px=96", 0.6, 1, 25, 25, 1.5}, Shadow{kRaw, "side_px=48", 0.3, 4, 25, 25, 1.8},
                     Shadow{kRaw, "side_px=48", 0.6, 4, 25, 25, 1.8}, Shadow{kRaw, "side_px=48", 0.6, 1, 25, 25, 2},
                     Shadow{kRaw, "side_px=48", 0.8, 1, 25, 21, 1.8}));
+/// Where cells blur into each other, or ink has spread: there the light of cells beyond is taken out, too.
+INSTANTIATE_TEST_SUITE_P(Blurred, Shadows,
+                         testing::Values(Shadow{kColour, "psf_px=1.5", 0.6, 2, 20, 20, 3},
+                                         Shadow{kRaw, "psf_px=2", 0.3, 5, 20, 20, 3},
+                                         Shadow{kRaw, "ink_spread=0.05", 0.3, 5, 20, 20, 1.8},
+                                         Shadow{kColour, "ink_spread=0.1", 0.6, 2, 20, 19, 2.2}));
 /// As many as a sanitizer has time for.
 INSTANTIATE_TEST_SUITE_P(Few, Shadows,
                          testing::Values(Shadow{kColour, "side_px=96", 0.6, 4, 2, 2, 3},
