@@ -271,7 +271,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     if (!Step(sums) || corner_move_px_ > kRunawayPx) return false;
     const bool changed = FindHiddenCorners();
     // What is done to the light follows the fit by a pass or two.
-    const bool uneven = take_out_ || bent_light_ || AnyHidden(), again = shade_twice_ && pass == 1;
+    const bool uneven = take_out_ || bent_light_ || AnyUnused(), again = shade_twice_ && pass == 1;
     const bool follows = (uneven ? pass < kPassesOfLight : again) || ink_moves_ || shadow_moves_;
     // The image's first board tells its edges, if those beyond do not blur into them; what they explain is no noise.
     const bool told = pass == 1 && !start.image && !take_out_ && TellEdges();

@@ -141,7 +141,7 @@ class BoardFit {
   /// Those beside corners that are not used.
   void FindHiddenCells();
   void HideCellsBeside(const CornerFlags& corners);
-  bool AnyHidden() const;
+  bool AnyUnused() const;
 
   // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
   void EvenOutShading(const Start& start);

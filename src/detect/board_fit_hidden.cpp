@@ -70,7 +70,7 @@ CornerFlags BoardFit::Hidden() const {
   return hidden;
 }
 
-bool BoardFit::AnyHidden() const {
+bool BoardFit::AnyUnused() const {
   return std::any_of(used_.begin(), used_.begin() + pixels_.corners(), [](bool used) { return !used; });
 }
 

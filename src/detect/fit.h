@@ -55,7 +55,8 @@ class PhotometricFit {
   bool LeaveOutSide(const Task& task);
 
   // With lights of their own: fit_uneven.cpp.
-  /// Whether some corner fits so badly that the edge of a shadow may cross the board.
+  /// Whether some corner fits so badly, or corners lie so far off where light cells differ, that the edge of a shadow
+  /// may cross the board.
   bool MayBeUnevenlyLit(const Task& task) const;
   /// Where it crosses cells, they have no one level: fits anew with levels for each corner's quadrants, and by these
   /// with the shadow's edge, if that explains the board better. Whether it does.

@@ -46,14 +46,15 @@ std::optional<CornerFlags> WorstSide(const BoardFit& fit, MarkerSize size) {
 }  // namespace
 
 bool PhotometricFit::LeaveOutWorstHidden() {
-  const auto hidden = [&](int corner) { return fit_.usable(corner) && !fit_.used(corner); };
+  const CornerFlags hidden = fit_.Hidden();
   double worst = 0;
   for (int corner = 0; corner < fit_.corners(); ++corner)
-    if (hidden(corner)) worst = std::max(worst, fit_.Misfit(corner));
+    if (hidden[static_cast<std::size_t>(corner)]) worst = std::max(worst, fit_.Misfit(corner));
   bool any = false;
   for (int corner = 0; corner < fit_.corners(); ++corner) {
-    if (!hidden(corner) || fit_.Misfit(corner) < kWorstHidden * worst) continue;
-    choice_.left_out[static_cast<std::size_t>(corner)] = any = true;
+    const std::size_t i = static_cast<std::size_t>(corner);
+    if (!hidden[i] || fit_.Misfit(corner) < kWorstHidden * worst) continue;
+    choice_.left_out[i] = any = true;
   }
   return any;
 }

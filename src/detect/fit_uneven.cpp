@@ -115,7 +115,6 @@ bool PhotometricFit::FitShadow(const Task& task) {
   choice_.ink_spread = fit_.ink_spread();
   // What the board says of noise and blur by levels of its own holds in the shadow too.
   BoardFit::Start start = task.start;
-  start.geometry = own_levels_.geometry;
   if (!start.image) start.image = &own_levels_.image;
   const Task shaded{task.reader, task.lens, start};
   const double least = kAsMuchByShadow * std::max(own_levels_.told(), evenly_lit_.told());

@@ -24,6 +24,7 @@ class NormalTable {
     const std::size_t node = static_cast<std::size_t>(at);
     return values_[node] + (at - static_cast<float>(node)) * (values_[node + 1] - values_[node]);
   }
+  double operator()(double z) const { return double{(*this)(static_cast<float>(z))}; }
 
  private:
   static constexpr float kEnd = 5.5f, kPerUnit = 64;

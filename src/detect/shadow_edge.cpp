@@ -23,8 +23,6 @@ constexpr double kPartVariance = 0.5 * 0.5 / 12;
 constexpr double kNoSlope = 4.5;
 constexpr int kEdgeSteps = 12;
 
-double RoughIntegral(double z) { return double{NormalTable::Get()(static_cast<float>(z))}; }
-
 double Density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi); }
 
 ShadowEdge::Parameters WithinBounds(ShadowEdge::Parameters values) {
@@ -110,6 +108,8 @@ Unknowns Start(std::span<const LitPart> parts, const Eigen::Vector2d& mean) {
   for (const LitPart& part : parts) middle += part.middle / static_cast<double>(parts.size());
   for (const LitPart& part : parts) rise += (part.light - mean[part.saturated]) * (part.middle - middle);
   const double darker = std::atan2(-rise.y(), -rise.x());
+  double squares = 0;
+  for (const LitPart& part : parts) squares += part.light * part.light;
   Unknowns best = Unknowns::Zero();
   double least = 1e300;
   for (const double turn : {-0.5, 0.0, 0.5})
@@ -119,13 +119,11 @@ Unknowns Start(std::span<const LitPart> parts, const Eigen::Vector2d& mean) {
         const ShadowEdge edge = Widened(values);
         Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
         Eigen::Vector3d right = Eigen::Vector3d::Zero();
-        double squares = 0;
         for (const LitPart& part : parts) {
           Eigen::Vector3d by(0, 0, (1 - edge.At(part.middle)) / kMostTaken);
           by[part.saturated] = 1;
           normal += by * by.transpose();
           right += by * part.light;
-          squares += part.light * part.light;
         }
         normal.diagonal().array() += 1e-6;
         const Eigen::Vector3d solution = normal.ldlt().solve(right);
@@ -145,7 +143,9 @@ ShadowEdge::ShadowEdge(const Parameters& values)
       normal_(std::cos(values_[kDirection]), std::sin(values_[kDirection])),
       per_width_(std::exp(-values_[kLogWidth])) {}
 
-double ShadowEdge::At(const Eigen::Vector2d& board) const { return 1 - values_[kTakes] * RoughIntegral(Across(board)); }
+double ShadowEdge::At(const Eigen::Vector2d& board) const {
+  return 1 - values_[kTakes] * NormalTable::Get()(Across(board));
+}
 
 Eigen::Vector2d ShadowEdge::SlopeAt(const Eigen::Vector2d& board) const {
   const double z = Across(board);
@@ -157,7 +157,7 @@ ShadowEdge::Parameters ShadowEdge::ByParameters(const Eigen::Vector2d& board) co
   const double z = Across(board), along = normal_.x() * board.y() - normal_.y() * board.x(),
                fall = std::abs(z) > kNoSlope ? 0 : values_[kTakes] * Density(z);
   Parameters by;
-  by[kTakes] = -RoughIntegral(z);
+  by[kTakes] = -NormalTable::Get()(z);
   by[kDirection] = -fall * along * per_width_;
   by[kOffset] = fall * per_width_;
   by[kLogWidth] = fall * z;

@@ -43,7 +43,7 @@ struct CornerModel {
     double right, down;
   };
   Shares At(const Eigen::Vector2d& board) const {
-    const auto integral = [](double z) { return double{NormalTable::Get()(static_cast<float>(z))}; };
+    const NormalTable& integral = NormalTable::Get();
     return {integral(scale_x * (board.x() - corner.x())), integral(scale_y * (board.y() - corner.y()))};
   }
   double Light(const Shares& shares, std::span<const PhaseValues> levels, std::size_t phase) const {
