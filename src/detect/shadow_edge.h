@@ -44,7 +44,7 @@ struct LitPart {
 };
 
 /// The edge of least squares over parts of both inks, each with a light of its own. Nothing where an edge does not
-/// explain most of what they differ by, or they are too few. 0.2 ms.
+/// explain most of what they differ by, or they are too few. 0.3 ms.
 std::optional<ShadowEdge> FindShadowEdge(std::span<const LitPart> parts);
 
 }  // namespace chequer

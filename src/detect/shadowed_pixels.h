@@ -34,7 +34,7 @@ class ShadowedPixels {
   void Start(const ShadowEdge& edge, const BoardPixels& pixels);
   void PutBack(BoardPixels& pixels) const;
   /// A step of least squares of the edge alone, the cells' levels following. @pre `edge` was taken out of the pixels.
-  /// @param used by corner. Returns whether it may have to move again. 0.1 µs a pixel.
+  /// @param used by corner. Returns whether it may have to move again. 0.03 µs a pixel.
   bool Move(const Known& known, std::span<const bool> used, const BoardPixels& pixels, ShadowEdge& edge);
 
  private:
