@@ -35,7 +35,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "iproute2, systemd (>= 252)")
 # What a program needs that is built against the library.
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libeigen3-dev, bash-completion")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libeigen3-dev, liblcm-dev, bash-completion")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${package}/conffiles ${package}/triggers ${package}/postinst ${package}/prerm ${package}/postrm)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 include(CPack)

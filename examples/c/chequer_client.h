@@ -4,8 +4,9 @@
 #include <lcm/lcm.h>
 #include <stdint.h>
 
-/* A client of chequerd in C, to copy into programs of your own. Needs LCM and the C that lcm-gen makes of chequer's
-   lcmtypes. Every function may be called from any thread. */
+/* A client of chequerd in C, to copy into programs of your own. Needs LCM and the C that chequer_lcm_gen.py makes of
+   chequer's lcmtypes, whose decoders refuse messages that lie about their length. Every function may be called from any
+   thread. */
 
 typedef struct chequer_client chequer_client;
 typedef struct chequer_target chequer_target;

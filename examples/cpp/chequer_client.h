@@ -18,8 +18,8 @@
 #include <utility>
 #include <vector>
 
-// A client of chequerd to copy into programs of your own. Needs LCM and the C++ that lcm-gen makes of chequer's
-// lcmtypes.
+// A client of chequerd to copy into programs of your own. Needs LCM and the C++ that chequer_lcm_gen.py makes of
+// chequer's lcmtypes, whose decoders refuse messages that lie about their length.
 
 namespace chequer::client {
 

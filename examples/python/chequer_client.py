@@ -1,8 +1,8 @@
 """A client of chequerd to copy into programs of your own.
 
-Needs the Python that lcm-gen makes of chequer's lcmtypes (lcm-gen -p --ppath . .../lcmtypes/*.lcm) on PYTHONPATH, and for
-live messages the module lcm. Debian has no package of it; `pip install lcm` in a virtual environment brings it. Where it
-is absent, Client says so and reads an LCM log instead.
+Needs the Python that chequer_lcm_gen.py makes of chequer's lcmtypes (it is installed as .../lcmtypes/python) on
+PYTHONPATH, and for live messages the module lcm. Debian has no package of it; `pip install lcm` in a virtual environment
+brings it. Where it is absent, Client says so and reads an LCM log instead.
 """
 
 import sys
@@ -121,5 +121,5 @@ class Client:
                     marker_id = marker.id & 0xFFFFFFFFFFFFFFFF
                     if marker.id_valid and marker_id in self._markers:
                         self._markers[marker_id].put(marker)
-        except ValueError as error:  # another version of the type
+        except ValueError as error:  # another version of the type, or a message that is not what it says
             print(f"{channel}: {error}", file=sys.stderr)

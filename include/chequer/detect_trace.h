@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "chequer/geometry.h"
 #include "chequer/marker.h"
 
 #pragma GCC visibility push(default)  // part of libchequer's interface
@@ -48,18 +49,21 @@ std::string_view RefusalName(Refusal refusal);
 
 /// A cell as it was sampled and judged.
 struct TraceCell {
-  Cell at;                                      ///< of the board, as it was thought to be turned
-  Eigen::Vector2d center_px{0, 0};              ///< in the image
-  std::array<Eigen::Vector2f, 4> outline_px{};  ///< corners, round the cell from its top left
-  bool seen = false;                            ///< it stands out from its neighbours as its class should
-  float luminance = 0;                          ///< 0..100
-  float saturation = 0;                         ///< as CellColour: grows with the ink
-  std::optional<bool> saturated;                ///< what it was judged to be; nothing where it was not judged
-  std::optional<bool> expected;                 ///< of border cells: what it should be
+  Cell at;                          ///< of the board, as it was thought to be turned
+  Eigen::Vector2d center_px{0, 0};  ///< in the image
+  /// Corners, round the cell from its top left; all one point where HasPlace is false.
+  std::array<Eigen::Vector2f, 4> outline_px = Zeros<Eigen::Vector2f, 4>();
+  bool seen = false;              ///< it stands out from its neighbours as its class should
+  float luminance = 0;            ///< 0..100
+  float saturation = 0;           ///< as CellColour: grows with the ink
+  std::optional<bool> saturated;  ///< what it was judged to be; nothing where it was not judged
+  std::optional<bool> expected;   ///< of border cells: what it should be
   /// Of kernel cells: log P(saturated) − log P(unsaturated).
   float log_likelihood = 0;
 
   bool dark() const { return IsDark(at.row, at.col); }
+  /// Whether it is known where it lies: no corners near it may have been found.
+  bool HasPlace() const { return outline_px[0] != outline_px[2]; }
 };
 
 /// A group of corners that came so far.
@@ -98,7 +102,7 @@ struct TracePlace {
   PlaceFate fate = PlaceFate::kViewed;
   Eigen::Vector2d center_px{0, 0};
   /// Of what was viewed; elsewhere, about of a board that has its corners there. Corners, round it.
-  std::array<Eigen::Vector2f, 4> outline_px{};
+  std::array<Eigen::Vector2f, 4> outline_px = Zeros<Eigen::Vector2f, 4>();
   int points = 0;      ///< strong contrasts
   double cell_px = 0;  ///< the shorter side of the cells, if these were a board's corners
   double slant = 1;    ///< how many times longer than wide they spread
@@ -106,8 +110,9 @@ struct TracePlace {
   bool by_change = false;
 
   // Where it was viewed:
-  bool sharpened = false;  ///< it shows stripes, as of a board that moved or is very narrow: the view has them made even
-  int views = 0;           ///< each placed by what the one before showed; what follows is of the last
+  bool sharpened =
+      false;      ///< it shows stripes, as of a board that moved or is very narrow: the view has them made even
+  int views = 0;  ///< each placed by what the one before showed; what follows is of the last
   /// Grey levels, row by row, `side` × `side`: what was searched. Cells of a board are about square in it.
   std::vector<std::uint8_t> view;
   int side = 0;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -46,6 +47,9 @@ struct MarkerFamily {
   std::vector<std::uint64_t> roster;
 };
 
+/// Units without which not even the corners of a small image are found.
+inline constexpr std::uint64_t kLeastBudget = 1000;
+
 struct DetectorOptions {
   std::vector<MarkerFamily> families{MarkerFamily{}};
   /// Without it, poses are left out.
@@ -57,6 +61,16 @@ struct DetectorOptions {
   double max_saturation_overlap = 0.02;
   /// Threads for one image, 1..64.
   int threads = 1;
+  /// Called first on each thread that the detector starts, 1 … threads − 1: to name it, or to make it as urgent as the
+  /// caller of Detect, who waits for it. Must not throw.
+  std::function<void(int thread)> on_thread_start;
+  /// Called about once a board while an image is worked on, on any of the threads: it shows that a slow image makes
+  /// progress. Must return quickly and not throw.
+  std::function<void()> on_progress;
+  /// How much work an image may take, units (DetectStats::work); 0: as much as it takes. Where it does not last, the
+  /// least worthwhile is left undone, counted in DetectStats::deferred, and goes first in the next image: then what an
+  /// image shows depends on those before it. At least kLeastBudget, or 0.
+  std::uint64_t budget = 0;
 
   /// Empty, or what is wrong and what would be right.
   std::string Check() const;
@@ -73,6 +87,13 @@ struct BoardMeasurement {
   double focal_px = 0;
   double cell_m = 0;  ///< side of a cell
 };
+
+/// Corners of a marker none of which was seen.
+inline std::array<Eigen::Vector2f, kMaxCorners> NoCorners() {
+  std::array<Eigen::Vector2f, kMaxCorners> corners;
+  corners.fill(Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  return corners;
+}
 
 /// One marker found in an image.
 struct MarkerPose {
@@ -96,7 +117,7 @@ struct MarkerPose {
 
   /// Inner corners row by row from the marker's top left, as fitted, in pixels of the (distorted) image; NaN where the
   /// corner was not seen. The first CornerCount(size) are used.
-  std::array<Eigen::Vector2f, kMaxCorners> corners;
+  std::array<Eigen::Vector2f, kMaxCorners> corners = NoCorners();
   int corners_used = 0;
   /// Root mean square of the distances between corners as seen one by one and as fitted, pixels.
   double reprojection_rms_px = 0;
@@ -119,6 +140,11 @@ struct DetectStats {
   int refused_border = 0;     ///< groups whose border fits no family, at any placement and turn
   int refused_fit = 0;        ///< boards that the photometric model does not explain, or that others have shown better
   int undecided = 0;          ///< boards whose identity is not decided
+  /// Boards, and places that may be boards, on which something was left undone because the budget did not last.
+  int deferred = 0;
+  /// Units of work, of about 1000 instructions of an x86-64 processor with AVX2 each. Counted as it is done, never by
+  /// a clock: the same images in the same order give the same.
+  std::uint64_t work = 0;
 };
 
 struct DetectTrace;
@@ -139,6 +165,9 @@ class Detector {
   /// @param trace if given, gets what every stage saw (chequer/detect_trace.h): for finding out why a marker is not
   ///   read. The markers are the same.
   void Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace = nullptr);
+
+  /// Another DetectorOptions::budget, from the next image on. @pre 0 or at least kLeastBudget.
+  void set_budget(std::uint64_t units);
 
   /// Of the last image.
   const DetectStats& stats() const;

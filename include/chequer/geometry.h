@@ -2,12 +2,22 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
 
 #pragma GCC visibility push(default)  // part of libchequer's interface
 
 namespace chequer {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// An array of zero vectors. Eigen leaves its vectors as the memory was, also in `std::array<Eigen::Vector2f, 4> a{};`.
+template <typename Vector, std::size_t kCount>
+std::array<Vector, kCount> Zeros() {
+  std::array<Vector, kCount> zeros;
+  zeros.fill(Vector::Zero());
+  return zeros;
+}
 
 /// A rigid transform, named target_from_source: x_in_target = rotation · x_in_source + translation. Metres.
 struct RigidTransform {

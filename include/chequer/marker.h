@@ -73,7 +73,7 @@ enum class Variant : std::uint8_t {
   kTable,  ///< a table of one's own
 };
 /// "unconstrained", "saturation_constrained", "color_constrained", "secded", "golay", "nordstrom_robinson",
-/// "reed_muller", "table".
+/// "reed_muller", "table"; "unknown" for any other number, as a message of a newer version may carry.
 std::string_view VariantName(Variant variant);
 std::optional<Variant> ParseVariant(std::string_view name);
 

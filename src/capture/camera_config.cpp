@@ -4,6 +4,8 @@
 #include <string_view>
 #include <utility>
 
+#include "core/suggestion.h"
+
 namespace chequer {
 namespace {
 
@@ -39,7 +41,8 @@ void ReadFormat(TomlTable& table, CameraOptions& camera) {
   std::string name;
   if (!table.Read("pixel_format", name)) return;
   if (!ParsePixelFormat(name) && name != "MJPEG")
-    table.Fail("pixel_format", "must be one of MJPEG, " + PixelFormatNames());
+    table.Fail("pixel_format", "must be one of MJPEG, " + PixelFormatNames() +
+                                   DidYouMean(name, WordsOf("MJPEG, " + PixelFormatNames())));
   camera.pixel_format = name;
 }
 

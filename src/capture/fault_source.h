@@ -24,6 +24,7 @@ class FaultSource final : public FrameSource {
   std::string Describe() const override;
   std::vector<std::string> Remarks() const override { return behind_->Remarks(); }
   double rate_hz() const override { return behind_->rate_hz(); }
+  double expected_rate_hz() const override { return behind_->expected_rate_hz(); }
   std::string Health() const override { return behind_->Health(); }
 
  private:

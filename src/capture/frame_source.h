@@ -47,6 +47,10 @@ class FrameSource {
   /// Frames a second that it means to deliver; 0: unknown, or as they are asked for.
   virtual double rate_hz() const { return 0; }
 
+  /// Frames a second to be ready for; 0: unknown, or as they are asked for. Of a camera its rate; a recording has one too,
+  /// but loses none while it is away.
+  virtual double expected_rate_hz() const { return rate_hz(); }
+
   /// How it fares beside what its frames tell, such as "3 packets resent"; empty where there is nothing to tell.
   virtual std::string Health() const { return {}; }
 };

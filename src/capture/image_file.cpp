@@ -20,15 +20,6 @@ bool StartsWith(std::span<const std::uint8_t> bytes, std::string_view magic) {
   return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
 }
 
-/// Reading a pipe or a device that stands where a frame should be could wait for ever.
-void CheckIsPlainFile(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto type = std::filesystem::status(path, error).type();
-  using std::filesystem::file_type;
-  if (type == file_type::regular || type == file_type::not_found || type == file_type::none) return;
-  throw std::runtime_error(path.string() + ": is not an ordinary file");
-}
-
 std::span<const std::uint8_t> AsBytes(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
@@ -74,7 +65,6 @@ Image DecodeImage(std::span<const std::uint8_t> bytes, const ImageFileOptions& o
 }
 
 Image LoadImage(const std::filesystem::path& path, const ImageFileOptions& options) {
-  CheckIsPlainFile(path);
   const std::string bytes = ReadFile(path, kMaxImageFileBytes);
   try {
     return DecodeImage(AsBytes(bytes), options);
@@ -84,7 +74,6 @@ Image LoadImage(const std::filesystem::path& path, const ImageFileOptions& optio
 }
 
 Image LoadRawImage(const std::filesystem::path& path, const RawLayout& layout) {
-  CheckIsPlainFile(path);
   Image image(layout.format, layout.width, layout.height, layout.tone_curve, layout.yuv_range);
   const std::span<std::uint8_t> pixels = image.bytes();
   const std::string bytes = ReadFile(path, kMaxImageFileBytes);

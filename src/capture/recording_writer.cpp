@@ -89,7 +89,7 @@ RecordingWriter::RecordingWriter(const fs::path& folder, const RecordingInfo& in
   // Frames are numbered files, and must not replace images that are called the same.
   if (!fs::is_empty(folder, error) || error)
     throw std::runtime_error(folder.string() + ": is not empty; name a new folder");
-  WriteFileAtomically(folder / kRecordingFile, FormatRecordingInfo(info));
+  WriteFileAtomically(folder / kRecordingFile, FormatRecordingInfo(info), Durability::kUnsynced);
   index_ = UniqueFd(::open(index.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
   if (!index_.valid()) Fail(index, "cannot be written", errno);
   AppendLine(std::string(kFrameIndexHeader) + "\n");
@@ -128,15 +128,13 @@ std::string RecordingWriter::AddEncoded(std::span<const std::uint8_t> file, UtcT
   char name[32];
   std::snprintf(name, sizeof name, "%06zu%s", count_, Extension(options_.kind));
   const RecordedFrame frame{name, captured_utc, captured_monotonic, sequence};
-  WriteFileAtomically(folder_ / name, file);
+  WriteFileAtomically(folder_ / name, file, Durability::kUnsynced);
   AppendLine(FormatFrameLine(frame));
   last_ = frame;
   ++count_;
   return name;
 }
 
-void RecordingWriter::Finish() {
-  if (::fsync(index_.get()) != 0) Fail(folder_ / kFrameIndexFile, "cannot be written", errno);
-}
+void RecordingWriter::Finish() { SyncFolder(folder_); }
 
 }  // namespace chequer

@@ -48,7 +48,7 @@ class RecordingWriter {
   std::string AddEncoded(std::span<const std::uint8_t> file, UtcTime captured_utc, MonotonicTime captured_monotonic,
                          std::uint64_t sequence);
 
-  /// Forces the index to the disk. Throws std::runtime_error naming path and cause.
+  /// Forces all frames and the index to the disk. Throws std::runtime_error naming path and cause.
   void Finish();
 
   std::size_t size() const { return count_; }

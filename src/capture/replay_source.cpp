@@ -162,6 +162,15 @@ Frame ReplaySource::MakeFrame(MonotonicTime due) {
   return frame;
 }
 
+double ReplaySource::expected_rate_hz() const {
+  switch (options_.pace) {
+    case ReplayPace::kRecorded: return timeline_ ? recording_.info.fps : 0;
+    case ReplayPace::kFixedRate: return options_.fps;
+    case ReplayPace::kUnlimited: return 0;
+  }
+  return 0;
+}
+
 std::string ReplaySource::Describe() const {
   std::string text = options_.images.empty() ? "recording " + options_.path.string()
                                              : std::to_string(options_.images.size()) + " images";

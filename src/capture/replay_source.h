@@ -36,6 +36,7 @@ class ReplaySource final : public FrameSource {
   CaptureResult Next(std::chrono::milliseconds timeout) override;
   void Interrupt() override { clock_->Interrupt(); }
   std::string Describe() const override;
+  double expected_rate_hz() const override;
 
   /// Frames that were lost because the caller came late.
   std::uint64_t frames_lost() const { return frames_lost_; }

@@ -1,9 +1,11 @@
 #include "capture/source_factory.h"
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "capture/aravis_source.h"
 #include "capture/camera_config.h"
@@ -62,11 +64,50 @@ void ReadReplay(TomlTable& table, const std::filesystem::path& base, ReplayOptio
   table.Read("times", replay.times, kTimes);
 }
 
+/// The keys that only some kinds of source have. config/chequerd.toml lists them by the same headings.
+struct KeysOfSources {
+  std::vector<SourceKind> sources;
+  std::vector<std::string_view> keys;
+};
+const std::array<KeysOfSources, 4>& OwnKeys() {
+  static const std::array<KeysOfSources, 4> own{
+      {{{SourceKind::kReplay},
+        {"path", "images", "one_channel", "pace", "replay_fps", "loop", "preload", "preload_limit_mb", "times"}},
+       {{SourceKind::kV4l2, SourceKind::kAravis}, {"device", "pixel_format", "width", "height", "buffers"}},
+       {{SourceKind::kV4l2}, {"yuv_range", "input", "controls"}},
+       {{SourceKind::kAravis},
+        {"offset_x", "offset_y", "binning_x", "binning_y", "exposure_us", "exposure_auto", "gain", "gain_auto",
+         "white_balance_auto", "balance_red", "balance_blue", "trigger", "trigger_line", "packet_size", "packet_resend",
+         "ptp", "features"}}}};
+  return own;
+}
+
+std::string NameOf(SourceKind source) {
+  for (const auto& [name, kind] : kSources)
+    if (kind == source) return std::string("\"").append(name).append("\"");
+  return {};
+}
+
+/// A key of another kind of source is no unknown key: it shows which source was meant.
+void RefuseKeysOfOthers(const TomlTable& table, SourceKind source) {
+  for (const auto& [sources, keys] : OwnKeys()) {
+    if (std::find(sources.begin(), sources.end(), source) != sources.end()) continue;
+    std::string theirs;
+    for (const SourceKind kind : sources) theirs += (theirs.empty() ? "" : " or ") + NameOf(kind);
+    for (const std::string_view key : keys)
+      if (table.Has(key))
+        table.FailUnknown(key, "with source = " + NameOf(source) +
+                                   (table.Has("source") ? "" : ", which it is where none is named") +
+                                   "; it is for source = " + theirs + ": name that source, or leave the key out");
+  }
+}
+
 }  // namespace
 
 CaptureOptions ReadCaptureOptions(TomlTable table, const std::filesystem::path& base) {
   CaptureOptions options;
   table.Read("source", options.source, kSources);
+  RefuseKeysOfOthers(table, options.source);
   switch (options.source) {
     case SourceKind::kReplay: ReadReplay(table, base, options.replay); break;
     case SourceKind::kV4l2: options.v4l2 = ReadV4l2Options(table); break;
@@ -107,6 +148,14 @@ std::unique_ptr<FrameSource> MakeSource(const CaptureOptions& options, std::shar
 
 std::unique_ptr<FrameSource> MakeSource(const CaptureOptions& options) {
   return MakeSource(options, MakeSystemClock());
+}
+
+void CheckRecording(const CaptureOptions& options) {
+  if (options.source != SourceKind::kReplay) return;
+  ReplayOptions replay = options.replay;
+  replay.preload = Preload::kNo;
+  if (const std::string wrong = ReplaySource(replay, MakeSystemClock()).Open(); !wrong.empty())
+    throw std::runtime_error(wrong);
 }
 
 }  // namespace chequer

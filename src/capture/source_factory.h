@@ -56,4 +56,8 @@ std::unique_ptr<FrameSource> MakeSource(const CaptureOptions& options, std::shar
 /// The same on the host's clocks.
 std::unique_ptr<FrameSource> MakeSource(const CaptureOptions& options);
 
+/// Throws std::runtime_error where a recording that is to be replayed cannot be opened. Cameras are not asked: one that
+/// is not there is waited for.
+void CheckRecording(const CaptureOptions& options);
+
 }  // namespace chequer

@@ -4,6 +4,8 @@
 #include <cctype>
 #include <stdexcept>
 
+#include "core/suggestion.h"
+
 namespace chequer {
 namespace {
 
@@ -92,12 +94,14 @@ std::string ControlValueText(const V4l2Control& control, const V4l2ControlValue&
 
 const V4l2Control& FindControl(const std::vector<V4l2Control>& controls, const CameraSetting& setting) {
   std::string known;
+  std::vector<std::string> names;
   for (const V4l2Control& control : controls) {
     if (control.name == setting.name) return control;
     known += (known.empty() ? "" : ", ") + control.name;
+    names.push_back(control.name);
   }
   Refuse(setting, "the camera has no such control; it has " + (known.empty() ? std::string("none") : known) +
-                      " (chequer cameras tells their ranges)");
+                      DidYouMean(setting.name, names) + " (chequer cameras tells their ranges)");
 }
 
 V4l2ControlValue ResolveControl(const V4l2Control& control, const CameraSetting& setting) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 
@@ -16,6 +15,19 @@ namespace {
 
 [[noreturn]] void Fail(const std::filesystem::path& path, const std::string& what, int error) {
   throw std::runtime_error(path.string() + ": " + what + ": " + std::strerror(error));
+}
+
+/// Throws where it is no regular file.
+void CheckIsRegular(const struct stat& status, const std::filesystem::path& path) {
+  const char* kind = nullptr;
+  switch (status.st_mode & S_IFMT) {
+    case S_IFREG: return;
+    case S_IFDIR: kind = "a folder"; break;
+    case S_IFIFO: kind = "a pipe"; break;
+    case S_IFSOCK: kind = "a socket"; break;
+    default: kind = "a device"; break;
+  }
+  throw std::runtime_error(path.string() + ": is " + kind + ", not a file");
 }
 
 std::string ReadAll(const UniqueFd& fd, const std::filesystem::path& path, std::size_t size_hint,
@@ -39,44 +51,26 @@ std::string ReadAll(const UniqueFd& fd, const std::filesystem::path& path, std::
   return bytes;
 }
 
-/// Writes and makes it last; 0 or an errno.
-int WriteAll(UniqueFd fd, std::span<const std::uint8_t> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::write(fd.get(), bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return errno;
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
-  }
-  return fd.Close();
-}
-
 }  // namespace
 
 int UniqueFd::Close() { return ::close(std::exchange(fd_, -1)) == 0 ? 0 : errno; }
 
-std::string ReadFile(const std::filesystem::path& path, std::size_t max_bytes) {
-  const UniqueFd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+UniqueFd OpenForReading(const std::filesystem::path& path) {
+  struct stat status {};
+  // Looked at first, as opening some devices does something; and again when it is open, as it may be another by then.
+  if (::stat(path.c_str(), &status) == 0) CheckIsRegular(status, path);
+  UniqueFd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (!fd.valid()) Fail(path, "cannot be opened", errno);
+  if (::fstat(fd.get(), &status) != 0) Fail(path, "cannot be read", errno);
+  CheckIsRegular(status, path);
+  return fd;
+}
+
+std::string ReadFile(const std::filesystem::path& path, std::size_t max_bytes) {
+  const UniqueFd fd = OpenForReading(path);
   struct stat status {};
   if (::fstat(fd.get(), &status) != 0) Fail(path, "cannot be read", errno);
-  if (S_ISDIR(status.st_mode)) throw std::runtime_error(path.string() + ": is a folder, not a file");
   return ReadAll(fd, path, static_cast<std::size_t>(std::max<off_t>(status.st_size, 0)), max_bytes);
-}
-
-void WriteFileAtomically(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
-  std::filesystem::path partial = path;
-  partial += ".partial";
-  UniqueFd fd(::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-  if (!fd.valid()) Fail(path, "cannot be written", errno);
-  int error = WriteAll(std::move(fd), bytes);
-  if (error == 0 && std::rename(partial.c_str(), path.c_str()) != 0) error = errno;
-  if (error == 0) return;
-  ::unlink(partial.c_str());
-  Fail(path, "cannot be written", error);
-}
-
-void WriteFileAtomically(const std::filesystem::path& path, std::string_view text) {
-  WriteFileAtomically(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
 }  // namespace chequer

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <set>
@@ -12,119 +11,17 @@
 #include <stdexcept>
 
 #include "core/file.h"
-#include "core/number_text.h"
+#include "core/suggestion.h"
 #include "core/toml_text.h"
+#include "core/toml_values.h"
 
 namespace chequer {
+
+using namespace toml_values;
+
 namespace {
 
 constexpr int kMaxKeyParts = 8;
-
-constexpr std::size_t kMaxShown = 80;  ///< characters of a value in a message
-
-/// For messages: one line, not endless, no control characters.
-std::string Printable(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  if (text.size() <= kMaxShown) return text;
-  std::size_t cut = kMaxShown;
-  while (cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xC0) == 0x80) --cut;  // not inside a UTF-8 sequence
-  return text.substr(0, cut) + "…";
-}
-
-std::string Shown(const toml::node& node) {
-  std::string shown;
-  if (node.is_table()) return "{…}";
-  if (const toml::array* list = node.as_array()) {
-    for (std::size_t i = 0; i < list->size() && shown.size() <= kMaxShown; ++i)
-      shown += (i == 0 ? "" : ", ") + Shown(*list->get(i));
-    return Printable("[" + shown + "]");
-  }
-  if (const auto number = node.as_floating_point()) {  // toml++ gives 17 digits
-    const std::string text = RoundText(number->get(), 10);
-    return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
-  }
-  std::ostringstream text;
-  node.visit([&](const auto& value) { text << value; });
-  return Printable(text.str());
-}
-
-/// Not by the library's own formatter of arrays, which of 3.3 computes how wide negative numbers are by what the
-/// language leaves undefined.
-void Print(std::ostream& out, const toml::node& node) {
-  if (const toml::array* array = node.as_array()) {
-    out << '[';
-    for (const toml::node& element : *array) Print(out << ' ', element);
-    out << " ]";
-  } else if (const toml::table* table = node.as_table()) {
-    out << '{';
-    for (const auto& [key, value] : *table) Print(out << ' ' << key.str() << " = ", value);
-    out << " }";
-  } else {
-    node.visit([&](const auto& value) { out << value; });
-  }
-}
-
-std::string Allowed(NumberRange range) {
-  return "from " + RoundText(range.min, 10) + " to " + RoundText(range.max, 10);
-}
-
-std::string Allowed(IntegerRange range) {
-  if (range.max == std::numeric_limits<std::int64_t>::max()) return "at least " + std::to_string(range.min);
-  return "from " + std::to_string(range.min) + " to " + std::to_string(range.max);
-}
-
-std::string Allowed(LengthRange length, const std::string& unit) {
-  const std::string most = std::to_string(length.max) + " " + unit;
-  return length.min == length.max ? most : std::to_string(length.min) + " to " + most;
-}
-
-// Each element of a list and each single value is taken by one of these: empty on success, or what would be right.
-
-std::string Take(const toml::node& node, bool& value) {
-  if (!node.is_boolean()) return "must be true or false";
-  value = **node.as_boolean();
-  return {};
-}
-
-std::string Take(const toml::node& node, double& value, NumberRange range) {
-  if (!node.is_number()) return "must be a number " + Allowed(range);
-  const double number = *node.value<double>();
-  if (!(number >= range.min && number <= range.max)) return "must be " + Allowed(range);
-  value = number;
-  return {};
-}
-
-std::string Take(const toml::node& node, std::int64_t& value, IntegerRange range) {
-  if (!node.is_integer()) return "must be a whole number " + Allowed(range);
-  const std::int64_t number = **node.as_integer();
-  if (number < range.min || number > range.max) return "must be " + Allowed(range);
-  value = number;
-  return {};
-}
-
-std::string Take(const toml::node& node, std::string& value, LengthRange length) {
-  const auto* text = node.as_string();
-  if (text == nullptr) return "must be a text in quotes";
-  if ((*text)->size() < length.min || (*text)->size() > length.max) return "must have " + Allowed(length, "characters");
-  if ((*text)->find('\0') != std::string::npos) return "must not contain the character 0";
-  value = **text;
-  return {};
-}
-
-template <typename Value, typename Limit>
-std::string TakeList(const toml::node& node, std::vector<Value>& values, LengthRange length, Limit each) {
-  const toml::array* list = node.as_array();
-  if (list == nullptr) return "must be a list of " + Allowed(length, "values");
-  if (list->size() < length.min || list->size() > length.max) return "must have " + Allowed(length, "values");
-  std::vector<Value> taken(list->size());
-  for (std::size_t i = 0; i < list->size(); ++i) {
-    const std::string wrong = Take(*list->get(i), taken[i], each);
-    if (!wrong.empty()) return "value " + std::to_string(i + 1) + " (" + Shown(*list->get(i)) + ") " + wrong;
-  }
-  values = std::move(taken);
-  return {};
-}
 
 }  // namespace
 
@@ -167,8 +64,26 @@ std::string TomlTable::Place(std::string_view key) const {
          node_->FullName(key);
 }
 
+std::string TomlTable::LooksLike(std::string_view key) const {
+  if (node_->table == nullptr || node_->table->contains(key)) return {};
+  for (const auto& [name, value] : *node_->table) {
+    const std::string known(key);
+    if (node_->asked.contains(name.str()) || NearestWord(name.str(), {&known, 1}).empty()) continue;
+    const auto line = std::to_string(name.source().begin.line);
+    return " (" + (node_->file->name.empty() ? "" : "line " + line + " has ") + "'" +
+           Printable(std::string(name.str())) + "'; did you mean that?)";
+  }
+  return {};
+}
+
 void TomlTable::Fail(std::string_view key, std::string_view why) const {
-  throw std::runtime_error(Place(key).append(": ").append(why));
+  throw std::runtime_error(Place(key).append(": ").append(why).append(LooksLike(key)));
+}
+
+void TomlTable::FailUnknown(std::string_view key, std::string_view why) const {
+  const toml::node* value = node_->table == nullptr ? nullptr : node_->table->get(key);
+  const std::string place = value == nullptr ? std::string() : node_->file->Place(value->source());
+  throw std::runtime_error((place + node_->FullName(key)).append(": unknown key ").append(why));
 }
 
 void TomlTable::FailMissing(std::string_view key) const { Fail(key, "is missing and has no default"); }
@@ -259,7 +174,24 @@ bool TomlTable::Read(std::string_view key, std::vector<std::string>& value, Leng
   return true;
 }
 
-std::ptrdiff_t TomlTable::ReadWord(std::string_view key, std::span<const std::string_view> words) {
+bool TomlTable::ReadLength(std::string_view key, double& value_m, NumberRange range) {
+  const toml::node* node = node_->Ask(key);
+  if (node == nullptr) return false;
+  const std::string wrong = Take(*node, value_m, MetreRange{range});
+  if (!wrong.empty()) Fail(key, wrong);
+  return true;
+}
+
+bool TomlTable::ReadLengths(std::string_view key, std::vector<double>& values_m, LengthRange count, NumberRange each) {
+  const toml::node* node = node_->Ask(key);
+  if (node == nullptr) return false;
+  const std::string wrong = TakeList(*node, values_m, count, MetreRange{each});
+  if (!wrong.empty()) Fail(key, wrong);
+  return true;
+}
+
+std::ptrdiff_t TomlTable::ReadWord(std::string_view key, std::span<const std::string_view> words,
+                                   std::string_view or_else) {
   const toml::node* node = node_->Ask(key);
   if (node == nullptr) return -1;
   const auto* word = node->as_string();
@@ -268,7 +200,17 @@ std::ptrdiff_t TomlTable::ReadWord(std::string_view key, std::span<const std::st
     if (word != nullptr && **word == words[i]) return static_cast<std::ptrdiff_t>(i);
     allowed.append(i == 0 ? "" : i + 1 == words.size() ? " or " : ", ").append("\"").append(words[i]).append("\"");
   }
-  Fail(key, "must be " + allowed);
+  const std::vector<std::string> known(words.begin(), words.end());
+  Fail(key, "must be " + allowed.append(or_else) + (word == nullptr ? std::string() : DidYouMean(**word, known)));
+}
+
+bool TomlTable::HoldsInteger(std::string_view key) const {
+  const toml::node* node = node_->table == nullptr ? nullptr : node_->table->get(key);
+  return node != nullptr && node->is_integer();
+}
+
+std::string TomlTable::OrANumber(IntegerRange range) {
+  return ", or a whole number from " + std::to_string(range.min) + " to " + std::to_string(range.max);
 }
 
 std::vector<TomlScalar> TomlTable::ReadScalars(std::size_t max_count) {
@@ -362,8 +304,11 @@ void TomlFile::CheckAllKeysRead() const {
   if (unknown == nullptr) return;
   std::string known;
   for (const std::string& key : owner->asked) known.append(known.empty() ? "" : ", ").append(key);
-  throw std::runtime_error(impl_->Place(unknown->source()) + owner->FullName(unknown->str()) +
-                           ": unknown key; known here: " + (known.empty() ? "none" : known));
+  const std::vector<std::string> words(owner->asked.begin(), owner->asked.end());
+  const std::string nearest = NearestWord(unknown->str(), words);
+  throw std::runtime_error(impl_->Place(unknown->source()) + owner->FullName(unknown->str()) + ": unknown key" +
+                           (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)") +
+                           "; known here: " + (known.empty() ? "none" : known));
 }
 
 }  // namespace chequer

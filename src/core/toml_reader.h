@@ -58,19 +58,35 @@ class TomlTable {
   bool Read(std::string_view key, std::vector<std::int64_t>& value, LengthRange length, IntegerRange each);
   bool Read(std::string_view key, std::vector<std::string>& value, LengthRange length);
 
+  /// A length in metres: a number, or a text with its unit such as "60mm". @param range metres.
+  bool ReadLength(std::string_view key, double& value_m, NumberRange range);
+  /// A list of them. @param count how many; @param each metres.
+  bool ReadLengths(std::string_view key, std::vector<double>& values_m, LengthRange count, NumberRange each);
+
   /// Whatever keys the table has, in the order in which they are written. Throws where one is neither a text, a number
   /// nor true or false.
   std::vector<TomlScalar> ReadScalars(std::size_t max_count);
 
-  /// One of some words. @param choices word and value, all words named in the message.
+  /// One of some words. @param choices word and value, all words named in the message. @param or_else what else the
+  /// message says is allowed.
   template <typename Enum, std::size_t count>
-  bool Read(std::string_view key, Enum& value, const std::array<std::pair<std::string_view, Enum>, count>& choices) {
+  bool Read(std::string_view key, Enum& value, const std::array<std::pair<std::string_view, Enum>, count>& choices,
+            std::string_view or_else = {}) {
     std::array<std::string_view, count> words;
     for (std::size_t i = 0; i < count; ++i) words[i] = choices[i].first;
-    const std::ptrdiff_t index = ReadWord(key, words);
+    const std::ptrdiff_t index = ReadWord(key, words, or_else);
     if (index < 0) return false;
     value = choices[static_cast<std::size_t>(index)].second;
     return true;
+  }
+
+  /// One of some words, or a whole number: then `value` becomes `numbered`.
+  template <typename Enum, std::size_t count>
+  bool Read(std::string_view key, Enum& value, const std::array<std::pair<std::string_view, Enum>, count>& choices,
+            Enum numbered, std::uint64_t& number, IntegerRange range) {
+    if (!HoldsInteger(key)) return Read(key, value, choices, OrANumber(range));
+    value = numbered;
+    return Read(key, number, range);
   }
 
   /// As Read, but throws where the key is missing.
@@ -96,17 +112,24 @@ class TomlTable {
   std::string Place(std::string_view key) const;
 
   /// Throws with place, key and value in front: "swarm.toml:12: capture.fps = -3: why". Where the key is missing, the
-  /// table's place is named.
+  /// table's place is named, and a key that nobody asked for and that looks like it.
   [[noreturn]] void Fail(std::string_view key, std::string_view why) const;
   [[noreturn]] void FailMissing(std::string_view key) const;
+  /// Of a key that is known, but not here: "swarm.toml:12: capture.loop: unknown key why".
+  [[noreturn]] void FailUnknown(std::string_view key, std::string_view why) const;
 
  private:
   friend class TomlFile;
   struct Node;
   explicit TomlTable(Node* node) : node_(node) {}
 
+  /// " (line 7 has 'postion'; did you mean that?)", or nothing.
+  std::string LooksLike(std::string_view key) const;
+
   /// The index of the word; −1 where the key is missing.
-  std::ptrdiff_t ReadWord(std::string_view key, std::span<const std::string_view> words);
+  std::ptrdiff_t ReadWord(std::string_view key, std::span<const std::string_view> words, std::string_view or_else);
+  bool HoldsInteger(std::string_view key) const;
+  static std::string OrANumber(IntegerRange range);
 
   Node* node_;  ///< owned by the file
 };
@@ -127,7 +150,8 @@ class TomlFile {
 
   TomlTable root();
 
-  /// Throws std::runtime_error naming the first key that nobody asked for, and those of its table that were.
+  /// Throws std::runtime_error naming the first key that nobody asked for, those of its table that were, and the one of
+  /// them that was probably meant.
   void CheckAllKeysRead() const;
 
  private:

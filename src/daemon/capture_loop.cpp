@@ -91,13 +91,7 @@ CaptureLoop::Next CaptureLoop::Take(CaptureResult result) {
   switch (result.status) {
     case CaptureStatus::kFrame: return TakeFrame(std::move(result.frame));
     case CaptureStatus::kTimeout: NoFrame(); return Next::kGoOn;
-    case CaptureStatus::kCorrupt:
-      sequence_.UnusableFrame();
-      report_.Update([](CaptureReport& report) { ++report.corrupt; });
-      if (const std::string log = bad_frames_.Occurred("a frame is unusable", result.message, clock_.monotonic());
-          !log.empty())
-        spdlog::warn("{}", log);
-      return Next::kGoOn;
+    case CaptureStatus::kCorrupt: Unusable(result.message); return Next::kGoOn;
     case CaptureStatus::kDisconnected:
       if (had_frame_ && !away_since_) away_since_ = last_frame_;
       Complain("the camera was lost", result.message);
@@ -112,6 +106,7 @@ CaptureLoop::Next CaptureLoop::Take(CaptureResult result) {
 CaptureLoop::Next CaptureLoop::TakeFrame(Frame frame) {
   last_frame_ = clock_.monotonic();
   had_frame_ = true;
+  last_was_unusable_ = false;
   CountMissed();
   Recover();
   TellHealth();
@@ -130,7 +125,7 @@ CaptureLoop::Next CaptureLoop::TakeFrame(Frame frame) {
   }
   const SequenceCounter::Counted counted = sequence_.Frame(frame.sequence);
   frame.sequence = counted.sequence;
-  CapturedFrame captured{std::move(frame), last_frame_, 0};
+  CapturedFrame captured{std::move(frame), last_frame_, 0, source_.expected_rate_hz()};
   report_.Update([&](CaptureReport& report) {
     ++report.captured;
     report.lost_before += counted.lost;
@@ -138,6 +133,19 @@ CaptureLoop::Next CaptureLoop::TakeFrame(Frame frame) {
     captured.dropped_before = report.unusable();
   });
   return pass_(std::move(captured)) ? Next::kGoOn : Next::kFinish;
+}
+
+void CaptureLoop::Unusable(const std::string& why) {
+  last_frame_ = clock_.monotonic();  // the camera is not silent
+  sequence_.UnusableFrame();
+  const bool again = std::exchange(last_was_unusable_, true);
+  report_.Update([&](CaptureReport& report) {
+    ++report.corrupt;
+    // One alone is counted; where no other comes, it must be said.
+    if (again) report.message = "frames are unusable: " + why;
+  });
+  if (const std::string log = bad_frames_.Occurred("a frame is unusable", why, last_frame_); !log.empty())
+    spdlog::warn("{}", log);
 }
 
 void CaptureLoop::CountMissed() {

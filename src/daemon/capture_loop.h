@@ -45,6 +45,7 @@ struct CapturedFrame {
   Frame frame;                       ///< its sequence is the published one
   MonotonicTime arrived{};           ///< when the source handed it out
   std::uint64_t dropped_before = 0;  ///< frames that did not get as far as this one, since the start
+  double rate_hz = 0;                ///< FrameSource::expected_rate_hz
 };
 
 /// Opens a source, passes its frames on, opens it again whenever it is gone. Tells what happens in `report`, and in the
@@ -74,6 +75,7 @@ class CaptureLoop {
   void TellHealth();
   Next Take(CaptureResult result);
   Next TakeFrame(Frame frame);
+  void Unusable(const std::string& why);
   void CountMissed();
   void NoFrame();
   void Recover();
@@ -93,6 +95,7 @@ class CaptureLoop {
   RepeatedCause bad_frames_;    ///< it is there, and frames are unusable
   MonotonicTime last_frame_{};  ///< or when it was opened
   bool had_frame_ = false;
+  bool last_was_unusable_ = false;
   std::optional<MonotonicTime> away_since_;  ///< the last frame's arrival, from when the camera was lost on
   MonotonicTime health_told_{};
   std::vector<std::string> remarks_;  ///< that were logged

@@ -1,11 +1,15 @@
 #include "daemon/config.h"
 
 #include <array>
+#include <functional>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "chequer/camera_file.h"
+#include "core/file.h"
+#include "core/length.h"
+#include "core/number_text.h"
 #include "publish/channels.h"
 #include "publish/lcm_url.h"
 
@@ -24,8 +28,11 @@ constexpr Words<LogLevel, 4> kLevels{{{"debug", LogLevel::kDebug},
                                       {"error", LogLevel::kError}}};
 constexpr Words<LogTarget, 3> kTargets{
     {{"auto", LogTarget::kAuto}, {"console", LogTarget::kConsole}, {"journal", LogTarget::kJournal}}};
+constexpr Words<BudgetChoice, 2> kBudgets{{{"auto", BudgetChoice::kAuto}, {"unlimited", BudgetChoice::kUnlimited}}};
+constexpr IntegerRange kBudgetUnits{kLeastBudget, 1'000'000'000};
 constexpr NumberRange kOverlap{0, 0.5};
 constexpr std::size_t kMaxFamilies = 64;
+constexpr std::size_t kMaxNotedBytes = 64u << 20;
 
 /// Turns what `read` throws into a message with the place of the key.
 template <typename Read>
@@ -37,13 +44,26 @@ auto AtKey(const TomlTable& table, std::string_view key, Read&& read) {
   }
 }
 
+/// Keeps what the file says that a key names, for ChangedSections. To be called before the file is read: then a change
+/// in between is told of once more, never not at all.
+void NoteFile(const std::filesystem::path& file, const std::string& section, DaemonConfig& config) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(file, unknown)) return;
+  try {
+    const std::size_t hash = std::hash<std::string>{}(ReadFile(file, kMaxNotedBytes));
+    config.sections[section] += "\n" + file.string() + " " + std::to_string(hash);
+  } catch (const std::runtime_error&) {
+    // Whoever reads it next says what is wrong with it, and names the key.
+  }
+}
+
 void ReadCamera(TomlTable table, const std::filesystem::path& base, DaemonConfig& config) {
-  const std::size_t longest = kMaxPrefixLength - DefaultPrefix({}).size();
-  if (table.Read("name", config.camera_name, LengthRange{1, longest}) && !IsValidPrefix(config.camera_name))
+  if (table.Read("name", config.camera_name, LengthRange{1, kMaxCameraName}) && !IsValidPrefix(config.camera_name))
     table.Fail("name", "must be of the characters A-Z a-z 0-9 _ -, because it is part of LCM channels");
   std::string calibration;
-  if (table.Read("calibration", calibration))
-    config.detector.camera = AtKey(table, "calibration", [&] { return LoadCamera(base / calibration); });
+  if (!table.Read("calibration", calibration)) return;
+  NoteFile(base / calibration, "camera", config);
+  config.detector.camera = AtKey(table, "calibration", [&] { return LoadCamera(base / calibration); });
 }
 
 /// A camera whose size is left out is asked for the one that its calibration is for.
@@ -54,20 +74,26 @@ void TakeSizeOfCalibration(DaemonConfig& config) {
   camera->height = config.detector.camera->height;
 }
 
-void ReadDetect(TomlTable table, DetectorOptions& detector) {
+void ReadDetect(TomlTable table, DetectorOptions& detector, BudgetOptions& budget) {
   table.Read("color_space", detector.color_space, kColorSpaces);
   table.Read("max_luminance_overlap", detector.max_luminance_overlap, kOverlap);
   table.Read("max_saturation_overlap", detector.max_saturation_overlap, kOverlap);
   table.Read("threads", detector.threads, IntegerRange{1, 64});
+  table.Read("budget", budget.choice, kBudgets, BudgetChoice::kUnits, budget.units, kBudgetUnits);
 }
 
-void ReadMarkers(TomlTable& root, const std::filesystem::path& base, DetectorOptions& detector) {
+void ReadMarkers(TomlTable& root, const std::filesystem::path& base, DaemonConfig& config) {
+  DetectorOptions& detector = config.detector;
   std::vector<TomlTable> tables = root.Tables("marker", kMaxFamilies);
   if (tables.empty())
     root.Fail("marker", "is missing: at least one [[marker]] with size, variant and side must say what is sought");
   detector.families.clear();
-  for (TomlTable& table : tables)
+  for (TomlTable& table : tables) {
+    if (std::string file; table.Read("table", file)) NoteFile(base / file, "marker", config);
     detector.families.push_back(ReadMarkerFamily(table, base, detector.camera.has_value()));
+    const std::string hint = DidYouMeanMillimetres(RoundText(detector.families.back().side_m));
+    if (!hint.empty()) config.remarks.push_back(table.Place("side") + ": is large for a marker" + hint);
+  }
 }
 
 void ReadPipeline(TomlTable table, DaemonConfig& config) {
@@ -89,31 +115,39 @@ void ReadMetrics(TomlTable table, const std::filesystem::path& base, MetricsOpti
   if (metrics.file.extension() != ".prom") table.Fail("file", "must end in .prom, or the node exporter passes it over");
 }
 
-void ReadPublish(TomlTable table, const std::string& camera_name, LcmPublisherOptions& publish) {
-  publish.prefix = DefaultPrefix(camera_name);
+void ReadPublish(TomlTable table, DaemonConfig& config) {
+  LcmPublisherOptions& publish = config.publish;
+  publish.prefix = DefaultPrefix(config.camera_name);
   table.Read("url", publish.url);
-  AtKey(table, "url", [&] { return ParseLcmUrl(publish.url, LcmDirection::kPublish); });
+  const LcmUrl url = AtKey(table, "url", [&] { return ParseLcmUrl(publish.url, LcmDirection::kPublish); });
+  if (url.LeavesTheHost())
+    config.remarks.push_back(table.Place("url") +
+                             ": the messages leave this host, and whoever can send to that group can forge them; the "
+                             "service's sandbox does not keep them here (chequerd(8), SECURITY)");
   if (!table.Read("prefix", publish.prefix, LengthRange{1, kMaxPrefixLength})) return;
   if (const std::string wrong = publish.Check(); !wrong.empty()) table.Fail("prefix", wrong);
 }
 
-DaemonConfig ReadConfig(TomlFile& file, const std::filesystem::path& base) {
+DaemonConfig ReadConfig(TomlFile& file, const std::filesystem::path& base, const std::string& camera_name) {
   DaemonConfig config;
+  config.camera_name = camera_name;
   TomlTable root = file.root();
   ReadCamera(root.Table("camera"), base, config);
   config.capture = ReadCaptureOptions(root.Table("capture"), base);
   TakeSizeOfCalibration(config);
-  ReadDetect(root.Table("detect"), config.detector);
-  ReadMarkers(root, base, config.detector);
+  ReadDetect(root.Table("detect"), config.detector, config.budget);
+  ReadMarkers(root, base, config);
+  for (const char* section : {"world", "robots"})
+    if (std::string name; root.Table(section).Read("file", name)) NoteFile(base / name, section, config);
   ReadFrameTables(root, base, config);
   ReadPipeline(root.Table("pipeline"), config);
-  ReadPublish(root.Table("publish"), config.camera_name, config.publish);
+  ReadPublish(root.Table("publish"), config);
   ReadMetrics(root.Table("metrics"), base, config.metrics);
   TomlTable log = root.Table("log");
   log.Read("level", config.log.level, kLevels);
   log.Read("target", config.log.target, kTargets);
   file.CheckAllKeysRead();
-  config.sections = root.Texts();
+  for (const auto& [name, text] : root.Texts()) config.sections[name].insert(0, text);
   return config;
 }
 
@@ -123,12 +157,12 @@ std::string DefaultPrefix(const std::string& camera_name) { return "CHEQUER_" + 
 
 DaemonConfig LoadDaemonConfig(const std::filesystem::path& path) {
   TomlFile file = TomlFile::Load(path);
-  return ReadConfig(file, path.parent_path());
+  return ReadConfig(file, path.parent_path(), CameraNameOf(path));
 }
 
 DaemonConfig ParseDaemonConfig(std::string_view text, const std::string& name, const std::filesystem::path& base) {
   TomlFile file = TomlFile::Parse(text, name);
-  return ReadConfig(file, base);
+  return ReadConfig(file, base, DaemonConfig().camera_name);
 }
 
 }  // namespace chequer

@@ -9,10 +9,11 @@
 #include "capture/source_factory.h"
 #include "chequer/detector.h"
 #include "core/toml_reader.h"
+#include "daemon/frame_publisher.h"
 #include "daemon/log_options.h"
 #include "daemon/metrics_options.h"
 #include "daemon/scheduling.h"
-#include "daemon/frame_publisher.h"
+#include "daemon/frame_budget.h"
 #include "publish/lcm_publisher.h"
 
 namespace chequer {
@@ -30,13 +31,17 @@ struct DaemonConfig {
   DetectorOptions detector;  ///< with the calibration, if one is given
   int workers = 0;           ///< 0: one a core
   WhenBusyChoice when_busy = WhenBusyChoice::kAuto;
+  BudgetOptions budget;  ///< of a frame
   SchedulingOptions scheduling;
   /// The world, the robots and the tracks, with the files they name.
   FramePublisherOptions frames;
   LcmPublisherOptions publish;
   MetricsOptions metrics;
   LogOptions log;
-  /// What each table of the file said, in a form in which equal texts mean the same: tells what a changed file changes.
+  /// What is allowed and looks like a mistake, each with its place, for whoever starts the daemon.
+  std::vector<std::string> remarks;
+  /// What each table of the file said, and the files it names, in a form in which equal texts mean the same: tells what
+  /// a changed file changes.
   std::map<std::string, std::string> sections;
 };
 
@@ -44,10 +49,12 @@ struct DaemonConfig {
 std::string DefaultPrefix(const std::string& camera_name);
 
 /// Reads a configuration and the files it names (calibration, tables). Relative paths are relative to the
-/// configuration's folder. Throws std::runtime_error naming file, line, key, value and what would be right.
+/// configuration's folder; a camera without a name has the file's (CameraNameOf). Throws std::runtime_error naming
+/// file, line, key, value and what would be right.
 DaemonConfig LoadDaemonConfig(const std::filesystem::path& path);
 
-/// The same from a text. @param name stands for the file in messages. @param base what paths are relative to.
+/// The same from a text; a camera without a name is "camera". @param name stands for the file in messages. @param base
+/// what paths are relative to.
 DaemonConfig ParseDaemonConfig(std::string_view text, const std::string& name, const std::filesystem::path& base);
 
 /// Reads one [[marker]]. Throws as LoadDaemonConfig.

@@ -1,5 +1,6 @@
 #include "daemon/logging.h"
 
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
@@ -9,6 +10,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/printable.h"
 #include "daemon/journal_sink.h"
 #include "daemon/log_event.h"
 
@@ -23,6 +25,22 @@ spdlog::level::level_enum SpdlogLevel(LogLevel level) {
     case LogLevel::kError: return spdlog::level::err;
   }
   return spdlog::level::info;
+}
+
+/// The message, without what a terminal obeys: it may quote what devices and files say.
+class PrintableMessage : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm& /*time*/, spdlog::memory_buf_t& out) override {
+    const std::string text = PrintableLines({message.payload.data(), message.payload.size()});
+    out.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<PrintableMessage>(); }
+};
+
+std::unique_ptr<spdlog::formatter> ConsoleFormatter() {
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<PrintableMessage>('*').set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %*");
+  return formatter;
 }
 
 }  // namespace
@@ -45,7 +63,7 @@ void SetUpLogging(const LogOptions& options, const std::string& camera, const st
         std::make_shared<JournalSink>(std::vector<LogField>{{"CHEQUER_CAMERA", camera}, {"CHEQUER_VERSION", version}}));
   } else {
     logger = std::make_shared<spdlog::logger>("chequerd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
-    logger->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
+    logger->set_formatter(ConsoleFormatter());
   }
   logger->set_level(SpdlogLevel(options.level));
   logger->flush_on(spdlog::level::info);

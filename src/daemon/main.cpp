@@ -8,6 +8,7 @@
 #include <string>
 #include <system_error>
 
+#include "core/command_line.h"
 #include "daemon/command_line.h"
 #include "daemon/config.h"
 #include "daemon/daemon.h"
@@ -20,15 +21,20 @@ int RunConfigured(const chequer::DaemonCommandLine& command_line) {
   try {
     config = chequer::LoadDaemonConfig(command_line.config);
     chequer::CheckCpus(config->scheduling.cpus);
+    if (command_line.check) chequer::CheckRecording(config->capture);
   } catch (const std::runtime_error& error) {
     std::fprintf(stderr, "chequerd: %s\n", error.what());
     return chequer::kDaemonBadConfig;
   }
+  for (const std::string& remark : config->remarks) std::fprintf(stderr, "chequerd: warning: %s\n", remark.c_str());
   if (command_line.check) return chequer::kDaemonOk;
   chequer::SetUpLogging(config->log, config->camera_name, CHEQUER_VERSION);
   try {
     chequer::RunDaemon(*config, command_line.config, CHEQUER_VERSION);
     return chequer::kDaemonOk;
+  } catch (const chequer::ServiceLost& error) {
+    spdlog::critical("{}", error.what());
+    return chequer::kDaemonFailed;
   } catch (const std::system_error& error) {
     spdlog::critical("{}", error.what());
     return chequer::kDaemonFailed;
@@ -45,6 +51,7 @@ int RunConfigured(const chequer::DaemonCommandLine& command_line) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  chequer::HoldSignals();
   CLI::App app;
   chequer::DaemonCommandLine command_line;
   chequer::DescribeDaemon(app, command_line);
@@ -53,7 +60,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& help_or_version) {
     return app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "chequerd: %s\n", error.what());
+    std::fprintf(stderr, "chequerd: %s\n", chequer::CommandLineTrouble(app, error).c_str());
     return chequer::kDaemonUsage;
   }
   return RunConfigured(command_line);

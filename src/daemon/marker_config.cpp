@@ -3,7 +3,9 @@
 #include <optional>
 #include <stdexcept>
 
+#include "core/suggestion.h"
 #include "daemon/config.h"
+#include "marker/variants.h"
 
 namespace chequer {
 namespace {
@@ -46,12 +48,13 @@ MarkerSize ReadSize(TomlTable& table) {
 Variant ReadVariant(TomlTable& table) {
   std::string text;
   table.Require("variant", text);
-  const auto variant = ParseVariant(text);
-  if (!variant)
-    table.Fail("variant",
-               "must be one of unconstrained, saturation_constrained, color_constrained, secded, golay, "
-               "nordstrom_robinson, reed_muller, table");
-  return *variant;
+  if (const auto variant = ParseVariant(text)) return *variant;
+  std::vector<std::string> known;
+  for (const auto& [name, variant] : kVariants) known.emplace_back(name);
+  table.Fail("variant",
+             "must be one of unconstrained, saturation_constrained, color_constrained, secded, golay, "
+             "nordstrom_robinson, reed_muller, table" +
+                 DidYouMean(text, known));
 }
 
 MarkerCode MakeCode(TomlTable& table, const std::filesystem::path& base) {
@@ -73,8 +76,8 @@ MarkerCode MakeCode(TomlTable& table, const std::filesystem::path& base) {
 
 MarkerFamily ReadMarkerFamily(TomlTable& table, const std::filesystem::path& base, bool need_side) {
   MarkerFamily family{.code = MakeCode(table, base), .side_m = 0, .roster = {}};
-  if (!table.Read("side", family.side_m, kSide) && need_side)
-    table.Fail("side", "is missing: poses need the side of the whole board in metres, such as 0.12");
+  if (!table.ReadLength("side", family.side_m, kSide) && need_side)
+    table.Fail("side", "is missing: poses need the side of the whole board, such as \"120mm\" or 0.12 (metres)");
   std::vector<std::string> roster;
   table.Read("roster", roster, LengthRange{1, 100'000});
   for (const std::string& text : roster) AddIds(table, text, family.code.max_id(), family.roster);

@@ -19,6 +19,12 @@
 namespace chequer {
 namespace {
 
+/// So many are answered at a time; others wait for one of these.
+constexpr const char* kConnections = "8";
+/// A request that does not come whole within that time holds up none behind it for longer. A page is asked for within
+/// this host.
+constexpr const char* kRequestTimeoutMs = "1000";
+
 using prometheus::ClientMetric;
 using prometheus::MetricFamily;
 using prometheus::MetricType;
@@ -138,7 +144,8 @@ struct Metrics::Impl final : prometheus::Collectable {
   void Open(std::uint16_t port) {
     const std::string address = "127.0.0.1:" + std::to_string(port);
     try {
-      exposer.emplace(address, 1);
+      exposer.emplace(std::vector<std::string>{"listening_ports", address, "num_threads", kConnections,
+                                               "request_timeout_ms", kRequestTimeoutMs, "enable_keep_alive", "no"});
     } catch (const std::exception& error) {
       spdlog::error("metrics are not offered at http://{}/metrics: {}; is the port taken?", address, error.what());
     }
@@ -146,7 +153,7 @@ struct Metrics::Impl final : prometheus::Collectable {
 
   void Write(const std::string& text) {
     try {
-      WriteFileAtomically(file, text);
+      WriteFileAtomically(file, text, Durability::kUnsynced);
       file_trouble.Ended();
     } catch (const std::runtime_error& error) {
       const std::string log =

@@ -12,7 +12,9 @@
 #include <thread>
 #include <utility>
 
+#include "daemon/hints.h"
 #include "daemon/newest_queue.h"
+#include "daemon/outbox.h"
 #include "daemon/reorder_buffer.h"
 #include "daemon/shared.h"
 #include "daemon/statistics.h"
@@ -21,6 +23,10 @@ namespace chequer {
 namespace {
 
 using std::chrono::microseconds;
+
+/// What waits to be sent at the end may take that long: a server that has stopped reading must not keep a daemon that
+/// is to stop.
+constexpr std::chrono::milliseconds kLastWords{500};
 
 /// A frame that a worker is done with: all but its pixels, whose buffer went back to the source.
 struct Finished {
@@ -40,25 +46,30 @@ struct Pipeline::Impl {
   PipelineOptions options;
   PipelineState state;  ///< what came from the pipeline before and goes on to the next
   FrameSource* source;  ///< state's; null when it was handed on
-  Publisher* publisher;
   PipelineEvents events;
   Clock clock;
   Progress progress;
+  Outbox outbox;  ///< to state's publisher
 
   NewestQueue<CapturedFrame> queue;
   ReorderBuffer<Finished> finished;
   Shared<CaptureReport> capture_report;
   std::atomic<int> workers_left{0};
+  std::atomic<bool> look_wanted{true};  ///< by the next frame: one a status is looked at more closely
   std::stop_source stop;
   std::mutex failure_mutex;
   std::exception_ptr failure;
   std::atomic_flag told_scheduling;
-  std::promise<void> end;
-  const std::future<void> ended = end.get_future();
+  std::atomic<bool> failed_to_start{false};
+  std::atomic<int> threads_left;
+  std::promise<void> sent_all, end;
+  const std::future<void> all_is_sent = sent_all.get_future(), ended = end.get_future();
+  mutable std::atomic<std::uint64_t> told_budget{0};
 
   // Of the publish thread alone.
   Statistics& statistics;  ///< state's
   FramePublisher frames;
+  Hints hints;
   PosesMessage message;
   MonotonicTime next_status{};
 
@@ -68,15 +79,19 @@ struct Pipeline::Impl {
       : options(std::move(given)),
         state(std::move(begin)),
         source(state.source.get()),
-        publisher(state.publisher.get()),
         events(std::move(observer)),
         clock(std::move(with)),
-        progress(options.workers),
+        progress(options.workers, options.pieces_done),
+        outbox(*state.publisher,
+               options.when_busy == WhenBusy::kWait ? Outbox::WhenFull::kWait : Outbox::WhenFull::kDropOldest,
+               progress.sending, clock),
         // While one worker is held up by a hard frame, each other can be one frame ahead of it, and no more.
         finished(2 * static_cast<std::uint64_t>(options.workers)),
         workers_left(options.workers),
+        threads_left(options.workers + 3),
         statistics(BeginStatistics()),
-        frames(options.frames) {
+        frames(options.frames),
+        hints(options.families) {
     if (state.source_is_open && state.capture.state != CameraState::kEnded) {
       state.capture.state = CameraState::kRunning;
       state.capture.source = source->Describe();
@@ -95,20 +110,36 @@ struct Pipeline::Impl {
     return *state.statistics;
   }
 
-  void Start(std::vector<DetectFrame> detectors) {
+  void Start(const std::function<DetectFrame()>& make_detect) {
+    try {
+      StartThreads(make_detect);
+    } catch (...) {
+      // Those that run would wait for the others for ever.
+      failed_to_start = true;
+      Stop();
+      finished.Abort();
+      outbox.Close();
+      threads.clear();
+      throw;
+    }
+  }
+
+  void StartThreads(const std::function<DetectFrame()>& make_detect) {
+    Launch("chq-send", [this] {
+      outbox.Run();
+      sent_all.set_value();
+    });
     Launch("chq-publish", [this] {
       try {
         PublishAll();
       } catch (...) {
         Fail(std::current_exception());
       }
-      if (events.finished) events.finished();
-      end.set_value();
+      outbox.Close();
     });
-    for (std::size_t i = 0; i < detectors.size(); ++i)
-      Launch("chq-worker" + std::to_string(i), [this, index = static_cast<int>(i), detect = std::move(detectors[i])] {
-        const std::vector<int>& cpus = options.scheduling.cpus;
-        if (!cpus.empty()) TellOnce(PinThisThread(cpus[static_cast<std::size_t>(index) % cpus.size()]));
+    for (int index = 0; index < options.workers; ++index)
+      Launch("chq-worker" + std::to_string(index), [this, index, detect = make_detect()] {
+        if (!options.scheduling.cpus.empty()) TellOnce(PinThisThread(CpuOf(options.scheduling, index)));
         Work(index, detect);
       });
     Launch("chq-capture", [this] { Capture(); });
@@ -124,7 +155,14 @@ struct Pipeline::Impl {
       } catch (...) {
         Fail(std::current_exception());
       }
+      if (--threads_left == 0) End();
     });
+  }
+
+  /// The last thread does this.
+  void End() {
+    if (!failed_to_start && events.finished) events.finished();
+    end.set_value();
   }
 
   void BecomeUrgent(bool more) {
@@ -152,6 +190,13 @@ struct Pipeline::Impl {
     if (source != nullptr) source->Interrupt();
     const int discarded = queue.CloseAndDiscard();
     capture_report.Update([&](CaptureReport& report) { report.stopped += static_cast<std::uint64_t>(discarded); });
+    outbox.StopWaiting();
+  }
+
+  void Abandon() {
+    const int abandoned = progress.busy_workers(clock.monotonic());
+    capture_report.Update([&](CaptureReport& report) { report.stopped += static_cast<std::uint64_t>(abandoned); });
+    finished.Abort();
   }
 
   void Drain() {
@@ -187,12 +232,13 @@ struct Pipeline::Impl {
       Finished result = Detect(detect, taken->item, state.superseded + taken->superseded);
       taken.reset();  // gives the buffer back to the source before it may have to wait for its turn
       progress.worker(index).End();
+      progress.frames.Renew(clock.monotonic());  // it is published next
       finished.Push(ticket, std::move(result));
     }
     if (--workers_left == 0) finished.Close();
   }
 
-  Finished Detect(const DetectFrame& detect, const CapturedFrame& captured, std::uint64_t superseded) const {
+  Finished Detect(const DetectFrame& detect, const CapturedFrame& captured, std::uint64_t superseded) {
     const Frame& frame = captured.frame;
     Finished result;
     result.captured_utc = frame.captured_utc;
@@ -203,9 +249,18 @@ struct Pipeline::Impl {
     result.size = {frame.image.width(), frame.image.height()};
     result.times.captured = options.capture_times_are_live ? frame.captured_monotonic : captured.arrived;
     result.times.started = clock.monotonic();
+    if (look_wanted.exchange(false)) result.found.look.emplace();
+    result.found.budget = BudgetFor(captured.rate_hz);
     detect(frame.image, result.found);
     result.times.detected = clock.monotonic();
     return result;
+  }
+
+  std::uint64_t BudgetFor(double rate_hz) const {
+    const std::uint64_t units = options.budget.For(rate_hz);
+    if (told_budget.exchange(units) != units)
+      spdlog::info("a frame may take {}", units == 0 ? "as much work as it takes" : fmt::format("{} units of work", units));
+    return units;
   }
 
   void PublishAll() {
@@ -216,8 +271,13 @@ struct Pipeline::Impl {
       if (next) PublishFrame(std::move(*next));
       if (clock.monotonic() >= next_status) PublishStatus();
     }
-    PublishStatus();
     progress.publishing.End();
+    // So that the last status counts all. The end of a recording loses nothing; who is to stop does not wait for long.
+    bool sent = false;
+    while (!(sent = outbox.WaitUntilSent(kLastWords)) && !stop.stop_requested()) {
+    }
+    PublishStatus();
+    if (sent) outbox.WaitUntilSent(kLastWords);
   }
 
   void PublishFrame(Finished frame) {
@@ -232,10 +292,11 @@ struct Pipeline::Impl {
     message.markers = std::move(frame.found.markers);
     message.published_utc = clock.utc();
     message.published_monotonic = clock.monotonic();
-    frames.Publish(message, *publisher, clock);
-    frame.times.published = clock.monotonic();
+    frames.Publish(message, outbox, clock);
+    outbox.EndFrame(frame.times);
     progress.frames.End();
-    statistics.Published(frame.times, message.markers, frame.found.stats);
+    statistics.Published(message.markers, frame.found.stats);
+    if (frame.found.look) hints.Take(*frame.found.look);
     TellReady();
   }
 
@@ -244,17 +305,21 @@ struct Pipeline::Impl {
     // On a grid of whole periods, so that the rate does not drift; a missed one is not made up for.
     next_status += options.status_period;
     if (next_status <= now) next_status = now + options.status_period;
+    for (const FrameTimes& times : outbox.TakeSent()) statistics.Sent(times);
     const CaptureReport capture = capture_report.Get();
     StatusMessage status = statistics.Finish(capture, state.superseded + queue.superseded(), queue.depth(), now);
     status.utc = clock.utc();
-    status.publisher = publisher->health();
+    status.publisher = outbox.health();
     status.publisher.sent += state.former_publishers.sent;
     status.publisher.failed += state.former_publishers.failed;
     if (status.camera_message.empty()) status.camera_message = frames.trouble();
     for (NamedCount& count : frames.TakeCounts()) status.detections.push_back(std::move(count));
-    publisher->Publish(status);
-    if (capture.state == CameraState::kWaiting && !capture.message.empty()) TellReady();
+    for (NamedCount& count : hints.TakeCounts()) status.detections.push_back(std::move(count));
+    look_wanted = true;
+    outbox.Publish(status);
     if (events.status) events.status(status);
+    // A camera whose every frame is unusable is no reason to go on starting: what is wrong has just been said.
+    if (capture.state != CameraState::kWaiting || !capture.message.empty()) TellReady();
   }
 
   void TellReady() {
@@ -272,9 +337,7 @@ Pipeline::Pipeline(PipelineOptions options, std::unique_ptr<FrameSource> source,
 Pipeline::Pipeline(PipelineOptions options, PipelineState state, const std::function<DetectFrame()>& make_detect,
                    PipelineEvents events, Clock clock)
     : impl_(std::make_unique<Impl>(std::move(options), std::move(state), std::move(events), std::move(clock))) {
-  std::vector<DetectFrame> detectors;
-  for (int i = 0; i < impl_->options.workers; ++i) detectors.push_back(make_detect());
-  impl_->Start(std::move(detectors));
+  impl_->Start(make_detect);
 }
 
 Pipeline::~Pipeline() {
@@ -290,6 +353,13 @@ bool Pipeline::WaitForEnd(std::chrono::milliseconds timeout) const {
   return impl_->ended.wait_for(timeout) == std::future_status::ready;
 }
 
+std::string Pipeline::UnderWay() const { return impl_->progress.UnderWay(impl_->clock.monotonic()); }
+
+bool Pipeline::Abandon(std::chrono::milliseconds timeout) {
+  impl_->Abandon();
+  return impl_->all_is_sent.wait_for(timeout) == std::future_status::ready;
+}
+
 void Pipeline::Join() {
   impl_->threads.clear();  // each joins as it dies
   if (impl_->failure) std::rethrow_exception(impl_->failure);
@@ -298,6 +368,7 @@ void Pipeline::Join() {
 PipelineState Pipeline::TakeState() {
   impl_->state.capture = impl_->capture_report.Get();
   impl_->state.superseded += impl_->queue.superseded();
+  impl_->state.former_publishers.failed += impl_->outbox.dropped();
   impl_->source = nullptr;
   return std::move(impl_->state);
 }

@@ -11,6 +11,8 @@
 #include "chequer/detector.h"
 #include "core/clock.h"
 #include "daemon/capture_loop.h"
+#include "daemon/frame_budget.h"
+#include "daemon/frame_look.h"
 #include "daemon/frame_publisher.h"
 #include "daemon/pipeline_state.h"
 #include "daemon/progress.h"
@@ -37,12 +39,19 @@ struct PipelineOptions {
   std::string version;
   std::chrono::milliseconds status_period{1000};
   FramePublisherOptions frames;
+  PiecesDone pieces_done;  ///< may be empty: then whole frames alone show progress
+  /// What is sought, for the hints of the status.
+  std::vector<MarkerFamily> families;
+  FrameBudget budget;
 };
 
 /// What a detector made of one frame.
 struct DetectedFrame {
+  std::uint64_t budget = 0;  ///< given to it: the units of work that it may take, 0 for no limit
   std::vector<MarkerPose> markers;
   DetectStats stats;
+  /// Has a value where one is asked for: the detection is then looked at more closely, and it is filled.
+  std::optional<FrameLook> look;
 };
 
 /// Finds the markers of one image. Belongs to one worker, so it may hold scratch memory.
@@ -50,7 +59,8 @@ using DetectFrame = std::function<void(const ImageView& image, DetectedFrame& fo
 
 /// What the owner of a pipeline may want to know. Called on the pipeline's threads; must return quickly.
 struct PipelineEvents {
-  /// Once: a frame has gone all the way to the publisher, or there is a camera to wait for.
+  /// Once: a frame has gone all the way to the publisher, or the camera was opened or found missing. What is wrong then
+  /// was said in a status before.
   std::function<void()> ready;
   /// With each status, as published.
   std::function<void(const StatusMessage& status)> status;
@@ -60,13 +70,14 @@ struct PipelineEvents {
 
 /// Frames from a source through the workers to a publisher, in the order of capture:
 ///
-///   capture thread ──▶ NewestQueue ──▶ workers ──▶ ReorderBuffer ──▶ publish thread
+///   capture thread ──▶ NewestQueue ──▶ workers ──▶ ReorderBuffer ──▶ publish thread ──▶ Outbox ──▶ send thread
 ///
 /// Runs from construction until the recording is over, or Stop or Drain is called. At the end every frame that a worker
 /// had begun is published whole, then one last status.
 class Pipeline {
  public:
-  /// @param make_detect called once a worker, before any runs. @pre options in range.
+  /// @param make_detect called once a worker, before that runs. @pre options in range. Throws std::system_error, and
+  /// leaves no thread behind, where one cannot be started.
   Pipeline(PipelineOptions options, std::unique_ptr<FrameSource> source,
            const std::function<DetectFrame()>& make_detect, std::unique_ptr<Publisher> publisher,
            PipelineEvents events = {}, Clock clock = Clock::System());
@@ -88,6 +99,13 @@ class Pipeline {
 
   /// Waits until all is published and only joining is left; false when the time is over.
   bool WaitForEnd(std::chrono::milliseconds timeout) const;
+  /// What has not come to its end yet, such as "worker 0 is at a frame". Any thread.
+  std::string UnderWay() const;
+
+  /// After Stop: gives up those threads that do not end by themselves. What was finished is published, and so is a last
+  /// status; false if that has not been sent when the time is over. Joining may take for ever, so that only leaving the
+  /// process is left.
+  bool Abandon(std::chrono::milliseconds timeout);
 
   /// Waits for the end. Throws what ended it, if that was an error: a source that can never work, or what a detector
   /// threw. Call it once, from the thread that owns the pipeline.
@@ -96,7 +114,7 @@ class Pipeline {
   /// What a next pipeline goes on with. Call it once, after Join returned or threw.
   PipelineState TakeState();
 
-  /// Empty while every part makes progress or waits for something known, else which does not (Progress::Stuck). Any
+  /// Empty while every part makes progress or waits for something known, else which does not (Progress::Stuck). One
   /// thread.
   std::string Stuck(const ProgressLimits& limits) const;
 

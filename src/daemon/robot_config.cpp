@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "daemon/config.h"
+#include "world/side_check.h"
 
 namespace chequer {
 namespace {
@@ -34,8 +35,8 @@ void NeedCalibration(const TomlTable& table, std::string_view key, const DaemonC
   if (!config.detector.camera) table.Fail(key, "needs camera.calibration: without it there are no poses");
 }
 
-std::chrono::milliseconds Milliseconds(double seconds) {
-  return std::chrono::milliseconds(std::llround(1000 * seconds));
+std::chrono::milliseconds Milliseconds(double in_seconds) {
+  return std::chrono::milliseconds(std::llround(1000 * in_seconds));
 }
 
 void ReadWorld(TomlTable table, const std::filesystem::path& base, DaemonConfig& config) {
@@ -44,10 +45,12 @@ void ReadWorld(TomlTable table, const std::filesystem::path& base, DaemonConfig&
   if (table.Read("file", file)) {
     NeedCalibration(table, "file", config);
     frames.world = LoadAt(table, "file", [&] { return LoadWorld(base / file); });
+    const std::string wrong = SideContradiction(*frames.world, config.detector.families);
+    if (!wrong.empty()) table.Fail("file", wrong);
   }
   if (table.Read("frames", frames.frames, kFrames) && !frames.world && frames.frames != PublishedFrames::kCamera)
     table.Fail("frames", "needs world.file: where the camera stands is not known");
-  table.Read("drift_limit", frames.drift.limit_m, NumberRange{0.0001, 10});
+  table.ReadLength("drift_limit", frames.drift.limit_m, NumberRange{0.0001, 10});
   double window_s = 0;
   if (table.Read("drift_window", window_s, NumberRange{0.1, 600})) frames.drift.window = Milliseconds(window_s);
   if (const std::string wrong = frames.drift.Check(); !wrong.empty()) table.Fail("drift_limit", wrong);
@@ -68,7 +71,7 @@ void ReadRobots(TomlTable table, const std::filesystem::path& base, DaemonConfig
   table.Read("floor", frames.floor_mode);
   need_roster("floor", frames.floor_mode);
   if (frames.floor_mode && !frames.world) table.Fail("floor", "needs world.file: where the floor is");
-  table.Read("max_height_error", frames.max_height_error_m, NumberRange{0.001, 10});
+  table.ReadLength("max_height_error", frames.max_height_error_m, NumberRange{0.001, 10});
   double tilt_deg = 0;
   if (table.Read("max_tilt", tilt_deg, NumberRange{1, 180})) frames.max_tilt_rad = tilt_deg * kRadPerDegree;
 }

@@ -35,6 +35,17 @@ void CheckCpus(const std::vector<int>& cpus) {
                                " is not there for chequerd; it may use " + Text(allowed));
 }
 
+int CpuOf(const SchedulingOptions& options, int worker, int thread, int workers) {
+  return options.cpus[static_cast<std::size_t>(worker + thread * workers) % options.cpus.size()];
+}
+
+void BecomeHelper(const SchedulingOptions& options, int worker, int thread, int workers) {
+  const std::string name = "chq-help" + std::to_string(worker) + "." + std::to_string(thread);
+  pthread_setname_np(pthread_self(), name.c_str());
+  if (!options.cpus.empty()) PinThisThread(CpuOf(options, worker, thread, workers));
+  if (options.realtime_priority > 0) MakeThisThreadRealtime(options.realtime_priority);
+}
+
 std::string PinThisThread(int cpu) {
   cpu_set_t set;
   CPU_ZERO(&set);

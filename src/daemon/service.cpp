@@ -31,6 +31,25 @@ bool SamePublisher(const DaemonConfig& one, const DaemonConfig& other) {
   return Section(one, "publish") == Section(other, "publish") && one.publish.prefix == other.publish.prefix;
 }
 
+/// A detector for each worker, whose threads run as the worker does and which count what they do.
+std::vector<DetectFrame> MakeDetectors(const DaemonConfig& config, const ServiceParts& parts,
+                                       PipelineOptions& pipeline) {
+  const int workers = pipeline.workers;
+  // Shared by the detectors and the pipeline, whichever goes first.
+  auto done = std::make_shared<std::vector<std::atomic<std::uint64_t>>>(static_cast<std::size_t>(workers));
+  pipeline.pieces_done = [done](int worker) { return (*done)[static_cast<std::size_t>(worker)].load(); };
+  std::vector<DetectFrame> detectors;
+  for (int worker = 0; worker < workers; ++worker) {
+    DetectorOptions options = config.detector;
+    options.on_progress = [done, worker] { ++(*done)[static_cast<std::size_t>(worker)]; };
+    options.on_thread_start = [scheduling = config.scheduling, worker, workers](int thread) {
+      BecomeHelper(scheduling, worker, thread, workers);
+    };
+    detectors.push_back(parts.make_detect(options));
+  }
+  return detectors;
+}
+
 }  // namespace
 
 /// All that can fail, made while the pipeline there is still runs.
@@ -58,6 +77,7 @@ PipelineOptions MakePipelineOptions(const DaemonConfig& config, const std::strin
   options.camera = config.camera_name;
   options.version = version;
   options.frames = config.frames;
+  options.families = config.detector.families;
   return options;
 }
 
@@ -82,11 +102,21 @@ Service::Service(DaemonConfig config, std::string version, ServiceParts parts, P
 
 Service::~Service() = default;
 
-Service::Prepared Service::Prepare(const DaemonConfig& config, bool new_source, bool new_publisher) const {
+FrameBudget Service::BudgetOf(const BudgetOptions& options, const PipelineOptions& pipeline) {
+  if (options.choice == BudgetChoice::kUnits) return FrameBudget::Units(options.units);
+  // Who is waited for is never late.
+  if (options.choice == BudgetChoice::kUnlimited || pipeline.when_busy == WhenBusy::kWait || !parts_.measure_speed)
+    return {};
+  if (!units_per_second_) units_per_second_ = parts_.measure_speed();
+  return FrameBudget::Auto(*units_per_second_, pipeline.workers);
+}
+
+Service::Prepared Service::Prepare(const DaemonConfig& config, bool new_source, bool new_publisher) {
   CheckCpus(config.scheduling.cpus);
   Prepared prepared;
   prepared.options = MakePipelineOptions(config, version_, std::thread::hardware_concurrency());
-  for (int i = 0; i < prepared.options.workers; ++i) prepared.detectors.push_back(parts_.make_detect(config.detector));
+  prepared.options.budget = BudgetOf(config.budget, prepared.options);
+  prepared.detectors = MakeDetectors(config, parts_, prepared.options);
   FramePublisher{prepared.options.frames};  // throws here rather than when the pipeline there is has ended
   if (new_source) prepared.source = parts_.make_source(config.capture);
   if (new_publisher) prepared.publisher = parts_.make_publisher(config.publish);
@@ -110,7 +140,8 @@ void Service::Start(DaemonConfig config, PipelineState state, Prepared prepared)
 PipelineState Service::Conclude() {
   changing_ = true;
   pipeline_->Drain();
-  while (!pipeline_->WaitForEnd(kLookWhileWaiting)) parts_.while_waiting();
+  while (!pipeline_->WaitForEnd(kLookWhileWaiting))
+    if (!parts_.while_waiting()) throw ReloadInterrupted{};
   try {
     pipeline_->Join();
   } catch (...) {
@@ -138,7 +169,11 @@ void Service::Reload(DaemonConfig next) {
     state.ReplaceSource(std::move(prepared.source));
   }
   if (prepared.publisher) state.ReplacePublisher(std::move(prepared.publisher));
-  Start(std::move(next), std::move(state), std::move(prepared));
+  try {
+    Start(std::move(next), std::move(state), std::move(prepared));
+  } catch (const std::exception& error) {
+    throw ServiceLost(std::string("the changed configuration could not be started: ") + error.what());
+  }
 }
 
 bool Service::GoesOn() {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -17,11 +18,23 @@ struct ServiceParts {
   std::function<std::unique_ptr<FrameSource>(const CaptureOptions&)> make_source;
   std::function<std::unique_ptr<Publisher>(const LcmPublisherOptions&)> make_publisher;
   std::function<DetectFrame(const DetectorOptions&)> make_detect;
+  /// How fast this machine works, units of DetectStats::work a second. Called once, where a budget hangs on it; left
+  /// out: such a budget is unlimited.
+  std::function<double()> measure_speed;
   /// Directs the log; called while no thread of the service runs.
   std::function<void(const DaemonConfig&)> set_up_logging;
   /// Called a few times a second while a pipeline is awaited that is to end for another: a camera that is being opened
-  /// cannot be interrupted.
-  std::function<void()> while_waiting;
+  /// cannot be interrupted. False where that is to be awaited no longer, as the whole service is to stop.
+  std::function<bool()> while_waiting;
+};
+
+/// Service::Reload did not come to its end: somebody asked to stop (ServiceParts::while_waiting).
+struct ReloadInterrupted {};
+
+/// Service::Reload ended one pipeline and could not start the next: there is no service any more.
+class ServiceLost : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
 };
 
 /// The pipeline that a configuration describes. @param cores of the machine, for the number of workers.
@@ -42,7 +55,7 @@ class Service {
 
   /// Goes on with another configuration. The camera stays open where [capture] says the same, LCM where the publisher's
   /// options are the same; frames that were captured are published; counts and sequence numbers go on. Throws
-  /// std::runtime_error, and changes nothing, where the configuration cannot work.
+  /// std::runtime_error, and changes nothing, where the configuration cannot work; ServiceLost; ReloadInterrupted.
   void Reload(DaemonConfig next);
 
   /// After `finished` came: whether the service goes on all the same, because what ended it is that a reloaded camera
@@ -54,6 +67,11 @@ class Service {
 
   /// Ends capturing; does not wait.
   void Stop();
+  /// Waits until only joining is left; false when the time is over.
+  bool WaitForEnd(std::chrono::milliseconds timeout) const { return pipeline_->WaitForEnd(timeout); }
+  /// As those of Pipeline.
+  std::string UnderWay() const { return pipeline_->UnderWay(); }
+  bool Abandon(std::chrono::milliseconds timeout) { return pipeline_->Abandon(timeout); }
   /// Waits for the end. Throws what ended it, if that was an error.
   void Join();
 
@@ -63,7 +81,8 @@ class Service {
 
  private:
   struct Prepared;
-  Prepared Prepare(const DaemonConfig& config, bool new_source, bool new_publisher) const;
+  Prepared Prepare(const DaemonConfig& config, bool new_source, bool new_publisher);
+  FrameBudget BudgetOf(const BudgetOptions& options, const PipelineOptions& pipeline);
   /// Ends the pipeline there is; what it leaves.
   PipelineState Conclude();
   void Start(DaemonConfig config, PipelineState state, Prepared prepared);
@@ -73,6 +92,7 @@ class Service {
   PipelineEvents events_;
   Clock clock_;
   DaemonConfig config_;
+  std::optional<double> units_per_second_;  ///< once it was measured
   std::optional<DaemonConfig> former_;  ///< until the camera of config_ has been opened
   std::atomic<bool> changing_{false};   ///< the pipeline that ends now is followed by another
   std::unique_ptr<Pipeline> pipeline_;

@@ -22,7 +22,9 @@ std::vector<NamedCount> Detections(const DetectStats& stats) {
           {"boards", count(stats.boards)},
           {"refused_border", count(stats.refused_border)},
           {"refused_fit", count(stats.refused_fit)},
-          {"undecided", count(stats.undecided)}};
+          {"undecided", count(stats.undecided)},
+          {"deferred", count(stats.deferred)},
+          {"work", stats.work}};
 }
 
 /// How often each warning came, as "warning_" and its name.
@@ -39,6 +41,8 @@ void AddTo(DetectStats& sum, const DetectStats& stats) {
   sum.refused_border += stats.refused_border;
   sum.refused_fit += stats.refused_fit;
   sum.undecided += stats.undecided;
+  sum.deferred += stats.deferred;
+  sum.work += stats.work;
 }
 
 }  // namespace
@@ -46,7 +50,7 @@ void AddTo(DetectStats& sum, const DetectStats& stats) {
 Statistics::Statistics(StatusConstants constants, MonotonicTime start)
     : constants_(std::move(constants)), start_(start), window_start_(start) {}
 
-void Statistics::Published(const FrameTimes& times, std::span<const MarkerPose> found, const DetectStats& detect) {
+void Statistics::Published(std::span<const MarkerPose> found, const DetectStats& detect) {
   const bool first_of_window = published_ == published_before_;
   const std::size_t markers = found.size();
   ++published_;
@@ -56,11 +60,14 @@ void Statistics::Published(const FrameTimes& times, std::span<const MarkerPose> 
   markers_min_ = first_of_window ? markers : std::min(markers_min_, markers);
   markers_max_ = first_of_window ? markers : std::max(markers_max_, markers);
   AddTo(detect_, detect);
+}
+
+void Statistics::Sent(const FrameTimes& times) {
   stages_[kQueue].times.Add(times.started - times.captured);
   stages_[kDetect].times.Add(times.detected - times.started);
   stages_[kOrder].times.Add(times.ordered - times.detected);
-  stages_[kPublish].times.Add(times.published - times.ordered);
-  stages_[kTotal].times.Add(times.published - times.captured);
+  stages_[kPublish].times.Add(times.sent - times.ordered);
+  stages_[kTotal].times.Add(times.sent - times.captured);
 }
 
 StatusMessage Statistics::Finish(const CaptureReport& capture, std::uint64_t superseded, int queue_depth,

@@ -20,7 +20,7 @@ struct FrameTimes {
   MonotonicTime started{};   ///< taken by a worker
   MonotonicTime detected{};
   MonotonicTime ordered{};  ///< its turn came
-  MonotonicTime published{};
+  MonotonicTime sent{};     ///< LCM has taken all its messages
 };
 
 /// What status_t tells that never changes.
@@ -39,8 +39,10 @@ class Statistics {
   /// Another pipeline goes on with it: what never changed before does now, the counts stay.
   void GoOnWith(StatusConstants constants) { constants_ = std::move(constants); }
 
-  /// A frame was handed to the publisher.
-  void Published(const FrameTimes& times, std::span<const MarkerPose> markers, const DetectStats& detect);
+  /// A frame is published: its messages are on their way.
+  void Published(std::span<const MarkerPose> markers, const DetectStats& detect);
+  /// The messages of a frame were sent.
+  void Sent(const FrameTimes& times);
 
   /// The status since the last one; a new window begins. Publisher health and UTC are left to the caller.
   StatusMessage Finish(const CaptureReport& capture, std::uint64_t superseded, int queue_depth, MonotonicTime now);

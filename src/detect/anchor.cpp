@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <tuple>
 
 #include "core/median.h"
@@ -16,44 +15,35 @@ constexpr double kLeastCorners = 0.38;
 constexpr double kLeastOfMost = 0.8;
 /// With less of the border to be seen than that share, two lines of cells may be hidden.
 constexpr double kAllButTwoLines = 0.66;
+/// Units that a window takes, at most and with its share of what comes before.
+constexpr std::uint64_t kUnitsOfWindow = 30;
 
 }  // namespace
 
-BoardFinder::BoardFinder(std::vector<BorderPattern> patterns, ColorSpace space)
-    : patterns_(std::move(patterns)), space_(space) {
-  for (const BorderPattern& pattern : patterns_)
-    most_corners_ = std::max({most_corners_, pattern.size.rows - 1, pattern.size.cols - 1});
+BoardFinder::Sought::Sought(std::vector<BorderPattern> given_patterns, ColorSpace given_space)
+    : patterns(std::move(given_patterns)), space(given_space) {
+  for (const BorderPattern& pattern : patterns)
+    most_corners = std::max({most_corners, pattern.size.rows - 1, pattern.size.cols - 1});
 }
 
-void BoardFinder::Start(std::size_t corners, std::vector<AnchoredBoard>& boards) {
-  claimed_.assign(corners, 0);
-  std::move(boards.begin(), boards.end(), std::back_inserter(spare_));
-  boards.clear();
-}
+BoardFinder::BoardFinder(std::vector<BorderPattern> patterns, ColorSpace space) : sought_(std::move(patterns), space) {}
 
 float BoardFinder::ContrastOf(const std::vector<Corner>& corners) const {
   float sum = 0, count = 0;
   for (std::size_t i = 0; i < corners.size(); ++i)
-    if (claimed_[i]) sum += corners[i].contrast, count += 1;
+    if ((*claimed_)[i]) sum += corners[i].contrast, count += 1;
   return sum / std::max(count, 1.0f);
 }
 
-AnchoredBoard BoardFinder::TakeSpare() {
-  if (spare_.empty()) return {};
-  AnchoredBoard board = std::move(spare_.back());
-  spare_.pop_back();
-  return board;
-}
-
 bool BoardFinder::FitWindow(const Lattice::Window& window, std::vector<PointPair>* pairs) {
-  const auto homography = lattice_.Fit(window, pairs);
+  const auto homography = grid_->lattice.Fit(window, pairs);
   if (!homography) return false;
-  image_from_lattice_ = *homography;
+  grid_->image_from_lattice = *homography;
   return true;
 }
 
 void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool turned, const LightReader& reader) {
-  const MarkerSize size = patterns_[static_cast<std::size_t>(pattern)].size;
+  const MarkerSize size = sought_.patterns[static_cast<std::size_t>(pattern)].size;
   bool marked = false;
   // A square board's footprint is the same for all turns.
   const int step = size.rows == size.cols ? 1 : 2;
@@ -62,8 +52,9 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
     // The lattice's cell (i, j) is light where i + j is even; the board's first cell is dark.
     const Cell first = InFootprint(size, 0, 0, placement.turn);
     if ((window.x - 1 + first.col + window.y - 1 + first.row) % 2 == 0) continue;
-    const bool may_be = MayBeBorder(patterns_[static_cast<std::size_t>(pattern)], window, turn, reader);
-    if (!may_be && !attempt_) continue;
+    grid_->work.Add(WorkStep::kWindow);
+    const bool may_be = MayBeBorder(sought_.patterns[static_cast<std::size_t>(pattern)], window, turn, reader);
+    if (!may_be && !grid_->attempt) continue;
     if (!marked) MarkVisible(window, reader);
     marked = true;
     if (!may_be) {
@@ -77,66 +68,86 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
       Refuse(placement, Refusal::kGoesOn, 0, 0);
       continue;
     }
-    placements_.push_back(placement);
+    grid_->placements.push_back(placement);
   }
 }
 
 void BoardFinder::TryWindows(int pattern, bool turned, const LightReader& reader) {
-  const MarkerSize size = patterns_[static_cast<std::size_t>(pattern)].size;
-  const Lattice::Window& all = lattice_.window();
-  windows_.clear();
+  const MarkerSize size = sought_.patterns[static_cast<std::size_t>(pattern)].size;
+  const Lattice::Window& all = grid_->lattice.window();
+  grid_->windows.clear();
   Lattice::Window window{0, 0, (turned ? size.rows : size.cols) - 1, (turned ? size.cols : size.rows) - 1};
   const double least = std::max<double>(GridLinker::kFewest, kLeastCorners * window.cols * window.rows);
   int most = 0;
   for (window.y = all.y; window.y + window.rows <= all.y + all.rows; ++window.y)
     for (window.x = all.x; window.x + window.cols <= all.x + all.cols; ++window.x) {
-      const int count = lattice_.Count(window);
+      const int count = grid_->lattice.Count(window);
       most = std::max(most, count);
-      if (count >= least) windows_.emplace_back(count, window);
+      if (count >= least) grid_->windows.emplace_back(count, window);
     }
-  if (windows_.empty())
+  if (grid_->windows.empty())
     Refuse({.pattern = pattern, .corners = {}, .covered = {}}, Refusal::kFewCorners, most, std::ceil(least));
   // A board that is seen in part still has nearly all the corners that there are.
   const bool one_board = all.cols < 2 * window.cols && all.rows < 2 * window.rows;
   // What is beyond doubt spares the others around it, which have fewer corners for the most part.
-  std::sort(windows_.begin(), windows_.end(), [](const auto& a, const auto& b) {
+  std::sort(grid_->windows.begin(), grid_->windows.end(), [](const auto& a, const auto& b) {
     return std::tuple(-a.first, a.second.y, a.second.x) < std::tuple(-b.first, b.second.y, b.second.x);
   });
-  const std::size_t before = placements_.size();
-  for (const auto& counted : windows_) {
+  if (grid_->limit.waited > 0 && !one_board && !grid_->windows.empty()) {
+    const std::uint64_t tried = static_cast<std::uint64_t>(grid_->limit.waited) * (grid_->limit.units / kUnitsOfWindow + 1);
+    std::rotate(grid_->windows.begin(),
+                grid_->windows.begin() + static_cast<std::ptrdiff_t>(tried % grid_->windows.size()),
+                grid_->windows.end());
+  }
+  grid_->spared.assign(static_cast<std::size_t>(all.cols * all.rows), 0);
+  grid_->work.Add(WorkStep::kLatticePoint, grid_->spared.size());
+  for (const auto& counted : grid_->windows) {
     if (one_board && counted.first <= kLeastOfMost * most) break;
     const Lattice::Window& at = counted.second;
-    const bool is_spared =
-        std::any_of(placements_.begin() + static_cast<std::ptrdiff_t>(before), placements_.end(),
-                    [&](const Placement& other) { return IsBeyondDoubt(other) && SharesCells(other.corners, at); });
-    if (!is_spared) TryWindow(pattern, at, turned, reader);
+    if (grid_->spared[static_cast<std::size_t>((at.y - all.y) * all.cols + at.x - all.x)]) continue;
+    if (grid_->left_undone = work().units() > grid_->limit.units; grid_->left_undone) break;
+    const std::size_t before = grid_->placements.size();
+    TryWindow(pattern, at, turned, reader);
+    const auto first_new = grid_->placements.begin() + static_cast<std::ptrdiff_t>(before);
+    if (std::any_of(first_new, grid_->placements.end(), [&](const Placement& each) { return IsBeyondDoubt(each); }))
+      SpareAround(at);
   }
+}
+
+void BoardFinder::SpareAround(const Lattice::Window& window) {
+  const Lattice::Window& all = grid_->lattice.window();
+  const int last_x = std::min(window.x + window.cols, all.x + all.cols - 1),
+            last_y = std::min(window.y + window.rows, all.y + all.rows - 1);
+  for (int y = std::max(window.y - window.rows, all.y); y <= last_y; ++y)
+    for (int x = std::max(window.x - window.cols, all.x); x <= last_x; ++x)
+      grid_->spared[static_cast<std::size_t>((y - all.y) * all.cols + x - all.x)] = 1;
 }
 
 bool BoardFinder::IsBeyondDoubt(const Placement& placement) const {
   const Lattice::Window& window = placement.corners;
-  const int border = BorderLength(patterns_[static_cast<std::size_t>(placement.pattern)].size);
-  return lattice_.Count(window) == window.cols * window.rows && placement.border_seen == border &&
+  const int border = BorderLength(sought_.patterns[static_cast<std::size_t>(placement.pattern)].size);
+  return grid_->lattice.Count(window) == window.cols * window.rows && placement.border_seen == border &&
          placement.border_matches == border;
 }
 
 bool BoardFinder::Build(const Placement& placement, const LightReader& reader, const Lens& lens, AnchoredBoard& board) {
-  const BorderPattern& pattern = patterns_[static_cast<std::size_t>(placement.pattern)];
+  const BorderPattern& pattern = sought_.patterns[static_cast<std::size_t>(placement.pattern)];
   const Lattice::Window& window = placement.corners;
   board.size = pattern.size;
-  if (shared_ && lattice_.Count(window) == lattice_.Count(lattice_.window())) {
+  if (grid_->shared && grid_->lattice.Count(window) == grid_->lattice.Count(grid_->lattice.window())) {
     // The same corners, which were fitted already.
-    pairs_ = shared_pairs_;
-  } else if (!FitWindow(window, &pairs_)) {
+    grid_->pairs = grid_->shared_pairs;
+  } else if (!FitWindow(window, &grid_->pairs)) {
     return Refuse(placement, Refusal::kNotPlane, 0, 0);
   }
   ResampleByHomography(window, reader);
   Placement judged = placement;
   // Of the same samples, it would be judged as before.
-  if (!(shared_ && window == marked_)) {
+  if (!(grid_->shared && window == grid_->marked)) {
     MarkVisible(window, reader);
     if (!JudgeBorder(judged)) return false;
   }
+  grid_->work.Add(WorkStep::kBoard);
   DescribeCells(judged, board);
   board.border_seen = judged.border_seen;
   board.border_matches = judged.border_matches;
@@ -145,59 +156,60 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
   constexpr std::array<int, 4> kCos{1, 0, -1, 0}, kSin{0, 1, 0, -1};
   const int cos = kCos[static_cast<std::size_t>(placement.turn)], sin = kSin[static_cast<std::size_t>(placement.turn)];
   const Eigen::Matrix2d board_from_lattice = (Eigen::Matrix2d() << cos, sin, -sin, cos).finished();
-  board.box = {};
-  for (const PointPair& pair : pairs_) board.box.Add(static_cast<float>(pair.to.x()), static_cast<float>(pair.to.y()));
+  for (const PointPair& pair : grid_->pairs)
+    board.box.Add(static_cast<float>(pair.to.x()), static_cast<float>(pair.to.y()));
   // Where all corners agree, what the lens does to a few points of their homography tells as much as to all of them.
-  if (static_cast<int>(pairs_.size()) == window.cols * window.rows) {
-    pairs_.clear();
+  if (static_cast<int>(grid_->pairs.size()) == window.cols * window.rows) {
+    grid_->pairs.clear();
     for (const double y : {0.0, 0.5, 1.0})
       for (const double x : {0.0, 0.5, 1.0}) {
         const Eigen::Vector2d at(window.x + x * (window.cols - 1), window.y + y * (window.rows - 1));
-        pairs_.push_back({at, (image_from_lattice_ * at.homogeneous()).hnormalized()});
+        grid_->pairs.push_back({at, (grid_->image_from_lattice * at.homogeneous()).hnormalized()});
       }
   }
-  for (PointPair& pair : pairs_) {
+  for (PointPair& pair : grid_->pairs) {
     pair.from = board_from_lattice * (pair.from - center);
     const auto plane = lens.ToPlane(pair.to);
     if (!plane) return Refuse(placement, Refusal::kNotPlane, 0, 0);
     pair.to = *plane;
   }
   board.box.Widen(1.0f / static_cast<float>(std::min(window.cols, window.rows)));
-  const auto homography = FitHomography(pairs_);
+  const auto homography = FitHomography(grid_->pairs);
   if (!homography) return Refuse(placement, Refusal::kNotPlane, 0, 0);
   board.plane_from_board = *homography;
-  sorted_.clear();
-  board.found.fill(false);
+  grid_->sorted.clear();
   for (int y = window.y; y < window.y + window.rows; ++y)
     for (int x = window.x; x < window.x + window.cols; ++x)
-      if (const Lattice::Point* point = lattice_.At(x, y)) {
-        sorted_.push_back(point->scale);
-        claimed_[static_cast<std::size_t>(point->corner)] = 1;
+      if (const Lattice::Point* point = grid_->lattice.At(x, y)) {
+        grid_->sorted.push_back(point->scale);
+        (*claimed_)[static_cast<std::size_t>(point->corner)] = 1;
         const Eigen::Vector2d at = board_from_lattice * (Eigen::Vector2d(x, y) - center);
         const int row = static_cast<int>(std::lround(at.y() + 0.5 * (pattern.size.rows - 2))),
                   col = static_cast<int>(std::lround(at.x() + 0.5 * (pattern.size.cols - 2)));
         board.found[static_cast<std::size_t>(row * (pattern.size.cols - 1) + col)] = true;
       }
-  board.scale = MedianInPlace(sorted_);
+  board.scale = MedianInPlace(grid_->sorted);
   return true;
 }
 
 bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
                        const CornerSearch* search, const LightReader& reader, const Lens& lens,
-                       std::vector<AnchoredBoard>& boards) {
-  if (!lattice_.Read(grid, members, corners, search, claimed_, reader.width(), reader.height(), most_corners_))
+                       std::vector<AnchoredBoard>& boards, TraceCandidate* attempt,
+                       const GridLimit& limit) {
+  grid_.Start().attempt = attempt;
+  grid_->limit = limit;
+  if (!grid_->lattice.Read(grid, members, corners, search, *claimed_, reader.width(), reader.height(),
+                           sought_.most_corners))
     return Refuse({.corners = {}, .covered = {}}, Refusal::kNotOneLattice, 0, 0);
-  placements_.clear();
-  taken_.clear();
-  const Lattice::Window& all = lattice_.window();
-  cell_window_ = {all.x - 2, all.y - 2, all.cols + 3, all.rows + 3};
-  cells_.assign(static_cast<std::size_t>(cell_window_.cols * cell_window_.rows), CellSample{});
+  const Lattice::Window& all = grid_->lattice.window();
+  grid_->cell_window = {all.x - 2, all.y - 2, all.cols + 3, all.rows + 3};
+  grid_->cells.assign(static_cast<std::size_t>(grid_->cell_window.cols * grid_->cell_window.rows), CellSample{});
   // A grid that fits into a board, more or less, lies on one plane.
   const int cols = grid.max_x - grid.min_x + 1, rows = grid.max_y - grid.min_y + 1;
-  shared_ = cols <= most_corners_ + 2 && rows <= most_corners_ + 2 && FitWindow(all, &shared_pairs_);
-  marked_ = {};
-  for (int pattern = 0; pattern < static_cast<int>(patterns_.size()); ++pattern) {
-    const MarkerSize size = patterns_[static_cast<std::size_t>(pattern)].size;
+  grid_->shared =
+      cols <= sought_.most_corners + 2 && rows <= sought_.most_corners + 2 && FitWindow(all, &grid_->shared_pairs);
+  for (int pattern = 0; pattern < static_cast<int>(sought_.patterns.size()); ++pattern) {
+    const MarkerSize size = sought_.patterns[static_cast<std::size_t>(pattern)].size;
     for (const bool turned : {false, true}) {
       if (turned && size.rows == size.cols) continue;
       TryWindows(pattern, turned, reader);

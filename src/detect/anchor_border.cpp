@@ -34,7 +34,7 @@ bool BoardFinder::MayBeBorder(const BorderPattern& pattern, const Lattice::Windo
     sum[saturated] += sample.blue_share;
   }
   if (n[0] < 2 || n[1] < 2 || sum[0] * n[1] - sum[1] * n[0] < kLeastBlueDifference * n[0] * n[1]) return false;
-  std::array<std::vector<float>, 2>& shares = blue_shares_;
+  std::array<std::vector<float>, 2>& shares = grid_->blue_shares;
   for (std::vector<float>& group : shares) group.clear();
   for (const auto& [cell, saturated] : pattern.light_cells[static_cast<std::size_t>(turn)]) {
     const CellSample& sample = CellAt(window.x - 1 + cell.col, window.y - 1 + cell.row, reader);
@@ -54,28 +54,28 @@ bool BoardFinder::MayBeBorder(const BorderPattern& pattern, const Lattice::Windo
 }
 
 bool BoardFinder::IsVisible(const Placement& placement, std::size_t cell) const {
-  if (!visible_[cell] || placement.covered.lines == 0) return visible_[cell];
+  if (!grid_->visible[cell] || placement.covered.lines == 0) return grid_->visible[cell];
   const int cols = placement.corners.cols + 1, at = static_cast<int>(cell);
   return !placement.covered.Holds(at / cols, at % cols, placement.corners.rows + 1, cols);
 }
 
 float BoardFinder::SaturationOf(const Placement& placement, std::size_t cell, bool dark) const {
-  return ColourOf(samples_[cell].light, placement.white, dark, space_).saturation;
+  return ColourOf(grid_->samples[cell].light, placement.white, dark, sought_.space).saturation;
 }
 
 void BoardFinder::DescribeCells(const Placement& placement, AnchoredBoard& board) const {
-  const BorderPattern& pattern = patterns_[static_cast<std::size_t>(placement.pattern)];
+  const BorderPattern& pattern = sought_.patterns[static_cast<std::size_t>(placement.pattern)];
   const MarkerSize size = pattern.size;
   const std::vector<std::size_t>& in_footprint = pattern.in_footprint[static_cast<std::size_t>(placement.turn)];
-  board.light.resize(in_footprint.size());
-  board.saturated.resize(in_footprint.size());
-  board.covered.resize(in_footprint.size());
+  board.light.Assign(in_footprint.size(), Eigen::Vector3f::Zero());
+  board.saturated.Assign(in_footprint.size(), 0);
+  board.covered.Assign(in_footprint.size(), 0);
   std::size_t cell = 0;
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col, ++cell) {
       const std::size_t sample = in_footprint[cell];
       const bool dark = IsDark(row, col);
-      board.light[cell] = samples_[sample].light;
+      board.light[cell] = grid_->samples[sample].light;
       board.saturated[cell] = SaturationOf(placement, sample, dark) > placement.threshold[dark];
       board.covered[cell] = !IsVisible(placement, sample);
     }
@@ -83,25 +83,27 @@ void BoardFinder::DescribeCells(const Placement& placement, AnchoredBoard& board
 }
 
 bool BoardFinder::JudgeBorder(Placement& placement) {
-  const BorderPattern& pattern = patterns_[static_cast<std::size_t>(placement.pattern)];
+  const BorderPattern& pattern = sought_.patterns[static_cast<std::size_t>(placement.pattern)];
   const std::vector<std::size_t>& in_footprint = pattern.in_footprint[static_cast<std::size_t>(placement.turn)];
+  grid_->work.Add(WorkStep::kJudgement);
   const int seen = ShowingBesides(placement), lines = placement.covered.lines;
   // White, by the border cells that are white if this turn is right.
   Eigen::Vector3f white = Eigen::Vector3f::Zero();
   int whites = 0;
-  border_.clear();
+  grid_->border.clear();
   for (std::size_t k = 0; k < pattern.cells.size(); ++k) {
     const Cell& cell = pattern.cells[k];
     const std::size_t sample = in_footprint[static_cast<std::size_t>(cell.row * pattern.size.cols + cell.col)];
     if (!IsVisible(placement, sample)) continue;
     const bool dark = IsDark(cell.row, cell.col), saturated = pattern.saturated[k] != 0;
-    border_.push_back({sample, dark, saturated, 0});
+    grid_->border.push_back({sample, dark, saturated, 0});
     if (dark || saturated) continue;
-    white += samples_[sample].light;
+    white += grid_->samples[sample].light;
     ++whites;
   }
   if (whites < 2) return Refuse(placement, Refusal::kBorderUnseen, whites, 2);
-  const int border_seen = static_cast<int>(border_.size());
+  const int border_seen = static_cast<int>(grid_->border.size());
+  grid_->work.Add(WorkStep::kBorderCell, grid_->border.size());
   const int least = std::min(kLeastBorder, BorderLength(pattern.size));
   if (border_seen < least) return Refuse(placement, Refusal::kBorderUnseen, border_seen, least);
   placement.white = white / static_cast<float>(whites);
@@ -109,7 +111,7 @@ bool BoardFinder::JudgeBorder(Placement& placement) {
 
   // Group means of eq. 4, apart for light and dark cells, whose inks differ in strength.
   std::array<std::array<GaussianSum, 2>, 2> groups;  // [dark][saturated]
-  for (BorderCell& cell : border_) {
+  for (BorderCell& cell : grid_->border) {
     cell.saturation = SaturationOf(placement, cell.sample, cell.dark);
     groups[cell.dark][cell.saturated].Add(cell.saturation);
   }
@@ -130,7 +132,7 @@ bool BoardFinder::JudgeBorder(Placement& placement) {
   if (apart < strict * kLeastSeparation)
     return Refuse(placement, Refusal::kInksAlike, apart, strict * kLeastSeparation);
   int matches = 0;
-  for (const BorderCell& cell : border_)
+  for (const BorderCell& cell : grid_->border)
     matches += (cell.saturation > placement.threshold[cell.dark]) == cell.saturated;
   placement.border_seen = border_seen;
   placement.border_matches = matches;

@@ -15,7 +15,7 @@ constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
 }  // namespace
 
 BoardFinder::Place BoardFinder::PlaceByHomography(int x, int y) const {
-  const Eigen::Matrix3d& m = image_from_lattice_;
+  const Eigen::Matrix3d& m = grid_->image_from_lattice;
   const Eigen::Vector3d at = m * Eigen::Vector3d(x + 0.5, y + 0.5, 1);
   const double scale = 1 / at.z();
   const Eigen::Vector2d center = scale * at.head<2>();
@@ -28,8 +28,8 @@ BoardFinder::Place BoardFinder::PlaceByHomography(int x, int y) const {
 }
 
 std::optional<BoardFinder::Place> BoardFinder::PlaceByNeighbours(int x, int y) const {
-  const std::array<const Lattice::Point*, 4> around{lattice_.At(x, y), lattice_.At(x + 1, y), lattice_.At(x + 1, y + 1),
-                                                    lattice_.At(x, y + 1)};
+  const std::array<const Lattice::Point*, 4> around{grid_->lattice.At(x, y), grid_->lattice.At(x + 1, y),
+                                                    grid_->lattice.At(x + 1, y + 1), grid_->lattice.At(x, y + 1)};
   // Between opposite corners.
   for (const std::size_t k : {0u, 1u})
     if (around[k] && around[k + 2]) {
@@ -48,7 +48,7 @@ std::optional<BoardFinder::Place> BoardFinder::PlaceByNeighbours(int x, int y) c
 
 void BoardFinder::SampleCell(int x, int y, const LightReader& reader, CellSample& sample) const {
   sample.sampled = true;
-  const std::optional<Place> place = shared_ ? PlaceByHomography(x, y) : PlaceByNeighbours(x, y);
+  const std::optional<Place> place = grid_->shared ? PlaceByHomography(x, y) : PlaceByNeighbours(x, y);
   sample.inside = place && place->center.x() >= 0 && place->center.y() >= 0 &&
                   place->center.x() <= reader.width() - 1 && place->center.y() <= reader.height() - 1;
   if (!sample.inside) return;
@@ -60,46 +60,47 @@ void BoardFinder::SampleCell(int x, int y, const LightReader& reader, CellSample
 
 /// Neighbours leave the cells at the corners of a board out, and place others roughly.
 void BoardFinder::ResampleByHomography(const Lattice::Window& window, const LightReader& reader) {
-  if (shared_) return;
-  shared_ = true;
+  if (grid_->shared) return;
+  grid_->work.Add(WorkStep::kCellSample, static_cast<std::uint64_t>((window.cols + 1) * (window.rows + 1)));
+  grid_->shared = true;
   for (int y = window.y - 1; y < window.y + window.rows; ++y)
     for (int x = window.x - 1; x < window.x + window.cols; ++x)
-      SampleCell(x, y, reader,
-                 cells_[static_cast<std::size_t>((y - cell_window_.y) * cell_window_.cols + x - cell_window_.x)]);
-  shared_ = false;
+      SampleCell(x, y, reader, grid_->cells[grid_->Slot(x, y)]);
+  grid_->shared = false;
 }
 
 void BoardFinder::MarkVisible(const Lattice::Window& window, const LightReader& reader) {
-  marked_ = window;
+  grid_->marked = window;
   const int cols = window.cols + 1, rows = window.rows + 1;
-  samples_.resize(static_cast<std::size_t>(cols * rows));
-  value_.resize(samples_.size());
-  inside_.resize(samples_.size());
+  grid_->samples.resize(static_cast<std::size_t>(cols * rows));
+  grid_->value.resize(grid_->samples.size());
+  grid_->inside.resize(grid_->samples.size());
+  grid_->work.Add(WorkStep::kWindowCell, grid_->samples.size());
   std::size_t cell = 0;
   for (int row = 0; row < rows; ++row)
     for (int col = 0; col < cols; ++col, ++cell) {
-      samples_[cell] = CellAt(window.x - 1 + col, window.y - 1 + row, reader);
-      value_[cell] = std::sqrt(samples_[cell].light[0] + samples_[cell].light[1]);
-      inside_[cell] = samples_[cell].inside;
+      grid_->samples[cell] = CellAt(window.x - 1 + col, window.y - 1 + row, reader);
+      grid_->value[cell] = std::sqrt(grid_->samples[cell].light[0] + grid_->samples[cell].light[1]);
+      grid_->inside[cell] = grid_->samples[cell].inside;
     }
   // How much lighter each cell is than its neighbours, in the measure that knows blue from black least. The sign is
   // that of the cell's class where the board is in view.
-  const std::span<const float> leads = neighbours_.Of(rows, cols, value_, inside_);
-  sorted_.clear();
-  for (const float lead : leads) sorted_.push_back(std::abs(lead));
-  const auto upper = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() * 2 / 3);
-  std::nth_element(sorted_.begin(), upper, sorted_.end());
+  const std::span<const float> leads = grid_->neighbours.Of(rows, cols, grid_->value, grid_->inside);
+  grid_->sorted.clear();
+  for (const float lead : leads) grid_->sorted.push_back(std::abs(lead));
+  const auto upper = grid_->sorted.begin() + static_cast<std::ptrdiff_t>(grid_->sorted.size() * 2 / 3);
+  std::nth_element(grid_->sorted.begin(), upper, grid_->sorted.end());
   const float least = 0.3f * *upper;
   // The lattice's cell (i, j) is light where i + j is even.
-  visible_.resize(samples_.size());
-  showing_ = 0;
+  grid_->visible.resize(grid_->samples.size());
+  grid_->showing = 0;
   cell = 0;
   for (int row = 0; row < rows; ++row)
     for (int col = 0; col < cols; ++col, ++cell) {
       const bool dark = (window.x - 1 + col + window.y - 1 + row) % 2 != 0;
-      visible_[cell] =
-          static_cast<std::uint8_t>(int{inside_[cell] != 0} & int{(dark ? -leads[cell] : leads[cell]) > least});
-      showing_ += visible_[cell];
+      grid_->visible[cell] =
+          static_cast<std::uint8_t>(int{grid_->inside[cell] != 0} & int{(dark ? -leads[cell] : leads[cell]) > least});
+      grid_->showing += grid_->visible[cell];
     }
 }
 

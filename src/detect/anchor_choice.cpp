@@ -21,40 +21,41 @@ constexpr double kLeastLead = 3;
 }  // namespace
 
 void BoardFinder::TakeBest(const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards) {
-  std::sort(placements_.begin(), placements_.end(),
+  std::sort(grid_->placements.begin(), grid_->placements.end(),
             [](const Placement& a, const Placement& b) { return a.score > b.score; });
-  taken_.clear();
-  for (std::size_t i = 0; i < placements_.size(); ++i) {
+  for (std::size_t i = 0; i < grid_->placements.size(); ++i) {
     const auto overlaps_taken = [&](std::size_t k) {
-      return std::any_of(taken_.begin(), taken_.end(),
-                         [&](std::size_t t) { return SharesCells(placements_[t].corners, placements_[k].corners); });
+      return std::any_of(grid_->taken.begin(), grid_->taken.end(), [&](std::size_t t) {
+        return SharesCells(grid_->placements[t].corners, grid_->placements[k].corners);
+      });
     };
+    grid_->work.Add(WorkStep::kComparison, grid_->taken.size());
     if (overlaps_taken(i)) continue;
     bool rivalled = false;
-    for (std::size_t k = i + 1; k < placements_.size() && !rivalled; ++k)
-      rivalled = placements_[k].score > placements_[i].score - kLeastLead &&
-                 SharesCells(placements_[i].corners, placements_[k].corners) && !overlaps_taken(k);
+    const double least = grid_->placements[i].score - kLeastLead;
+    for (std::size_t k = i + 1; k < grid_->placements.size() && grid_->placements[k].score > least && !rivalled; ++k) {
+      grid_->work.Add(WorkStep::kComparison);
+      rivalled = SharesCells(grid_->placements[i].corners, grid_->placements[k].corners) && !overlaps_taken(k);
+    }
     if (rivalled) {
-      Refuse(placements_[i], Refusal::kRivalled, 0, 0);
+      Refuse(grid_->placements[i], Refusal::kRivalled, 0, 0);
       continue;
     }
-    taken_.push_back(i);
+    grid_->taken.push_back(i);
   }
-  for (const std::size_t i : taken_) {
-    if (SidesThatGoOn(placements_[i], reader) >= kMostSides) {
-      Refuse(placements_[i], Refusal::kGoesOn, 0, 0);
+  for (const std::size_t i : grid_->taken) {
+    if (SidesThatGoOn(grid_->placements[i], reader) >= kMostSides) {
+      Refuse(grid_->placements[i], Refusal::kGoesOn, 0, 0);
       continue;
     }
-    AnchoredBoard board = TakeSpare();
-    const bool built = Build(placements_[i], reader, lens, board);
-    (built ? boards : spare_).push_back(std::move(board));
+    if (!Build(grid_->placements[i], reader, lens, boards.emplace_back())) boards.pop_back();
   }
 }
 
 bool BoardFinder::HasCornersOnItsSides(const Lattice::Window& window) const {
   const auto on_line = [&](int x, int y, int along_x, int along_y, int length) {
     int count = 0;
-    for (int i = 0; i < length; ++i) count += lattice_.At(x + i * along_x, y + i * along_y) != nullptr;
+    for (int i = 0; i < length; ++i) count += grid_->lattice.At(x + i * along_x, y + i * along_y) != nullptr;
     return count >= kLeastOfLine * length;
   };
   return on_line(window.x, window.y - 1, 1, 0, window.cols) ||
@@ -71,8 +72,8 @@ int BoardFinder::SidesThatGoOn(const Placement& placement, const LightReader& re
     return sample.inside ? std::sqrt(sample.light[0] + sample.light[1]) : -1;
   };
   const auto of_another_board = [&](int x, int y) {
-    return std::any_of(taken_.begin(), taken_.end(), [&](std::size_t k) {
-      const Lattice::Window& other = placements_[k].corners;
+    return std::any_of(grid_->taken.begin(), grid_->taken.end(), [&](std::size_t k) {
+      const Lattice::Window& other = grid_->placements[k].corners;
       return x >= other.x - 1 && y >= other.y - 1 && x < other.x + other.cols && y < other.y + other.rows;
     });
   };

@@ -13,6 +13,8 @@ constexpr double kLeastVisible = 0.5;
 constexpr double kLeastVisibleBesides = 0.8;
 /// Lines of cells along one side that something may lie over.
 constexpr int kMostCovered = 2;
+/// Places in a grid that are tried so. A board's grid has 40 at most; more are a texture of inks without end.
+constexpr int kMostWithCover = 1000;
 
 }  // namespace
 
@@ -29,9 +31,9 @@ int BoardFinder::ShowingBesides(const Placement& placement) const {
   for (int line = 0; line < covered.lines; ++line) {
     const int at = at_end ? (across ? rows : cols) - 1 - line : line;
     for (int i = 0; i < (across ? cols : rows); ++i)
-      hidden += visible_[static_cast<std::size_t>(across ? at * cols + i : i * cols + at)];
+      hidden += grid_->visible[static_cast<std::size_t>(across ? at * cols + i : i * cols + at)];
   }
-  return showing_ - hidden;
+  return grid_->showing - hidden;
 }
 
 bool BoardFinder::ShowsEnough(const Placement& placement) {
@@ -43,6 +45,7 @@ bool BoardFinder::ShowsEnough(const Placement& placement) {
 }
 
 bool BoardFinder::JudgeCovered(Placement& placement) {
+  if (++grid_->with_cover > kMostWithCover) return false;
   // The cover lies where it explains most of what does not show: at another side, the border that is left may match
   // too.
   std::array<std::pair<int, int>, 4> sides;

@@ -14,7 +14,8 @@ struct BoardSystem;
 
 /// How much the board coordinates at a corner move by each parameter of the geometry, for a fixed pixel.
 struct CornerDerivative {
-  BoardGeometry::Parameters x, y;
+  BoardGeometry::Parameters x = BoardGeometry::Parameters::Zero();
+  BoardGeometry::Parameters y = BoardGeometry::Parameters::Zero();
 };
 
 /// A value for each parity of pixel coordinates: phase = parity of x + 2 · parity of y.
@@ -82,8 +83,8 @@ class BoardEquations {
   /// Within floats_, by cell: entries of the matrix's column, from the diagonal down, and of the right-hand sides; four
   /// phases each. Single precision, as the sums that they are made of.
   float *matrix_ = nullptr, *right_ = nullptr;
-  Matrix normal_;
-  Vector gradient_;
+  Matrix normal_ = Matrix::Zero();
+  Vector gradient_ = Vector::Zero();
   double chi_square_ = 0;
 };
 

@@ -1,9 +1,11 @@
 #include "detect/board_fit.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "detect/board_fit_limits.h"
 #include "detect/small_cholesky.h"
 #include "detect/smear.h"
 
@@ -17,20 +19,8 @@ constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
 constexpr double kWiderBlur = 1.2;
 /// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
 constexpr int kPassesOfLight = 4;
-/// The same where light, or the edge of a shadow, is taken out of the pixels, in turns with the steps: what is left
-/// then is of first order.
-constexpr int kMostPassesOfLight = 24;
-constexpr double kSettledLightPx = 0.002;
-/// Corners that move farther in one step were never on a board.
-constexpr double kRunawayPx = 3;
 /// Until corners that were found lie right.
 constexpr int kStepsOfFound = 3;
-/// Beyond it, the corners are placed anew.
-constexpr double kFollowPx = 0.3;
-/// Standard deviations beyond which a pixel counts with less weight.
-constexpr float kRobustLimit = 4;
-/// Blur, pixels: half a pixel's own integration up to what still shows cells.
-constexpr double kLeastBlur = 0.25, kMostBlur = 12;
 /// A board that seems blurred so many times more or less than the image's others is no start for them, nor they for it.
 constexpr double kOtherBlur = 2;
 /// Every how many pixels the first step uses: with half of them it comes near from any start, with a third from one
@@ -38,11 +28,13 @@ constexpr double kOtherBlur = 2;
 constexpr int kFirstStride = 2, kFirstStrideKnown = 3;
 /// Cells, in blurs, whose middles show their own light.
 constexpr double kClearCell = 6;
-/// Of smears by more than a cell, little of the cells is left in the pixels. Errors are larger than what the pixels'
-/// noise makes them by as much as the corners lie farther off a plane than that, px: measured, from 0.01 to 0.15 px.
-constexpr double kLongSmearCells = 1, kOffLongSmearPx = 0.011;
-/// Of a smear, what it reaches beyond a board's rim, over what a blur does.
-constexpr double kSmearReach = 0.1;
+/// Of ways of more than a cell, little of the cells is left in the pixels, and some fits are off by more than the pixels'
+/// noise tells: those whose corners lie farther off the plane than that, px (measured: 0.015 of most, 0.03 of these).
+constexpr double kLongMotionCells = 1, kOffLongMotionPx = 0.016;
+/// Of a way, what it reaches beyond a board's rim, over what a blur does; and all of half of it beyond so much of a cell.
+constexpr double kSmearReach = 0.1, kSmearReachAllCells = 0.4;
+/// Pixels at the rim are chosen by so many blurs (see OutwardReach).
+constexpr double kReachBlurs = 2.2;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
 
@@ -55,7 +47,8 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   for (int phase = 0; phase < 4; ++phase)
     channel_of_phase_[static_cast<std::size_t>(phase)] = reader.ChannelOf(phase & 1, phase >> 1);
   blur_px_ = start.blur_px;
-  shade_twice_ = bent_light_ = fit_ink_ = ink_moves_ = shadow_moves_ = false;
+  shade_twice_ = bent_light_ = fit_ink_ = look_farther_ = false;
+  corner_move_px_ = 0;
   edges_ = {};
   input_.saturation = kSaturation;
   result_.geometry = start.geometry;
@@ -82,13 +75,11 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
 
 bool BoardFit::Collect(const LightReader& reader, const Lens& lens) {
   collected_for_ = result_.geometry;
-  const int corners = pixels_.Collect(reader, lens, size_, result_.geometry, blur_px_ + kSmearReach * smear_px_.norm());
-  if (corners < FittedBoard::kFewestCorners) return false;
-  if (shadow_) {
-    shadowed_.Start(*shadow_, pixels_);
-    EvenOutShadow();
-  }
-  return true;
+  const double cell_px = std::sqrt(std::abs(result_.geometry.PlaneByBoard({0, 0}).determinant())), way = smear_px_.norm();
+  const double reach_px = kSmearReach * way + std::max(0.0, way / 2 - kSmearReachAllCells * cell_px) / kReachBlurs;
+  const int corners = pixels_.Collect(reader, lens, size_, result_.geometry, blur_px_ + reach_px);
+  work_.Add(WorkStep::kCollectedPixel, static_cast<std::uint64_t>(CountPixels()));
+  return corners >= FittedBoard::kFewestCorners;
 }
 
 void BoardFit::SetDerivatives() {
@@ -140,19 +131,17 @@ void BoardFit::SetLanes() {
     slope[phase] = noise_.slope[channel];
   }
   LaneBlock& lanes = pixels_.lanes();
-  const auto set = [&](int which, int lane, const PhaseValues& values, float scale) {
-    float* const to = lanes.parameter_data(which) + lane;
-    for (std::size_t phase = 0; phase < 4; ++phase) to[phase] = scale * values[phase];
+  const auto set = [&](int which, int lane, const PhaseValues& values) {
+    std::copy(values.begin(), values.end(), lanes.parameter_data(which) + lane);
   };
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
     const int lane = pixels_.Lane(corner);
     const QuadrantLevels quadrants = LevelsOf(corner);
     for (int i = 0; i < 4; ++i)
-      set(LaneBlock::kL00 + i, lane, levels_[static_cast<std::size_t>(quadrants[static_cast<std::size_t>(i)])], 1);
-    const float lit = static_cast<float>(LightAt(corner));
-    set(LaneBlock::kNoiseFloor, lane, floor, 1 / (lit * lit));
-    set(LaneBlock::kNoiseSlope, lane, slope, 1 / lit);
+      set(LaneBlock::kL00 + i, lane, levels_[static_cast<std::size_t>(quadrants[static_cast<std::size_t>(i)])]);
+    set(LaneBlock::kNoiseFloor, lane, floor);
+    set(LaneBlock::kNoiseSlope, lane, slope);
   }
 }
 
@@ -168,6 +157,8 @@ bool BoardFit::Step(LaneSums sums) {
   SetLanes();
   input_.sums = sums;
   AccumulateLanes(input_, pixels_.lanes());
+  work_.Add(WorkStep::kFitStep);
+  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(CountPixels()));
   const bool fixed_levels = sums == LaneSums::kShapes;
   equations_.Assemble({.pixels = &pixels_,
                        .used = used_,
@@ -206,83 +197,92 @@ void BoardFit::Finish() {
     const double lit = LightAt(corner);
     for (int lane = first; lane < first + 4; ++lane) {
       weight += lanes.sum(kWeight, lane);
-      residual_square += lit * lit * double{lanes.sum(kDarkSquare, lane) + lanes.sum(kLightSquare, lane)};
+      residual_square += double{lanes.sum(kDarkSquare, lane) + lanes.sum(kLightSquare, lane)};
       residual_count += lanes.sum(kDarkCount, lane) + lanes.sum(kLightCount, lane);
     }
-    const auto sum = [&](int a, int b) { return equations_.SumOf(a, b, first); };
-    Eigen::Matrix2d information;
-    information << sum(kShiftX, kShiftX), sum(kShiftX, kShiftY), sum(kShiftX, kShiftY), sum(kShiftY, kShiftY);
-    const Eigen::Vector2d gradient = Eigen::Vector2d(sum(kShiftX, kResidual), sum(kShiftY, kResidual)) -
-                                     equations_.ShiftGradientOfLevels(first, LevelsOf(corner));
+    const auto [information, gradient] = ShiftOf(corner);
     if (!(information.determinant() > 0)) continue;
     const std::size_t i = static_cast<std::size_t>(corner);
     result_.corner_used[i] = true;
     ++result_.corners_used;
     // What is left of the corner's own shift after the last step.
-    const Eigen::Vector2d shift = information.inverse() * gradient - MoveOf(corner);
+    const Eigen::Vector2d shift = information.inverse() * gradient;
     shift_square += (place.pixel_by_board * shift).squaredNorm();
     shift_chi_square += shift.dot(information * shift);
     contrast += lit * Contrast(corner);
   }
   const double n = std::max(result_.corners_used, 1);
-  const double unknowns = BoardEquations::kUnknowns + channels_ * LevelCount(size_, own_levels_);
-  const double chi_square_per_pixel = (equations_.chi_square() - gain_) / std::max(weight - unknowns, 1.0);
+  const double unknowns =
+      (look_farther_ ? ModelColumns(model_input_.terms).shared : BoardEquations::kUnknowns) +
+      channels_ * LevelCount(size_, own_levels_);
+  const double chi_square = look_farther_ ? model_equations_.chi_square() : equations_.chi_square() - gain_;
+  const double chi_square_per_pixel = chi_square / std::max(weight - unknowns, 1.0);
   // Edges that lie where no homography puts them (paper that is not flat, print, what is left of the lens's distortion)
   // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
   const double chi_square_per_shift = shift_chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
   unexplained_shifts_ = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
-  // The blur follows the geometry.
-  constexpr int kBlurUnknown = BoardGeometry::kParameters;
-  const BoardEquations::Matrix& normal = equations_.normal();
-  const BoardGeometry::Parameters by_blur = normal.col(kBlurUnknown).head<BoardGeometry::kParameters>();
   BoardGeometry::Information of_moves =
-      (normal.topLeftCorner<BoardGeometry::kParameters, BoardGeometry::kParameters>() -
-       by_blur * by_blur.transpose() / normal(kBlurUnknown, kBlurUnknown)) /
-      std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
+      InformationOnMoves() / std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
   result_.reprojection_rms_px = std::sqrt(shift_square / n);
-  if (smear_px_.norm() > kLongSmearCells * CellPx())
-    of_moves /= std::max(shift_square / n / (kOffLongSmearPx * kOffLongSmearPx), 1.0);
+  if (smear_px_.norm() > kLongMotionCells * CellPx())
+    of_moves /= std::max(shift_square / n / (kOffLongMotionPx * kOffLongMotionPx), 1.0);
   // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
-  if (own_levels_ || (shadow_ && take_out_)) of_moves /= std::max(unexplained_shifts_, 1.0);
-  if (take_out_ && FarCells::MoveWithBoard(Known(), pixels_)) {
-    const BoardGeometry::Information response = far_cells_.ResponseToMoves(Known(), used_, pixels_);
-    if (response.allFinite()) of_moves = response.transpose() * of_moves * response;
-  }
+  if (own_levels_) of_moves /= std::max(unexplained_shifts_, 1.0);
   result_.information = result_.geometry.FromMoves(of_moves);
   result_.image = {noise_, blur_px_, edges_};
   result_.signal_to_noise = contrast / n / std::max(std::sqrt(residual_square / std::max(residual_count, 1.0)), 1e-6);
   TellLevels();
 }
 
+BoardGeometry::Information BoardFit::InformationOnMoves() const {
+  constexpr int kMoves = BoardGeometry::kParameters;
+  if (!look_farther_) {
+    // The blur follows the geometry.
+    const BoardEquations::Matrix& normal = equations_.normal();
+    const BoardGeometry::Parameters by_blur = normal.col(kMoves).head<kMoves>();
+    return normal.topLeftCorner<kMoves, kMoves>() - by_blur * by_blur.transpose() / normal(kMoves, kMoves);
+  }
+  const ModelEquations::SharedMatrix& all = model_equations_.information();
+  const Eigen::Index others = all.rows() - kMoves;
+  const ModelEquations::SharedMatrix common = all.bottomLeftCorner(others, kMoves);
+  const Eigen::LDLT<ModelEquations::SharedMatrix> factor(all.bottomRightCorner(others, others));
+  return all.topLeftCorner<kMoves, kMoves>() - common.transpose() * factor.solve(common);
+}
+
+ModelEquations::CornerShift BoardFit::ShiftOf(int corner) const {
+  if (look_farther_) return model_equations_.ShiftOf(EquationsOfModel(), corner);
+  const int lane = pixels_.Lane(corner);
+  const auto sum = [&](int a, int b) { return equations_.SumOf(a, b, lane); };
+  ModelEquations::CornerShift shift;
+  shift.information << sum(kShiftX, kShiftX), sum(kShiftX, kShiftY), sum(kShiftX, kShiftY), sum(kShiftY, kShiftY);
+  shift.gradient = Eigen::Vector2d(sum(kShiftX, kResidual), sum(kShiftY, kResidual)) -
+                   equations_.ShiftGradientOfLevels(lane, LevelsOf(corner));
+  shift.gradient -= shift.information * MoveOf(corner);
+  return shift;
+}
+
 bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
-  const int most = take_out_ || shadow_ ? kMostPassesOfLight : kMaxPasses;
-  const double settled_px = take_out_ ? kSettledLightPx : kSettledPx;
-  LaneSums sums = noise_known && !take_out_ ? LaneSums::kLevels : LaneSums::kNoise;
-  for (int pass = 1; pass < most; ++pass) {
+  LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
+  for (int pass = 1; pass < kMaxPasses; ++pass) {
     if (corner_move_px_ > kFollowPx) {
       pixels_.PlaceCorners(lens, result_.geometry);
       SetPlaces();
     }
     input_.robust_limit = noise_known ? kRobustLimit : 1e9f;
-    if (!smear_px_.isZero()) SetPlaces();  // the blur has changed
-    // What the cells beyond add has to be known before.
-    if (shadow_ && (pass > 1 || !take_out_)) FollowShadow();
-    if (take_out_) TakeOutLight();
     if (!Step(sums) || corner_move_px_ > kRunawayPx) return false;
     const bool changed = FindHiddenCorners();
     // What is done to the light follows the fit by a pass or two.
-    const bool uneven = take_out_ || bent_light_ || AnyUnused(), again = shade_twice_ && pass == 1;
-    const bool follows = (uneven ? pass < kPassesOfLight : again) || ink_moves_ || shadow_moves_;
-    // The image's first board tells its edges, if those beyond do not blur into them; what they explain is no noise.
-    const bool told = pass == 1 && !start.image && !take_out_ && TellEdges();
-    if (noise_known && !changed && !follows && corner_move_px_ < settled_px && blur_change_ < kSettledBlur) break;
-    if (!shadow_ && (uneven ? pass > 1 && pass < kPassesOfLight : again)) {
-      if (take_out_) far_cells_.PutBack(pixels_);
+    const bool uneven = bent_light_ || AnyUnused(), again = shade_twice_ && pass == 1;
+    const bool follows = uneven ? pass < kPassesOfLight : again;
+    // The image's first board tells its edges; what they explain is no noise.
+    const bool told = pass == 1 && !start.image && TellEdges();
+    if (noise_known && !changed && !follows && corner_move_px_ < kSettledPx && blur_change_ < kSettledBlur) break;
+    if (uneven ? pass > 1 && pass < kPassesOfLight : again) {
       FindHiddenCells();
       EvenOutShading(start);
     }
     if (told) continue;
-    if (sums == LaneSums::kNoise && !shadow_) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
+    if (sums == LaneSums::kNoise) EstimateNoise(pixels_, used_, channel_of_phase_, noise_);
     noise_known = true;
     sums = LaneSums::kNoise;
   }
@@ -332,10 +332,26 @@ bool BoardFit::ComeNearByFound(const LightReader& reader, const Lens& lens, cons
 bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
   left_out_ = choice.left_out;
   own_levels_ = choice.own_levels;
+  may_move_ = choice.may_move && !choice.own_levels && !choice.shadow && choice.ink_spread == 0;
   shadow_ = choice.shadow;
   smear_px_ = choice.smear_px;
   ink_spread_ = choice.ink_spread;
   if (!Prepare(reader, lens, start)) return false;
+  fit_ink_ = ink_spread_ != 0;
+  look_farther_ = !smear_px_.isZero() || fit_ink_ || shadow_;
+  if (!look_farther_ && !ComeNear(reader, lens, start)) return false;
+  wide_ = look_farther_ || BlursWidely() || SeemsMoved();
+  look_farther_ = wide_ && (look_farther_ || choice.may_look_farther);
+  if (look_farther_) LookBeside(reader, lens);
+  input_.stride = 1;
+  const bool noise_known = start.image != nullptr;
+  const bool settled = look_farther_ ? SettleModel(reader, lens, start, noise_known) : Settle(lens, start, noise_known);
+  if (!settled) return false;
+  Finish();
+  return result_.determined();
+}
+
+bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start& start) {
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   input_.robust_limit = 1e9f;
   // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
@@ -355,14 +371,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   hidden_cells_.assign(start.covered.begin(), start.covered.end());
   HideCellsBeside(left_out_);
   EvenOutShading(start);
-  fit_ink_ = ink_spread_ != 0;
-  ink_waits_ = kInkWaits;
-  take_out_ = !smear_px_.isZero() || fit_ink_ || FarCells::Matter(pixels_, blur_px_, shadow_.has_value());
-  if (take_out_) StartFarCells(reader, lens);
-  input_.stride = 1;
-  if (!Settle(lens, start, start.image != nullptr)) return false;
-  Finish();
-  return result_.determined();
+  return true;
 }
 
 }  // namespace chequer

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -11,16 +12,20 @@
 #include "detect/board_geometry.h"
 #include "detect/board_pixels.h"
 #include "detect/edge_shape.h"
-#include "detect/far_cells.h"
 #include "detect/fitted_board.h"
 #include "detect/light.h"
+#include "detect/model_equations.h"
+#include "detect/model_kernel.h"
 #include "detect/shading.h"
 #include "detect/shadow_edge.h"
-#include "detect/shadowed_pixels.h"
+#include "detect/work_meter.h"
 
 namespace chequer {
 
 using CornerFlags = std::array<bool, kMaxCorners>;
+inline bool AnyOf(const CornerFlags& corners) {
+  return std::find(corners.begin(), corners.end(), true) != corners.end();
+}
 
 /// One joint fit of geometry, cell levels (free for every cell and channel), blur and noise of a board to its pixels,
 /// by Gauss-Newton on the model of photometric_kernel.h (which Krüger and Yang have corner by corner). What to make of
@@ -50,7 +55,11 @@ class BoardFit {
     std::optional<ShadowEdge> shadow;
     /// The way of a point during the exposure, image pixels; where it is not zero, it is fitted too.
     Eigen::Vector2d smear_px = Eigen::Vector2d::Zero();
-    /// By how much ink has spread, cells; the same.
+    /// Whether it is tried if the board's blur seems to be a motion's.
+    bool may_move = true;
+    /// Whether the model with all its terms may be fitted where the four cells around a corner do not suffice.
+    bool may_look_farther = true;
+    /// By how much ink has spread, cells; the same as of the way.
     double ink_spread = 0;
   };
 
@@ -84,8 +93,16 @@ class BoardFit {
   std::span<const LitPart> LitParts(std::span<const std::uint8_t> saturated);
   /// As it was fitted.
   const std::optional<ShadowEdge>& shadow() const { return shadow_; }
-  /// Whether the light of what the model leaves out is taken out of the pixels (see far_cells.h).
-  bool takes_out_light() const { return take_out_; }
+  /// Whether the four cells around a corner did not suffice (see model_kernel.h).
+  bool looks_farther() const { return look_farther_; }
+  /// Whether they may not suffice.
+  bool may_look_farther() const { return wide_; }
+  /// Forgets the work that was counted.
+  void StartWork() { work_ = {}; }
+  /// What the fits since then took.
+  const WorkMeter& work() const { return work_; }
+  /// The way of a point during the exposure, image pixels; zero if that was not fitted.
+  const Eigen::Vector2d& motion_px() const { return smear_px_; }
   /// By how much ink has spread, cells, if that was fitted.
   double ink_spread() const { return ink_spread_; }
 
@@ -93,6 +110,8 @@ class BoardFit {
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start);
   /// The pixels of the board as it lies by now. False if too few corners have some.
   bool Collect(const LightReader& reader, const Lens& lens);
+  /// The first step of boards in plain view, until it has the pixels that are the board's. False if it runs away.
+  bool ComeNear(const LightReader& reader, const Lens& lens, const Start& start);
   /// Where the first step runs away: by the pixels around the corners that were found alone, until those lie right,
   /// then by all. False if they run away too, or none are left out.
   bool ComeNearByFound(const LightReader& reader, const Lens& lens, const Start& start);
@@ -105,6 +124,10 @@ class BoardFit {
   /// Steps until nothing moves any more.
   bool Settle(const Lens& lens, const Start& start, bool noise_known);
   void Finish();
+  /// Information on moves of the geometry, all else following, in units of what pixels are worth.
+  BoardGeometry::Information InformationOnMoves() const;
+  /// What a corner's pixels say of a shift of its own beyond the last step.
+  ModelEquations::CornerShift ShiftOf(int corner) const;
   /// Whether the image's edges are no Gaussian's: from here on, they are fitted as they are.
   bool TellEdges();
   /// Of the last step, in board coordinates.
@@ -137,7 +160,8 @@ class BoardFit {
   double LightOn(int cell) const;
 
   // Corners that something hides: board_fit_hidden.cpp.
-  bool FindHiddenCorners();
+  /// @param may_return corners that were found hidden may be found to be in view again. Whether anything changed.
+  bool FindHiddenCorners(bool may_return = true);
   /// Those beside corners that are not used.
   void FindHiddenCells();
   void HideCellsBeside(const CornerFlags& corners);
@@ -148,16 +172,40 @@ class BoardFit {
   /// @tparam Light tells how much there is At() a point of the board, and its SlopeAt() it.
   template <class Light>
   void EvenOutPixels(const Light& light);
-  void EvenOutShadow();
-  void StartFarCells(const LightReader& reader, const Lens& lens);
-  void FollowShadow();
   double LightAt(int corner) const;
-  /// What is known by now, for far_cells_.
-  FarCells::Known Known() const;
-  void TakeOutLight();
-  /// From here on, ink's spread is fitted too. Whether it has spread.
-  bool StartInk();
 
+  /// Whether a step of Gauss-Newton says that ink has spread.
+  bool StartInk(const LightReader& reader, const Lens& lens);
+
+  // The model with all its terms: board_fit_model.cpp.
+  /// Whether the lens blurs light of more than the four cells around a corner into its pixels.
+  bool BlursWidely() const;
+  /// The light around the board's rim.
+  void LookBeside(const LightReader& reader, const Lens& lens);
+  void MapLevels();
+  void SetModelInput(int stride);
+  void SetModelLanes();
+  ModelEquations::Input EquationsOfModel() const;
+  /// A step of Gauss-Newton that is not made yet.
+  bool SolveModel(int stride);
+  bool StepModel(int stride, bool first);
+  /// Whether its blur is so wide that it may have moved.
+  bool SeemsMoved() const;
+  /// Starts the fit of a motion where the blur is wider along one direction than across it, or of dot gain, where one of
+  /// them explains more than noise can; of both, the one that explains more. Whether one does.
+  bool FindTerms(int stride, double start_blur_px);
+  /// Starts the fit of dot gain by the first step to it, which levels and blur had taken up a part of.
+  void StartGain(double step, double start_blur_px);
+  /// Every how many pixels to use about so many of them.
+  int StrideFor(int pixels) const;
+  /// Of the board, in all channels.
+  int CountPixels() const;
+  bool SettleModel(const LightReader& reader, const Lens& lens, const Start& start, bool noise_known);
+  /// The pixels of the board as it lies by now, and the light beside it.
+  bool CollectAnew(const LightReader& reader, const Lens& lens);
+
+  WorkMeter work_;
+  bool wide_ = false;  ///< blurred so widely, or so unevenly, that cells beyond a corner's own four count
   MarkerSize size_;
   int channels_ = 1;
   int red_phase_ = -1;
@@ -170,25 +218,28 @@ class BoardFit {
   CornerFlags left_out_{}, usable_{}, used_{};
   std::vector<PhaseValues> levels_, cell_levels_;
   NoiseModel noise_;
-  FarCells far_cells_;
+  bool may_move_ = true;
   bool own_levels_ = false;  ///< levels_ are the quadrants', not the cells'
-  bool take_out_ = false, fit_ink_ = false, ink_moves_ = false, bent_light_ = false;
+  /// The model with all its terms is fitted, and which of these.
+  bool look_farther_ = false, fit_ink_ = false, bent_light_ = false;
   std::optional<ShadowEdge> shadow_;
-  ShadowedPixels shadowed_;
-  bool shadow_moves_ = false;
-  /// Passes that levels and blur take to give back what they took of the ink.
-  static constexpr int kInkWaits = 2;
+  ShadowEdge shadow_start_{ShadowEdge::Parameters::Zero()};
+  ModelInput model_input_;
+  ModelLanes model_lanes_;
+  ModelEquations model_equations_;
+  std::vector<ModelEquations::LevelsAround16> model_levels_;  ///< by corner
+  std::vector<PhaseValues> beside_;  ///< by cell, with a ring of what lies beside the board, which alone is told
+  bool terms_move_ = false;          ///< in the last step
   std::vector<LitPart> lit_parts_;
   bool shade_twice_ = false;  ///< the first shading is not good enough for boards as large
   double ink_spread_ = 0;     ///< cells
-  int ink_waits_ = 0;         ///< passes until it is told anew
   FittedBoard without_ink_;
   std::vector<std::uint8_t> hidden_cells_;  ///< scratch
   double blur_px_ = 1;
   Eigen::Vector2d smear_px_ = Eigen::Vector2d::Zero();
   EdgeShape edges_;
   EdgeProfiles profiles_;
-  BoardEquations::Vector step_;
+  BoardEquations::Vector step_ = BoardEquations::Vector::Zero();
   double misfit_spread_ = 1;
   double unexplained_shifts_ = 0;
   double gain_ = 0;            ///< of the last step: how much Σ w r² falls by it

@@ -9,6 +9,9 @@ namespace {
 
 /// A corner whose pixels disagree so much more than the median corner's is hidden.
 constexpr double kHiddenRatio = 8;
+/// Where cells blur into each other, levels fit a corner's few pixels more or less by chance: as many pixels more of it
+/// are asked for.
+constexpr double kFewPixels = 24;
 /// Corners with less of the median corner's contrast are hidden too.
 constexpr double kHiddenContrast = 0.2;
 
@@ -25,7 +28,7 @@ double BoardFit::Misfit(int corner) const {
   return pixels > 0 ? square / pixels : 1e9;
 }
 
-bool BoardFit::FindHiddenCorners() {
+bool BoardFit::FindHiddenCorners(bool may_return) {
   std::array<double, kMaxCorners> misfit, contrast, sorted;
   double least_misfit = 1e9, most_misfit = 0, least_contrast = 1e9, most_contrast = -1e9;
   int count = 0;
@@ -43,6 +46,11 @@ bool BoardFit::FindHiddenCorners() {
   misfit_spread_ = most_misfit / std::max(least_misfit, 1e-9);
   // Corners that are all alike are all near the median one.
   const bool alike = least_contrast >= kHiddenContrast * most_contrast && most_misfit <= kHiddenRatio * least_misfit;
+  int pixels_of_corner = 0;
+  for (int phase = 0; phase < 4; ++phase)
+    pixels_of_corner += pixels_.lanes().count(pixels_.Lane(pixels_.corners() / 2) + phase);
+  const double ratio =
+      kHiddenRatio * (look_farther_ ? 1 + kFewPixels / std::max(pixels_of_corner, 1) : 1);
   const auto median = [&](const std::array<double, kMaxCorners>& values) {
     std::size_t next = 0;
     for (int corner = 0; corner < pixels_.corners(); ++corner)
@@ -50,12 +58,12 @@ bool BoardFit::FindHiddenCorners() {
     std::nth_element(sorted.begin(), sorted.begin() + count / 2, sorted.begin() + count);
     return sorted[static_cast<std::size_t>(count / 2)];
   };
-  const double most = alike ? most_misfit : kHiddenRatio * median(misfit),
+  const double most = alike ? most_misfit : ratio * median(misfit),
                least = alike ? least_contrast : kHiddenContrast * median(contrast);
   bool changed = false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     bool& used = used_[static_cast<std::size_t>(corner)];
-    const bool now = usable_[static_cast<std::size_t>(corner)] && misfit[static_cast<std::size_t>(corner)] <= most &&
+    const bool now = usable_[static_cast<std::size_t>(corner)] && (used || may_return) && misfit[static_cast<std::size_t>(corner)] <= most &&
                      contrast[static_cast<std::size_t>(corner)] >= least;
     changed |= now != used;
     used = now;

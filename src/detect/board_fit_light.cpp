@@ -11,24 +11,14 @@ namespace {
 
 /// No pixel is brightened more.
 constexpr double kLeastShading = 0.02;
-/// Ink spreads over no more of a cell.
-constexpr double kMostInkSpread = 0.3;
 /// A first step that is shorter has other reasons: of a spread of half a pixel it is 0.29 px, of motion or noise 0.01.
 constexpr double kLeastInkSpreadPx = 0.1;
 /// Less of a cell pulls no pose, and edges drawn without a lens's blur may look so much off.
 constexpr double kLeastInkSpread = 0.015;
-/// The spread over such a step, as levels and blur have taken up the rest: measured, at the start and later.
-constexpr double kInkStep = 1.75;
-/// Every how many pixels tell whether there is any: on paper that is not flat, each board asks.
-constexpr int kInkStride = 5;
+/// So many pixels tell whether there is any: on paper that is not flat, each board asks.
+constexpr int kPixelsOfInk = 700;
 /// With fewer corners, ink has to tell so many times as much of the board.
 constexpr double kMoreByInk = 4;
-/// Where corners lie as much farther off than was thought, other pixels are the board's.
-constexpr double kCollectAnewPx = 0.3;
-/// Longer steps lead elsewhere.
-constexpr double kMostSmearStepPx = 1;
-/// Its last step, cells.
-constexpr double kSettledInkSpread = 0.0002;
 /// Of larger cells the light's bend is taken out too: a vignetting of a tenth makes a board of 40 px cells seem 3e-5
 /// smaller, three standard deviations; in small cells it does not count.
 constexpr double kFineCellPx = 12;
@@ -65,26 +55,6 @@ void BoardFit::EvenOutPixels(const Light& even) {
     }
 }
 
-void BoardFit::EvenOutShadow() { EvenOutPixels(*shadow_); }
-
-void BoardFit::FollowShadow() {
-  shadow_moves_ = shadowed_.Move({.geometry = &result_.geometry,
-                                  .blur_px = blur_px_,
-                                  .levels = levels_,
-                                  .noise = &noise_,
-                                  .far_cells = take_out_ ? &far_cells_ : nullptr,
-                                  .channel_of_phase = channel_of_phase_,
-                                  .saturation = input_.saturation},
-                                 used_, pixels_, *shadow_);
-  shadowed_.PutBack(pixels_);
-  EvenOutShadow();
-  if (take_out_) far_cells_.Forget(pixels_);
-}
-
-void BoardFit::StartFarCells(const LightReader& reader, const Lens& lens) {
-  far_cells_.Start(reader, lens, result_.geometry, channel_of_phase_, shadow_ ? &*shadow_ : nullptr, pixels_);
-}
-
 double BoardFit::LightAt(int corner) const { return shadow_ ? shadow_->At(pixels_.place(corner).board) : 1; }
 
 void BoardFit::EvenOutShading(const Start& start) {
@@ -116,63 +86,36 @@ void BoardFit::EvenOutShading(const Start& start) {
   }
 }
 
-void BoardFit::TakeOutLight() {
-  FarCells::Known known = Known();
-  far_cells_.TakeOut(known, pixels_);
-  if (!smear_px_.isZero()) {
-    const Eigen::Vector2d more = far_cells_.MoreSmear(known, used_, pixels_);
-    if (more.norm() < kMostSmearStepPx) {
-      smear_px_ += more;
-      SetPlaces();
-      known = Known();
-      far_cells_.TakeOut(known, pixels_);
-    }
-  }
-  if (!fit_ink_) return;
-  // Levels and blur, which took up a part of the ink, follow first.
-  if (ink_waits_ > 0) {
-    --ink_waits_;
-    return;
-  }
-  const double more = far_cells_.MoreInkSpread(known, used_, pixels_, 1), step = kInkStep * more;
-  ink_moves_ = std::abs(step) > kSettledInkSpread;
-  if (!ink_moves_) return;
-  ink_spread_ = std::clamp(ink_spread_ + step, -kMostInkSpread, kMostInkSpread);
-  known.ink_spread = ink_spread_;
-  far_cells_.TakeOut(known, pixels_);
-}
-
-bool BoardFit::StartInk() {
+bool BoardFit::StartInk(const LightReader& reader, const Lens& lens) {
   const double cell_px = CellPx();
-  const double more = far_cells_.MoreInkSpread(Known(), used_, pixels_, kInkStride);
-  if (std::abs(more) * cell_px < kLeastInkSpreadPx || kInkStep * std::abs(more) < kLeastInkSpread) return false;
-  ink_spread_ = std::clamp(kInkStep * more, -kMostInkSpread, kMostInkSpread);
-  ink_waits_ = kInkWaits;
-  take_out_ = fit_ink_ = ink_moves_ = true;
-  return true;
+  if (!look_farther_) LookBeside(reader, lens);
+  MapLevels();
+  fit_ink_ = true;
+  model_input_.terms = {.motion = !smear_px_.isZero(), .dot_gain = true, .shadow = shadow_.has_value()};
+  if (!SolveModel(StrideFor(kPixelsOfInk))) return false;
+  const double more = std::abs(model_equations_.step()[ModelColumns(model_input_.terms).dot_gain]);
+  return more * cell_px >= kLeastInkSpreadPx && more >= kLeastInkSpread;
 }
 
 void BoardFit::FitInk(const LightReader& reader, const Lens& lens, const Start& start) {
-  if (!take_out_) StartFarCells(reader, lens);
-  if (!StartInk()) return;
-  without_ink_ = result_;
-  blur_px_ = std::min(blur_px_, start.blur_px);
-  bool settled = Settle(lens, start, true);
-  // Pixels chosen for corners that were far off reach into what lies beside the rim.
-  if (settled && FarthestMove(collected_for_) > kCollectAnewPx) {
-    settled = Collect(reader, lens);
-    SetDerivatives();
-    SetPlaces();
-    StartFarCells(reader, lens);
-    settled = settled && Settle(lens, start, true);
+  const bool looked_farther = look_farther_;
+  if (!StartInk(reader, lens)) {
+    fit_ink_ = false;
+    return;
   }
+  look_farther_ = true;
+  without_ink_ = result_;
+  StartGain(model_equations_.step()[ModelColumns(model_input_.terms).dot_gain], start.blur_px);
+  const bool settled = SettleModel(reader, lens, start, true);
   if (settled) Finish();
-  // Ink explains all corners, or nearly all that the others lacked, or something else moved them.
+  // Ink explains all corners, or most of what the others lacked, or something else moved them.
   if (settled && (result_.corners_used >= without_ink_.corners_used ||
-                  (result_.flat() && result_.told() > kMoreByInk * without_ink_.told())))
+                  result_.told() > kMoreByInk * without_ink_.told()))
     return;
   result_ = without_ink_;
   ink_spread_ = 0;
+  fit_ink_ = false;
+  look_farther_ = looked_farther;
 }
 
 double BoardFit::FarthestMove(const BoardGeometry& from) const {
@@ -188,16 +131,6 @@ double BoardFit::FarthestMove(const BoardGeometry& from) const {
 
 double BoardFit::CellPx() const {
   return std::sqrt(std::abs(pixels_.place(pixels_.corners() / 2).pixel_by_board.determinant()));
-}
-
-FarCells::Known BoardFit::Known() const {
-  return {.geometry = &result_.geometry,
-          .blur_px = blur_px_,
-          .ink_spread = ink_spread_,
-          .smear_px = smear_px_,
-          .levels = levels_,
-          .own_levels = own_levels_,
-          .saturation = input_.saturation};
 }
 
 }  // namespace chequer

@@ -57,9 +57,9 @@ class BoardGeometry {
   Eigen::Matrix2d PlaneByBoard(const Eigen::Vector2d& board) const;
   /// Of a board point.
   struct Local {
-    Eigen::Vector2d plane;
+    Eigen::Vector2d plane = Eigen::Vector2d::Zero();
     double depth = 1;  ///< the homography's third coordinate
-    Eigen::Matrix2d plane_by_board;
+    Eigen::Matrix2d plane_by_board = Eigen::Matrix2d::Zero();
 
     /// How board coordinate `axis` moves with the plane point.
     Eigen::RowVector2d BoardByPlane(int axis) const {

@@ -59,7 +59,7 @@ Eigen::Matrix2d SlopeAt(const CornerPlace* place, int at, int count, int step) {
 /// The part of the board around a corner, in cells from it, and how it lies in the image.
 struct Region {
   double left, right, top, bottom;
-  Eigen::Matrix2d board_by_pixel;
+  Eigen::Matrix2d board_by_pixel = Eigen::Matrix2d::Zero();
 
   std::array<Band, 2> Bands() const {
     return {BandOf(board_by_pixel.row(0), left, right), BandOf(board_by_pixel.row(1), top, bottom)};

@@ -12,10 +12,11 @@ namespace chequer {
 
 /// Where a corner lies, and how the image lies around it.
 struct CornerPlace {
-  Eigen::Vector2d board;           ///< cells
-  Eigen::Vector2d plane, pixel;    ///< the same point on the plane and in the image
-  Eigen::Matrix2d plane_by_pixel;  ///< derivative there
-  Eigen::Matrix2d pixel_by_board;
+  Eigen::Vector2d board = Eigen::Vector2d::Zero();           ///< cells
+  Eigen::Vector2d plane = Eigen::Vector2d::Zero();           ///< the same point on the plane
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();           ///< and in the image
+  Eigen::Matrix2d plane_by_pixel = Eigen::Matrix2d::Zero();  ///< derivative there
+  Eigen::Matrix2d pixel_by_board = Eigen::Matrix2d::Zero();
   /// Centre of the region whose pixels are the corner's, cells from it: off zero at the board's rim.
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
   bool inside = false;  ///< the image

@@ -130,10 +130,10 @@ void PeakScan::Start(const BytePlane& plane, std::uint8_t threshold) {
   std::memset(response_.row(0), 0, static_cast<std::size_t>(kKept * response_.stride()));
   const std::size_t most = static_cast<std::size_t>(plane.width() + corner_response::kAtOnce);
   for (Strong& strong : strong_) {
-    strong.columns.resize(most);
+    strong.columns.Resize(most);
     strong.count = 0;
   }
-  columns_.resize(most);
+  columns_.Resize(most);
 }
 
 void PeakScan::Advance(const BytePlane& plane, int rows) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "detect/plane.h"
+#include "detect/raw_buffer.h"
 
 namespace chequer {
 
@@ -52,13 +53,13 @@ class PeakScan {
   /// Where a row of the response has something strong: the first columns of its vectors that do, so that nothing else
   /// is looked at again.
   struct Strong {
-    std::vector<std::uint16_t> columns;  ///< the first `count` of them
+    RawBuffer<std::uint16_t> columns;  ///< the first `count` of them
     int count = 0;
   };
 
   BytePlane response_;
   std::array<Strong, kKept> strong_;
-  std::vector<std::uint16_t> columns_;  ///< scratch
+  RawBuffer<std::uint16_t> columns_;  ///< of a row's peaks
   std::vector<Peak> peaks_;
   std::uint8_t threshold_ = 0;
   int next_ = 0;  ///< row of the response

@@ -21,6 +21,12 @@ constexpr float kOppositeMore = 3;
 /// How much farther corners on ridges count: inside narrow cells they lie nearer to a corner than its neighbour.
 constexpr float kRidgeHandicap = 3;
 
+/// So many corners, and so many a pixel, cost little in any case: frames of boards and textured ground mostly have fewer.
+constexpr std::size_t kFewCorners = 2000;
+constexpr double kFewCornersPerPixel = 0.001;
+/// The most pairs a pixel of the image: a thousand boards in 12 megapixels have a tenth of that.
+constexpr double kMostPairs = 1;
+
 /// How far there can be neighbours that matter.
 float Sufficient(const NearestKeys& nearest) {
   std::array<float, 4> square;
@@ -34,18 +40,39 @@ float Sufficient(const NearestKeys& nearest) {
 
 }  // namespace
 
-void CornerSearch::Build(int width, int height, std::vector<Corner>& corners) {
-  cols_ = (width >> kShift) + 1;
-  rows_ = (height >> kShift) + 1;
+void CornerSearch::CountBuckets(int width, int height, int shift, const std::vector<Corner>& corners) {
+  shift_ = shift;
+  rings_ = kRingsOf[static_cast<std::size_t>(shift)];
+  cols_ = (width >> shift) + 1;
+  rows_ = (height >> shift) + 1;
   start_.assign(static_cast<std::size_t>(cols_ * rows_) + 1, 0);
-  const std::size_t count = corners.size();
-  count_ = static_cast<int>(count);
-  bucket_of_.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < corners.size(); ++i) {
     bucket_of_[i] = Row(corners[i].position.y()) * cols_ + Col(corners[i].position.x());
     ++start_[static_cast<std::size_t>(bucket_of_[i]) + 1];
   }
   for (std::size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
+}
+
+double CornerSearch::PairsInWindows() const {
+  double pairs = 0;
+  for (int row = 0; row < rows_; ++row)
+    for (int col = 0; col < cols_; ++col)
+      if (const int own = First(row, col + 1) - First(row, col); own > 0)
+        pairs += static_cast<double>(own) * CountAround(row, col, kRings[0]);
+  return pairs;
+}
+
+void CornerSearch::Build(int width, int height, std::vector<Corner>& corners) {
+  const std::size_t count = corners.size();
+  const double pixels = static_cast<double>(width) * height;
+  count_ = static_cast<int>(count);
+  groups_ = 0;
+  bucket_of_.resize(count);
+  int shift = kWidestShift;
+  CountBuckets(width, height, shift, corners);
+  if (count > kFewCorners && static_cast<double>(count) > kFewCornersPerPixel * pixels)
+    while (shift > kNarrowestShift && PairsInWindows() > kMostPairs * pixels)
+      CountBuckets(width, height, --shift, corners);
   next_.assign(start_.begin(), start_.end() - 1);
   sorted_.resize(count);
   for (std::size_t i = 0; i < count; ++i)
@@ -66,7 +93,7 @@ void CornerSearch::Build(int width, int height, std::vector<Corner>& corners) {
 
 float CornerSearch::Covered(float x, float y, int row, int col, int ring) const {
   // From the point to the nearest side of the buckets around its own; the image's border hides nothing.
-  const float size = static_cast<float>(1 << kShift);
+  const float size = static_cast<float>(1 << shift_);
   const auto to_side = [&](float at, int bucket, int buckets) {
     const float before = bucket - ring <= 0 ? 1e9f : at - static_cast<float>(bucket - ring) * size;
     const float after = bucket + ring >= buckets - 1 ? 1e9f : static_cast<float>(bucket + ring + 1) * size - at;
@@ -86,7 +113,7 @@ int CornerSearch::CountAround(int row, int col, int ring) const {
 std::size_t CornerSearch::StartBucket(int row, int col) {
   for (Window& window : windows_) window.filled = false;
   std::size_t size = 0;
-  while (size + 1 < kRings.size() && CountAround(row, col, kRings[size]) < kEnoughAtOnce) ++size;
+  while (size + 1 < rings_ && CountAround(row, col, kRings[size]) < kEnoughAtOnce) ++size;
   return size;
 }
 
@@ -118,11 +145,13 @@ void CornerSearch::Find(int index, int row, int col, std::size_t size, NearestCo
   // Wider windows look at the corners of the narrower ones again: they are few.
   const Window* window = &WindowAround(row, col, size);
   NearestKeys nearest = FindNearest(table_, index, window->Ranges(), kLongest);
-  while (window->corners <= kMostConsidered && size + 1 < kRings.size() &&
+  groups_ += window->count;
+  while (window->corners <= kMostConsidered && size + 1 < rings_ &&
          Covered(X(index), Y(index), row, col, kRings[size]) < Sufficient(nearest)) {
     const int before = window->corners;
     window = &WindowAround(row, col, ++size);
     if (window->corners > before) nearest = FindNearest(table_, index, window->Ranges(), kLongest);
+    groups_ += window->count;
   }
   for (std::size_t ray = 0; ray < 4; ++ray) {
     // Without branches: of none, the first.

@@ -41,6 +41,9 @@ class CornerSearch {
     }
   }
 
+  /// Groups of kCornersAtOnce corners at most that a corner was held against, since Build(): what the search costs.
+  std::uint64_t groups_looked_at() const { return groups_; }
+
   /// Calls visit(i) for the corners in the buckets that touch the square around a point.
   template <class Visit>
   void ForNeighbours(const Eigen::Vector2f& center, float radius, const Visit& visit) const {
@@ -50,10 +53,15 @@ class CornerSearch {
   }
 
  private:
-  static constexpr int kShift = 5;  ///< buckets of 32 × 32 px
-  /// Half the sides of the windows around a bucket, buckets; the first that holds enough is searched first.
-  static constexpr std::array<int, 4> kRings{1, 2, 4, 6};
-  static_assert(kRings.back() == static_cast<int>(kLongest) >> kShift);
+  /// Sides of the buckets as powers of two, px. Where corners stand so close that a look at each takes too many others
+  /// in, buckets are smaller.
+  static constexpr int kWidestShift = 5, kNarrowestShift = 3;
+  /// Half the sides of the windows around a bucket, buckets; the first that holds enough is searched first. The
+  /// narrower the buckets, the more of them: kRingsOf many, of which the last reaches kLongest.
+  static constexpr std::array<int, 6> kRings{1, 2, 4, 6, 13, 27};
+  static constexpr std::array<std::size_t, 6> kRingsOf{0, 0, 0, 6, 5, 4};  ///< by the shift
+  static_assert(kRings[kRingsOf[kWidestShift] - 1] == static_cast<int>(kLongest) >> kWidestShift);
+  static_assert(kRings[kRingsOf[kNarrowestShift] - 1] == static_cast<int>(kLongest) >> kNarrowestShift);
   /// The corners around a bucket.
   struct Window {
     std::vector<CornerRange> ranges;  ///< the first `count` of them
@@ -63,6 +71,10 @@ class CornerSearch {
 
     std::span<const CornerRange> Ranges() const { return std::span(ranges).first(count); }
   };
+  /// Counts corners by buckets of that size.
+  void CountBuckets(int width, int height, int shift, const std::vector<Corner>& corners);
+  /// Pairs of corners that a search in the smallest windows takes in.
+  double PairsInWindows() const;
   /// Forgets the windows of another bucket; returns the size that the search of this one begins with.
   std::size_t StartBucket(int row, int col);
   int CountAround(int row, int col, int ring) const;
@@ -72,14 +84,17 @@ class CornerSearch {
 
   float X(int i) const { return table_.column(CornerTable::kX)[i]; }
   float Y(int i) const { return table_.column(CornerTable::kY)[i]; }
-  int Col(float x) const { return std::clamp(static_cast<int>(x) >> kShift, 0, cols_ - 1); }
-  int Row(float y) const { return std::clamp(static_cast<int>(y) >> kShift, 0, rows_ - 1); }
+  int Col(float x) const { return std::clamp(static_cast<int>(x) >> shift_, 0, cols_ - 1); }
+  int Row(float y) const { return std::clamp(static_cast<int>(y) >> shift_, 0, rows_ - 1); }
   /// How far around a point all corners lie in its bucket and the `ring` buckets around it, pixels.
   float Covered(float x, float y, int row, int col, int ring) const;
   /// First corner of a bucket; those of a row's buckets stand one after the other.
   int First(int row, int col) const { return start_[static_cast<std::size_t>(row * cols_ + col)]; }
 
   int cols_ = 0, rows_ = 0, count_ = 0;
+  std::uint64_t groups_ = 0;
+  int shift_ = kWidestShift;
+  std::size_t rings_ = kRingsOf[kWidestShift];
   std::vector<int> start_, next_, bucket_of_;
   std::vector<Corner> sorted_;
   CornerTable table_;

@@ -29,14 +29,30 @@ constexpr float kClearShare = 0.7f;
 constexpr int kClearAmongPrint = 20;
 constexpr float kClearShareAmongPrint = 0.5f;
 
+/// Leaves out the weakest of too many. Of those that are equally weak, some are left out everywhere in the image. The
+/// others stay in their order. @param count peaks by their response.
+void KeepStrongest(std::size_t most, const std::array<std::size_t, 256>& count, std::vector<Peak>& peaks) {
+  if (peaks.size() <= most) return;
+  std::size_t least = count.size(), stronger = 0;
+  while (least > 0 && stronger + count[least - 1] <= most) stronger += count[--least];
+  if (least == 0) return;
+  const std::size_t equals = count[--least], kept = most - stronger;
+  std::size_t share = 0;
+  std::erase_if(peaks, [&](const Peak& peak) {
+    if (peak.response != least) return peak.response < least;
+    share += kept;
+    if (share < equals) return true;
+    share -= equals;
+    return false;
+  });
+}
+
+using ResponseCounts = std::array<std::size_t, 256>;
+
 /// Where there is a lot to look at, leaves out what is much weaker than the strongest, and then the weakest of what is
 /// as weak as grain and grout: a board would have to lie in light many times as dim as its surroundings to be among
-/// them. That bounds what textured ground costs a pixel.
-void LimitPeaks(double area_px, std::vector<Peak>& peaks) {
-  const std::size_t many = static_cast<std::size_t>(kManyPeaks * area_px);
-  if (peaks.size() <= many) return;
-  std::array<std::size_t, 256> count{};
-  for (const Peak& peak : peaks) ++count[peak.response];
+/// them. That bounds what textured ground costs a pixel. @param many a lot. @param count peaks by their response.
+void LeaveOutTexture(std::size_t many, const ResponseCounts& count, std::vector<Peak>& peaks) {
   std::size_t above = 0;
   int strong = 255;
   while (strong > 0 && (above += count[static_cast<std::size_t>(strong)]) < peaks.size() / 20) --strong;
@@ -50,11 +66,20 @@ void LimitPeaks(double area_px, std::vector<Peak>& peaks) {
   while (least > weak && kept + count[static_cast<std::size_t>(least - 1)] <= many)
     kept += count[static_cast<std::size_t>(--least)];
   std::erase_if(peaks, [&](const Peak& peak) { return peak.response < least; });
-  if (peaks.size() <= kMaxPeaks) return;
-  std::nth_element(peaks.begin(), peaks.begin() + kMaxPeaks, peaks.end(),
-                   [](const Peak& a, const Peak& b) { return a.response > b.response; });
-  peaks.resize(kMaxPeaks);
 }
+
+/// @param most peaks that may be left.
+void LimitPeaks(double area_px, std::size_t most, std::vector<Peak>& peaks) {
+  const std::size_t many = static_cast<std::size_t>(kManyPeaks * area_px);
+  if (peaks.size() <= std::min(many, most)) return;
+  ResponseCounts count{};
+  for (const Peak& peak : peaks) ++count[peak.response];
+  if (peaks.size() > many) LeaveOutTexture(many, count, peaks);
+  KeepStrongest(std::min<std::size_t>(kMaxPeaks, most), count, peaks);
+}
+
+/// Of the peaks that are left to look at, coarser levels have one in so many.
+constexpr std::size_t kShareOfCoarser = 4;
 
 /// Where corners of finer levels lie, one bit for every block of 2 × 2 image pixels.
 class Occupancy {
@@ -125,7 +150,7 @@ void FindCornersIn(const BytePlane& plane, PeakScan& scan, std::vector<Corner>& 
 }
 
 int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& corners,
-                std::vector<Eigen::Vector2f>* refused_px) {
+                std::vector<Eigen::Vector2f>* refused_px, std::size_t most_peaks) {
   corners.clear();
   pyramid.strong.clear();
   Scan(image, pyramid);
@@ -134,7 +159,9 @@ int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& c
   for (int level = 0; level < Pyramid::kLevels; ++level) {
     const BytePlane& plane = pyramid.level(level);
     std::vector<Peak>& peaks = pyramid.scans[static_cast<std::size_t>(level)].peaks();
-    LimitPeaks(static_cast<double>(plane.width()) * plane.height(), peaks);
+    const std::size_t left = most_peaks - std::min(most_peaks, static_cast<std::size_t>(looked_at));
+    const bool last = level + 1 == Pyramid::kLevels;
+    LimitPeaks(static_cast<double>(plane.width()) * plane.height(), last ? left : left - left / kShareOfCoarser, peaks);
     looked_at += static_cast<int>(peaks.size());
     const float scale = static_cast<float>(1 << level);
     const auto place = [&](const Peak& peak) {

@@ -2,17 +2,29 @@
 
 namespace chequer {
 
-Crew::Crew(int workers) {
-  for (int worker = 1; worker < workers; ++worker) threads_.emplace_back([this, worker] { WaitForRuns(worker); });
+Crew::Crew(int workers, std::function<void(int)> on_start) {
+  try {
+    for (int worker = 1; worker < workers; ++worker)
+      threads_.emplace_back([this, worker, on_start] {
+        if (on_start) on_start(worker);
+        WaitForRuns(worker);
+      });
+  } catch (...) {
+    Dismiss();
+    throw;
+  }
 }
 
-Crew::~Crew() {
+Crew::~Crew() { Dismiss(); }
+
+void Crew::Dismiss() {
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
   }
   start_.notify_all();
   for (std::thread& thread : threads_) thread.join();
+  threads_.clear();
 }
 
 void Crew::Run(int count, const std::function<void(int, int)>& work) {

@@ -11,8 +11,9 @@ namespace chequer {
 /// Threads that work on one image together, the caller's among them. They sleep between runs.
 class Crew {
  public:
-  /// @param workers ≥ 1, the caller counted.
-  explicit Crew(int workers);
+  /// @param workers ≥ 1, the caller counted. @param on_start called first on each thread 1 … workers − 1, if given; must
+  /// not throw. Throws std::system_error, and leaves no thread behind, where one cannot be started.
+  explicit Crew(int workers, std::function<void(int worker)> on_start = {});
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;
   ~Crew();
@@ -23,6 +24,7 @@ class Crew {
   void Run(int count, const std::function<void(int item, int worker)>& work);
 
  private:
+  void Dismiss();
   void WaitForRuns(int worker);
   void TakeItems(int worker);
 

@@ -6,20 +6,28 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 
+#include "chequer/check.h"
 #include "detect/anchor.h"
 #include "detect/board_geometry.h"
 #include "detect/corners.h"
 #include "detect/crew.h"
+#include "detect/deferred_places.h"
 #include "detect/fit.h"
+#include "detect/fit_schedule.h"
+#include "detect/frame_plan.h"
 #include "detect/grids.h"
 #include "detect/identify.h"
 #include "detect/light.h"
 #include "detect/plane_pose.h"
+#include "detect/scratch.h"
 #include "detect/second_look.h"
+#include "detect/tone_table.h"
 #include "detect/tracer.h"
 #include "detect/twins.h"
+#include "detect/work_meter.h"
 
 namespace chequer {
 namespace {
@@ -30,6 +38,20 @@ constexpr double kAmbiguous = 0.001;
 constexpr double kNeverTheOther = 1e-6;
 /// Least contrast of a board over the noise of a pixel.
 constexpr double kLeastSignal = 2.5;
+
+/// What is left undone in an image is looked for within so much of its side in the next.
+constexpr float kDeferredReach = 0.5f;
+
+/// Units for a grid that is begun, in any case: boards of six take a tenth.
+constexpr std::uint64_t kLeastForGrid = 500;
+
+/// Units of a board's plain fit at most, and for a pixel of its box; those that a full fit needs and takes at most, in
+/// plain fits of the same board.
+constexpr double kUnitsOfPlain = 300, kUnitsOfPlainPixel = 0.15;
+constexpr std::uint64_t kLeastOfPlain = 5, kMostOfPlain = 50;
+/// The covariance of a pose by the plain fit where another would explain the board better, over what that fit says. With
+/// it, squared errors over the covariance are 0.6 to 1.1 in the mean, measured on robots that move, knocks and hands.
+constexpr double kPlainCovariance = 4;
 
 /// Share of the contrast of boards that were found that others have at least.
 constexpr float kShareOfContrast = 0.4f;
@@ -81,17 +103,27 @@ std::string DetectorOptions::Check() const {
   if (!(max_saturation_overlap >= 0 && max_saturation_overlap <= 0.5))
     return "max_saturation_overlap: must be from 0 to 0.5";
   if (threads < 1 || threads > 64) return "threads: must be from 1 to 64";
+  if (budget != 0 && budget < kLeastBudget)
+    return "budget " + std::to_string(budget) + ": must be 0, for no limit, or at least " + std::to_string(kLeastBudget);
   return "";
 }
 
 struct Detector::Impl {
-  explicit Impl(DetectorOptions given)
-      : options(std::move(given)), finder(PatternsOf(options), options.color_space), crew(options.threads) {
-    for (int worker = 0; worker < crew.workers(); ++worker) workers.emplace_back(options);
-  }
+  explicit Impl(DetectorOptions given);
 
   void Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace);
   void FindBoards(const LightReader& reader, const Lens& lens, Tracer& tracer);
+  /// The corners of a grid.
+  PixelBox BoxOf(const Grid& grid) const;
+  void SortGrids();
+  /// What lies there is left for the next image.
+  void Defer(const PixelBox& box);
+  void Defer(const FitTask& task);
+  /// Searches the grids for boards, while the budget's share lasts.
+  void AnchorGrids(const LightReader& reader, const Lens& lens, Tracer& tracer);
+  /// Gathers the points that no board explains.
+  void StartSecondLook(const LightReader& reader, Tracer& tracer);
+  /// Takes a second look if the budget lasts for it.
   void LookAgain(const LightReader& reader, const Lens& lens, Tracer& tracer);
   /// What a look has shown, another may show again, from what is left around it or more clearly: of boards from `known`
   /// on, those that are not new take the place of the others or are forgotten.
@@ -99,12 +131,29 @@ struct Detector::Impl {
   /// Of boards that were found twice, by groups of corners that did not hang together, keeps the one that is known
   /// better.
   void RefuseTwins(Tracer& tracer);
-  void FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const;
+  /// Fits the boards, while the budget lasts: all of them plainly, then those that want more.
+  void FitBoards(const LightReader& reader, const Lens& lens, Tracer& tracer);
+  /// Fits boards until one tells the image's traits. Returns how many were fitted.
+  std::size_t FitFirst(const LightReader& reader, const Lens& lens, Tracer& tracer);
+  /// Of tasks in this order, fits those that the budget lasts for. Returns how many.
+  std::size_t FitInRounds(const LightReader& reader, const Lens& lens, bool plain_only, std::span<FitTask> tasks,
+                          Tracer& tracer);
+  /// Fits once more, by all that may be in their way, boards for which the plain fit does not do.
+  void Refine(const LightReader& reader, const Lens& lens, Tracer& tracer);
+  /// To fit a board plainly.
+  FitTask TaskOf(std::size_t board) const;
+  void FindMosaic(const ImageView& image, const std::array<float, 256>& table, const Lens& lens,
+                  LightReader& reader) const;
   void Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity, const Lens& lens,
                 MarkerPose& marker) const;
   void DescribePose(const std::array<PlanePose, 2>& poses, MarkerPose& marker) const;
 
-  /// What one thread needs for itself.
+  /// Says that the image is still worked on.
+  void TellProgress() const {
+    if (options.on_progress) options.on_progress();
+  }
+
+  /// What one thread needs for itself. Both begin anew with every board.
   struct Worker {
     explicit Worker(const DetectorOptions& options) : identifier(options) {}
     PhotometricFit fit;
@@ -115,34 +164,73 @@ struct Detector::Impl {
     bool accepted = false;
     ImageTraits image;
     MarkerPose marker;
+    bool deferred = false;    ///< it was not fitted, or not as it should be
+    bool wants_more = false;  ///< only the plain fit was done, and another may explain it better
+    WorkMeter work;
   };
-  Outcome Measure(const LightReader& reader, const Lens& lens, std::size_t index, const ImageTraits* image,
-                  Worker& worker, Tracer& tracer) const;
+  /// How a board is to be fitted.
+  struct FitOrder {
+    std::size_t board = 0;
+    const ImageTraits* image = nullptr;  ///< null: not known yet
+    bool plain_only = false;
+    std::uint64_t most_units = 0;
+  };
+  Outcome Measure(const LightReader& reader, const Lens& lens, const FitOrder& order, Worker& worker,
+                  Tracer& tracer) const;
 
-  DetectorOptions options;
-  DetectStats stats;
-  Pyramid pyramid;
-  std::vector<Corner> corners;
-  GridLinker linker;
-  Grids grids;
+  /// What is remembered from one image to the next, with a budget; empty without.
+  struct Memory {
+    DeferredPlaces grids, boards;  ///< that were not searched, or not to their end; that were not fitted, or not fully
+    std::uint64_t second_look_most = 0;  ///< units of the second look that was left undone; 0: none was
+  };
+
+  /// What is known of one image.
+  struct Frame {
+    FramePlan plan{0};
+    WorkMeter work;
+    Pyramid pyramid;
+    std::vector<Corner> corners;
+    GridLinker linker;
+    Grids grids;
+    std::vector<AnchoredBoard> boards;
+    std::vector<Outcome> outcomes;  ///< by board
+    std::vector<FitTask> tasks;
+    std::optional<ImageTraits> traits;  ///< once a board has told them
+    // What single steps need.
+    std::vector<StrongPoint> strong;
+    std::vector<PixelBox> found_in;
+    std::vector<SeenBoard> seen;
+    std::vector<std::size_t> twins;  ///< of them, those that were seen better elsewhere
+  };
+
+  // The same for all images.
+  const DetectorOptions options;
+  // Begun anew with every image: a result depends on its image and the options alone.
+  Scratch<Frame> frame;
   BoardFinder finder;
   SecondLook second_look;
-  std::vector<StrongPoint> strong;
-  std::vector<PixelBox> found_in;
-  std::vector<AnchoredBoard> boards;
-  Crew crew;
   std::vector<Worker> workers;
-  std::vector<Outcome> outcomes;
-  std::vector<SeenBoard> seen;
-  std::vector<std::size_t> twins;  ///< of them, those that were seen better elsewhere
-  ToneCurve table_curve = ToneCurve::Srgb();
-  std::array<float, 256> table = ToneCurve::Srgb().LinearTable();
+  // Kept from one image to the next.
+  Crew crew;          ///< threads, which sleep between images
+  Memory memory;      ///< what the budget left undone
+  ToneTable tone;     ///< the same curve has the same table
+  DetectStats stats;  ///< of the last image, for those who ask
+  std::uint64_t budget = 0;  ///< set from outside, for the images to come
 };
 
-void Detector::Impl::FindMosaic(const ImageView& image, const Lens& lens, LightReader& reader) const {
+Detector::Impl::Impl(DetectorOptions given)
+    : options(std::move(given)),
+      finder(PatternsOf(options), options.color_space),
+      crew(options.threads, options.on_thread_start),
+      budget(options.budget) {
+  for (int worker = 0; worker < crew.workers(); ++worker) workers.emplace_back(options);
+}
+
+void Detector::Impl::FindMosaic(const ImageView& image, const std::array<float, 256>& table, const Lens& lens,
+                                LightReader& reader) const {
   // The boards' surroundings have the texture that tells.
-  for (std::size_t i = 0; i < boards.size() && i < 3; ++i) {
-    const Eigen::Vector2d center = (boards[i].plane_from_board * Eigen::Vector3d(0, 0, 1)).hnormalized();
+  for (std::size_t i = 0; i < frame->boards.size() && i < 3; ++i) {
+    const Eigen::Vector2d center = (frame->boards[i].plane_from_board * Eigen::Vector3d(0, 0, 1)).hnormalized();
     const Eigen::Vector2d pixel = lens.ToImage(center);
     const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
     if (const auto mosaic = FindInterpolatedMosaic(image, table, x - 16, y - 8, x + 15, y + 7)) {
@@ -204,86 +292,141 @@ void Detector::Impl::Describe(const FittedBoard& fitted, const AnchoredBoard& bo
 }
 
 void Detector::Impl::FindBoards(const LightReader& reader, const Lens& lens, Tracer& tracer) {
-  finder.Start(corners.size(), boards);
+  finder.Start(frame->corners.size());
+  SortGrids();
+  AnchorGrids(reader, lens, tracer);
+  LookAgain(reader, lens, tracer);
+  stats.boards = static_cast<int>(frame->boards.size());
+  tracer.Anchored(frame->boards, lens, options.color_space);
+}
+
+PixelBox Detector::Impl::BoxOf(const Grid& grid) const {
+  PixelBox box;
+  for (const LatticeCorner& at : frame->grids.Of(grid)) {
+    const Eigen::Vector2f& position = frame->corners[static_cast<std::size_t>(at.corner)].position;
+    box.Add(position.x(), position.y());
+  }
+  return box;
+}
+
+void Detector::Impl::SortGrids() {
   // The largest first: what is left over of them makes no boards of its own.
-  std::sort(grids.grids.begin(), grids.grids.end(), [](const Grid& a, const Grid& b) { return a.count > b.count; });
+  std::vector<Grid>& grids = frame->grids.grids;
+  std::sort(grids.begin(), grids.end(), [](const Grid& a, const Grid& b) { return a.count > b.count; });
+  if (memory.grids.size() == 0 && memory.boards.size() == 0) return;
+  const auto waited = [&](const Grid& grid) {
+    const Eigen::Vector2f center = BoxOf(grid).Center();
+    return std::max(memory.grids.Waited(center), memory.boards.Waited(center));
+  };
+  std::stable_sort(grids.begin(), grids.end(), [&](const Grid& a, const Grid& b) { return waited(a) > waited(b); });
+}
+
+void Detector::Impl::AnchorGrids(const LightReader& reader, const Lens& lens, Tracer& tracer) {
+  const std::vector<Grid>& grids = frame->grids.grids;
+  const std::uint64_t most = frame->plan.MostForBoards(memory.second_look_most);
   const auto ask_for_grid = [&](std::size_t i) {
-    PixelBox box;
-    if (i >= grids.grids.size()) return;
-    for (const LatticeCorner& at : grids.Of(grids.grids[i])) {
-      const Eigen::Vector2f& position = corners[static_cast<std::size_t>(at.corner)].position;
-      box.Add(position.x(), position.y());
-    }
+    if (i >= grids.size()) return;
+    PixelBox box = BoxOf(grids[i]);
     box.Widen(0.3f);
     reader.Prefetch(box);
   };
   ask_for_grid(0);
-  for (std::size_t i = 0; i < grids.grids.size(); ++i) {
+  for (std::size_t i = 0; i < grids.size(); ++i) {
+    const std::uint64_t spent = frame->work.units();
+    if (i > 0 && spent >= most) {
+      Defer(BoxOf(grids[i]));
+      continue;
+    }
     ask_for_grid(i + 1);
-    const Grid& grid = grids.grids[i];
-    finder.Trace(tracer.StartGrid());
-    const bool found = finder.Find(grid, grids.Of(grid), corners, &linker.search(), reader, lens, boards);
+    TellProgress();
+    const bool found = finder.Find(grids[i], frame->grids.Of(grids[i]), frame->corners, &frame->linker.search(), reader,
+                                   lens, frame->boards, tracer.StartGrid(),
+                                   {.units = std::max(most - std::min(spent, most), kLeastForGrid),
+                                    .waited = memory.grids.Waited(BoxOf(grids[i]).Center())});
+    frame->work.Add(finder.work());
+    if (finder.left_undone()) Defer(BoxOf(grids[i]));
     stats.refused_border += !found;
-    tracer.EndGrid(grids.Of(grid), found);
+    tracer.EndGrid(frame->grids.Of(grids[i]), found);
   }
-  LookAgain(reader, lens, tracer);
-  stats.boards = static_cast<int>(boards.size());
-  tracer.Anchored(boards, lens, options.color_space);
+}
+
+void Detector::Impl::Defer(const PixelBox& box) {
+  const Eigen::Vector2f center = box.Center();
+  memory.grids.Defer(center, kDeferredReach * box.Side(), memory.grids.Waited(center));
+  ++stats.deferred;
+}
+
+void Detector::Impl::Defer(const FitTask& task) {
+  const PixelBox& box = frame->boards[task.board].box;
+  memory.boards.Defer(box.Center(), kDeferredReach * box.Side(), task.waited);
+  frame->outcomes[task.board].deferred = true;
+  ++stats.deferred;
+}
+
+void Detector::Impl::StartSecondLook(const LightReader& reader, Tracer& tracer) {
+  // Among boards, what matters has some of their contrast.
+  float least = kStrongContrast;
+  for (const AnchoredBoard& board : frame->boards) frame->found_in.push_back(board.box);
+  if (!frame->boards.empty()) least = std::max(least, kShareOfContrast * finder.ContrastOf(frame->corners));
+  frame->strong.assign(frame->pyramid.strong.begin(), frame->pyramid.strong.end());
+  for (const Corner& corner : frame->corners)
+    if (corner.contrast >= least) frame->strong.push_back({corner.position, corner.contrast});
+  second_look.Start(reader, frame->strong, least, frame->found_in, tracer.places());
 }
 
 void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Tracer& tracer) {
-  // Among boards, what matters has some of their contrast.
-  float least = kStrongContrast;
-  found_in.clear();
-  for (const AnchoredBoard& board : boards) found_in.push_back(board.box);
-  if (!boards.empty()) least = std::max(least, kShareOfContrast * finder.ContrastOf(corners));
-  strong.assign(pyramid.strong.begin(), pyramid.strong.end());
-  for (const Corner& corner : corners)
-    if (corner.contrast >= least) strong.push_back({corner.position, corner.contrast});
-  second_look.Start(reader, strong, least, found_in);
-  second_look.Trace(tracer.places());
-  while (second_look.Next(pyramid, reader)) {
-    tracer.StartLook(second_look, boards.size());
-    finder.StartCorners(second_look.corners().size());
+  StartSecondLook(reader, tracer);
+  const std::uint64_t most = second_look.MostUnits();
+  const bool waited = memory.second_look_most > 0;
+  memory.second_look_most = 0;
+  if (!frame->plan.MayLookAgain(frame->work.units(), most, waited)) {
+    memory.second_look_most = most;
+    ++stats.deferred;
+    return;
+  }
+  while (second_look.Next(frame->pyramid, reader)) {
+    tracer.StartLook(second_look, frame->boards.size());
+    finder.Start(second_look.corners().size());
     for (const Grid& grid : second_look.grids().grids) {
-      const std::size_t known = boards.size();
+      TellProgress();
+      const std::size_t known = frame->boards.size();
       const auto members = second_look.grids().Of(grid);
-      finder.Trace(tracer.StartGrid());
-      const bool found = finder.Find(grid, members, second_look.corners(), nullptr, reader, lens, boards);
-      for (std::size_t i = known; i < boards.size(); ++i) boards[i].smeared = second_look.smeared();
+      const bool found =
+          finder.Find(grid, members, second_look.corners(), nullptr, reader, lens, frame->boards, tracer.StartGrid());
+      for (std::size_t i = known; i < frame->boards.size(); ++i) frame->boards[i].smeared = second_look.smeared();
+      frame->work.Add(finder.work());
       tracer.EndGrid(members, found);
       KeepBetter(known, tracer);
     }
-    tracer.EndLook(boards.size());
+    tracer.EndLook(frame->boards.size());
   }
+  frame->work.Add(second_look.work());
 }
 
 void Detector::Impl::KeepBetter(std::size_t known, Tracer& tracer) {
-  for (std::size_t i = known; i < boards.size();) {
+  for (std::size_t i = known; i < frame->boards.size();) {
     std::size_t same = 0;
-    while (same < known && !LiesOn(boards[i], boards[same])) ++same;
+    while (same < known && !LiesOn(frame->boards[i], frame->boards[same])) ++same;
     if (same == known) {
       ++i;
       continue;
     }
-    if (Found(boards[i]) > Found(boards[same])) {
-      std::swap(boards[i], boards[same]);
+    if (Found(frame->boards[i]) > Found(frame->boards[same])) {
+      std::swap(frame->boards[i], frame->boards[same]);
       tracer.Replace(same);
     }
-    boards.erase(boards.begin() + static_cast<std::ptrdiff_t>(i));
+    frame->boards.erase(frame->boards.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }
 
 void Detector::Impl::RefuseTwins(Tracer& tracer) {
-  seen.clear();
-  twins.clear();
-  for (std::size_t i = 0; i < outcomes.size(); ++i)
-    if (const MarkerPose& marker = outcomes[i].marker; outcomes[i].accepted)
-      seen.push_back(
-          {i, marker.center_px, boards[i].box, marker.id.has_value(), marker.corners_used, marker.reprojection_rms_px});
-  TakeOutTwins(seen, twins);
-  for (const std::size_t i : twins) {
-    outcomes[i].accepted = false;
+  for (std::size_t i = 0; i < frame->outcomes.size(); ++i)
+    if (const MarkerPose& marker = frame->outcomes[i].marker; frame->outcomes[i].accepted)
+      frame->seen.push_back({i, marker.center_px, frame->boards[i].box, marker.id.has_value(), marker.corners_used,
+                             marker.reprojection_rms_px});
+  TakeOutTwins(frame->seen, frame->twins);
+  for (const std::size_t i : frame->twins) {
+    frame->outcomes[i].accepted = false;
     tracer.Refuse(i, Refusal::kSeenTwice, 0, 0);
   }
 }
@@ -293,55 +436,126 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   markers.clear();
   stats = DetectStats{};
   if (image.width() < 16 || image.height() < 16) return;
-  if (!(image.tone_curve() == table_curve)) {
-    table_curve = image.tone_curve();
-    table = table_curve.LinearTable();
-  }
+  frame.Start().plan = FramePlan(budget);
+  if (!frame->plan.limited()) memory = {};
+  const std::array<float, 256>& table = tone.Of(image.tone_curve());
   LightReader reader(image, table);
   const bool calibrated =
       options.camera && options.camera->width == image.width() && options.camera->height == image.height();
   const Lens lens = calibrated ? Lens(*options.camera) : Lens();
 
-  stats.corner_candidates = FindCorners(image, pyramid, corners, tracer.refused_peaks());
-  linker.Link(pyramid.base, corners, grids);
-  stats.corners = static_cast<int>(corners.size());
-  stats.grids = static_cast<int>(grids.grids.size());
-  tracer.Linked(corners, linker, grids);
+  const double pixels = static_cast<double>(image.width()) * image.height();
+  stats.corner_candidates = FindCorners(image, frame->pyramid, frame->corners, tracer.refused_peaks(),
+                                        frame->plan.MostPeaks(pixels));
+  frame->linker.Link(frame->pyramid.base, frame->corners, frame->grids);
+  frame->work.Add(WorkStep::kFrame);
+  frame->work.Add(WorkStep::kPixel, static_cast<std::uint64_t>(pixels));
+  frame->work.Add(WorkStep::kPeak, static_cast<std::uint64_t>(stats.corner_candidates));
+  frame->work.Add(frame->linker.work());
+  stats.corners = static_cast<int>(frame->corners.size());
+  stats.grids = static_cast<int>(frame->grids.grids.size());
+  tracer.Linked(frame->corners, frame->linker, frame->grids);
 
   FindBoards(reader, lens, tracer);
-  FindMosaic(image, lens, reader);
+  FindMosaic(image, table, lens, reader);
 
-  // The noise is the camera's, and mostly the blur: the first board that is one tells it for all.
-  outcomes.resize(boards.size());
-  std::size_t first = 0;
-  for (bool known = false; first < boards.size() && !known; ++first) {
-    outcomes[first] = Measure(reader, lens, first, nullptr, workers[0], tracer);
-    known = outcomes[first].accepted;
-  }
-  const ImageTraits* traits = first > 0 ? &outcomes[first - 1].image : nullptr;
-  const auto measure = [&](int item, int worker) {
-    const std::size_t i = first + static_cast<std::size_t>(item), later = i + workers.size();
-    if (later < boards.size()) reader.Prefetch(boards[later].box);
-    outcomes[i] = Measure(reader, lens, i, traits, workers[static_cast<std::size_t>(worker)], tracer);
-  };
-  // By reference: a copy would be allocated.
-  crew.Run(static_cast<int>(boards.size() - first), std::ref(measure));
+  FitBoards(reader, lens, tracer);
   RefuseTwins(tracer);
-  for (std::size_t i = 0; i < outcomes.size(); ++i) {
-    const Outcome& outcome = outcomes[i];
+  for (std::size_t i = 0; i < frame->outcomes.size(); ++i) {
+    const Outcome& outcome = frame->outcomes[i];
     if (!outcome.accepted) {
-      ++stats.refused_fit;
+      stats.refused_fit += !outcome.deferred;
       continue;
     }
     stats.undecided += !outcome.marker.id;
     tracer.Accept(i, static_cast<int>(markers.size()));
     markers.push_back(outcome.marker);
   }
+  memory.grids.EndImage();
+  memory.boards.EndImage();
+  stats.work = frame->work.units();
 }
 
-Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const Lens& lens, std::size_t index,
-                                                const ImageTraits* image, Worker& worker, Tracer& tracer) const {
-  const AnchoredBoard& board = boards[index];
+std::size_t Detector::Impl::FitFirst(const LightReader& reader, const Lens& lens, Tracer& tracer) {
+  // The noise is the camera's, and mostly the blur: the first board that is one tells it for all.
+  std::span<FitTask> tasks(frame->tasks);
+  std::size_t done = 0;
+  while (done < tasks.size() && !frame->traits) {
+    const FitTask& task = tasks[done];
+    if (GrantRound(frame->plan, frame->work.units(), done == 0, tasks.subspan(done, 1)) == 0) break;
+    Outcome& outcome = frame->outcomes[task.board];
+    outcome = Measure(reader, lens, {task.board, nullptr, frame->plan.limited(), task.granted}, workers[0], tracer);
+    frame->work.Add(outcome.work);
+    if (outcome.accepted) frame->traits = outcome.image;
+    ++done;
+  }
+  return done;
+}
+
+std::size_t Detector::Impl::FitInRounds(const LightReader& reader, const Lens& lens, bool plain_only,
+                                        std::span<FitTask> tasks, Tracer& tracer) {
+  const auto fit_round = [&](std::span<const FitTask> round) {
+    const auto fit_one = [&](int item, int worker) {
+      const std::size_t i = static_cast<std::size_t>(item), later = i + workers.size();
+      if (later < round.size()) reader.Prefetch(frame->boards[round[later].board].box);
+      frame->outcomes[round[i].board] =
+          Measure(reader, lens,
+                  {round[i].board, frame->traits ? &*frame->traits : nullptr, plain_only, round[i].granted},
+                  workers[static_cast<std::size_t>(worker)], tracer);
+    };
+    // By reference: a copy would be allocated.
+    crew.Run(static_cast<int>(round.size()), std::ref(fit_one));
+    for (const FitTask& task : round) frame->work.Add(frame->outcomes[task.board].work);
+  };
+  return RunInRounds(frame->plan, !plain_only, tasks, [&] { return frame->work.units(); }, fit_round);
+}
+
+void Detector::Impl::FitBoards(const LightReader& reader, const Lens& lens, Tracer& tracer) {
+  frame->outcomes.resize(frame->boards.size());
+  for (std::size_t i = 0; i < frame->boards.size(); ++i) frame->tasks.push_back(TaskOf(i));
+  const bool limited = frame->plan.limited();
+  std::vector<FitTask>& tasks = frame->tasks;
+  if (limited)
+    std::stable_sort(tasks.begin(), tasks.end(), [](const FitTask& a, const FitTask& b) { return a.waited > b.waited; });
+  std::size_t done = FitFirst(reader, lens, tracer);
+  done += FitInRounds(reader, lens, limited, std::span(tasks).subspan(done), tracer);
+  for (std::size_t i = done; i < tasks.size(); ++i) Defer(tasks[i]);
+  if (limited) Refine(reader, lens, tracer);
+}
+
+void Detector::Impl::Refine(const LightReader& reader, const Lens& lens, Tracer& tracer) {
+  std::vector<FitTask>& tasks = frame->tasks;
+  std::erase_if(tasks, [&](const FitTask& task) { return !frame->outcomes[task.board].wants_more; });
+  for (FitTask& task : tasks) {
+    const Outcome& outcome = frame->outcomes[task.board];
+    task.unclear = !outcome.accepted || !outcome.marker.id;
+    task.least = kLeastOfPlain * outcome.work.units();
+    task.most = task.expected = kMostOfPlain * outcome.work.units();
+  }
+  SortByWorth(tasks);
+  const std::size_t done = FitInRounds(reader, lens, false, tasks, tracer);
+  for (std::size_t i = done; i < tasks.size(); ++i) {
+    Outcome& outcome = frame->outcomes[tasks[i].board];
+    if (outcome.accepted) outcome.marker.covariance *= kPlainCovariance;
+    Defer(tasks[i]);
+  }
+}
+
+FitTask Detector::Impl::TaskOf(std::size_t board) const {
+  FitTask task{.board = board};
+  if (!frame->plan.limited()) return task;
+  const PixelBox& box = frame->boards[board].box;
+  const double area = static_cast<double>(box.right - box.left) * (box.bottom - box.top);
+  task.waited = memory.boards.Waited(box.Center());
+  task.least = task.most = task.expected = static_cast<std::uint64_t>(kUnitsOfPlain + kUnitsOfPlainPixel * area);
+  return task;
+}
+
+Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const Lens& lens, const FitOrder& order,
+                                                Worker& worker, Tracer& tracer) const {
+  const std::size_t index = order.board;
+  TellProgress();
+  const AnchoredBoard& board = frame->boards[index];
   Outcome outcome;
   const auto refuse = [&](Refusal why, double measured = 0, double required = 0) {
     tracer.Refuse(index, why, measured, required);
@@ -355,10 +569,13 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
                                                         .saturated = board.saturated,
                                                         .covered = board.covered,
                                                         .found = board.found,
-                                                        .image = image},
+                                                        .image = order.image},
                                               .smeared = board.smeared,
-                                              // One in an image: a swarm that moves has to be done in time.
-                                              .may_be_smeared = index == 0});
+                                              .most_units = order.most_units,
+                                              .plain_only = order.plain_only});
+  outcome.wants_more = worker.fit.wants_more();
+  outcome.work.Add(worker.fit.work());
+  outcome.work.Add(WorkStep::kReading);
   if (!fitted) return refuse(Refusal::kNoFit);
   if (fitted->signal_to_noise < kLeastSignal) return refuse(Refusal::kNoise, fitted->signal_to_noise, kLeastSignal);
   if (fitted->reprojection_rms_px > kMostDeviationPx)
@@ -398,6 +615,11 @@ std::vector<MarkerPose> Detector::Detect(const ImageView& image) {
 
 void Detector::Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace) {
   impl_->Detect(image, markers, trace);
+}
+
+void Detector::set_budget(std::uint64_t units) {
+  CHEQUER_CHECK(units == 0 || units >= kLeastBudget, "the budget is too small for any image");
+  impl_->budget = units;
 }
 
 const DetectStats& Detector::stats() const { return impl_->stats; }

@@ -129,7 +129,7 @@ HWY_EXPORT(LookAlong);
 void EdgeProbes::Start(std::size_t most) {
   count_ = 0;
   columns_.Resize(kColumns, most);
-  if (found_.size() < most + FloatColumns::kBeyond) found_.resize(most + FloatColumns::kBeyond);
+  found_.Resize(most + FloatColumns::kBeyond);
 }
 
 std::span<const std::uint8_t> EdgeProbes::Look(const BytePlane& plane) {

@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "detect/float_columns.h"
 #include "detect/plane.h"
+#include "detect/raw_buffer.h"
 
 namespace chequer {
 
@@ -15,10 +15,11 @@ namespace chequer {
 class EdgeProbes {
  public:
   struct Probe {
-    Eigen::Vector2f from, along;  ///< where the line begins, and to its end: pixels of the plane
-    bool light_on_left = false;   ///< else right: the image's y points down, left of (1, 0) lies (0, 1)
-    float most_reach = 0;         ///< no farther from the line is looked, pixels
-    float least_step = 0;         ///< from dark to light, levels
+    Eigen::Vector2f from = Eigen::Vector2f::Zero();   ///< where the line begins: pixels of the plane
+    Eigen::Vector2f along = Eigen::Vector2f::Zero();  ///< from there to its end
+    bool light_on_left = false;  ///< else right: the image's y points down, left of (1, 0) lies (0, 1)
+    float most_reach = 0;        ///< no farther from the line is looked, pixels
+    float least_step = 0;        ///< from dark to light, levels
   };
 
   /// Forgets all. @param most that may be added.
@@ -41,7 +42,7 @@ class EdgeProbes {
  private:
   std::size_t count_ = 0;
   FloatColumns columns_;
-  std::vector<std::uint8_t> found_;
+  RawBuffer<std::uint8_t> found_;
 };
 
 }  // namespace chequer

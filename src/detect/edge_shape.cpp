@@ -77,7 +77,8 @@ Eigen::Matrix<double, kSamples, EdgeTerms::kTerms> TermsAtSamples() {
 
 /// Of samples of what lies beyond an edge, less half a Gaussian's density, the terms of least squares.
 struct TermsFromSamples {
-  Eigen::Matrix<double, EdgeTerms::kTerms, kSamples> solution;
+  using Solution = Eigen::Matrix<double, EdgeTerms::kTerms, kSamples>;
+  Solution solution = Solution::Zero();
 
   TermsFromSamples() {
     const auto terms = TermsAtSamples();

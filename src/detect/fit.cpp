@@ -7,33 +7,43 @@
 namespace chequer {
 namespace {
 
-/// Boards that seem blurred so much, cells and px, may be smeared.
-constexpr double kSmearedBlur = 0.12, kSmearedBlurPx = 1.2;
-/// A smear that is one raises the contrast over what is not explained by more: 5 to 12 times where it is 0.6 cells or
-/// more.
-constexpr double kClearerBySmear = 1.5;
-/// Corners of smeared boards lie where a plane has them to 0.05 px; farther off, it was not that smear.
-constexpr double kMostOffSmearedPx = 0.15;
+/// Corners of boards that moved lie where a plane has them to 0.03 px; farther off, it may have been something else; and
+/// where a motion is all that may be, so far at most.
+constexpr double kMostOffMovedPx = 0.04, kMostOffSmearedPx = 0.15;
 
 }  // namespace
 
 const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& lens, const Start& start) {
-  const FittedBoard* fitted = start.smeared ? nullptr : FitAsItIs({reader, lens, start.board}, Eigen::Vector2d::Zero());
-  if (!start.smeared && !start.may_be_smeared) return fitted;
-  if (fitted && fitted->image.blur_px < std::max(kSmearedBlur * fit_.CellPx(), kSmearedBlurPx)) return fitted;
-  BoardFit::Start smeared = start.board;
-  smeared.image = nullptr;
-  if (fitted) smeared.geometry = fitted->geometry;
-  const Smears smears = FindSmears(reader, lens, smeared.size, smeared.geometry);
-  if (smears.count == 0) return fitted;
-  bool found = fitted != nullptr;
-  if (found) best_ = *fitted;
-  double least_signal = found ? kClearerBySmear * best_.signal_to_noise : 0;
+  const Task task{reader, lens, start.board};
+  fit_.StartWork();
+  wants_more_ = false;
+  most_units_ = start.most_units;
+  return start.plain_only ? FitPlain(task, start.smeared) : FitFully(task, start.smeared);
+}
+
+bool PhotometricFit::FitOnce(const Task& task, const BoardFit::Start& start) {
+  return units() <= most_units_ && fit_.Fit(task.reader, task.lens, start, choice_);
+}
+
+const FittedBoard* PhotometricFit::FitPlain(const Task& task, bool smeared) {
+  choice_ = {};
+  choice_.may_move = choice_.may_look_farther = false;
+  const bool fitted = FitOnce(task, task.start);
+  wants_more_ = !fitted || smeared || !fit_.result().flat() || fit_.may_look_farther() || AnyOf(fit_.Hidden()) ||
+                MayBeUnevenlyLit(task);
+  return fitted ? &fit_.result() : nullptr;
+}
+
+const FittedBoard* PhotometricFit::FitFully(const Task& task, bool smeared) {
+  if (const FittedBoard* fitted = smeared ? nullptr : FitAsItIs(task, Eigen::Vector2d::Zero())) return fitted;
+  // What runs away may have moved so far that the plain model does not come near it.
+  const Smears smears = FindSmears(task.reader, task.lens, task.start.size, task.start.geometry);
+  bool found = false;
   for (std::size_t i = 0; i < smears.count; ++i) {
-    fitted = FitAsItIs({reader, lens, smeared}, smears.by_px[i]);
-    if (!fitted || fitted->signal_to_noise < least_signal || fitted->reprojection_rms_px > kMostOffSmearedPx) continue;
+    const FittedBoard* fitted = FitAsItIs(task, smears.by_px[i]);
+    if (!fitted || fitted->reprojection_rms_px > kMostOffSmearedPx) continue;
+    if (found && fitted->signal_to_noise < best_.signal_to_noise) continue;
     best_ = *fitted;
-    least_signal = best_.signal_to_noise;
     found = true;
   }
   return found ? &best_ : nullptr;
@@ -42,9 +52,22 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
 const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vector2d& smear_px) {
   choice_ = {};
   choice_.smear_px = smear_px;
-  if (!fit_.Fit(task.reader, task.lens, task.start, choice_)) return nullptr;
-  if (!fit_.takes_out_light()) LeaveOutHidden(task);
-  const bool off = !fit_.result().flat() && smear_px.isZero(), side = off && LeaveOutSide(task);
+  const bool fitted = FitOnce(task, task.start);
+  const bool moved = smear_px.isZero() && fitted && !fit_.motion_px().isZero();
+  if (moved && fit_.result().reprojection_rms_px <= kMostOffMovedPx && !AnyOf(fit_.Hidden())) return &fit_.result();
+  // Shadows and ink make edges uneven, too; what seemed to have moved and did not fit may fit as it stands.
+  if (moved) moved_ = fit_.result();
+  const bool again = smear_px.isZero() && fit_.looks_farther() && (moved || !fitted);
+  if (again) choice_.may_move = false;
+  if (again ? !FitOnce(task, task.start) : !fitted) return moved ? &moved_ : nullptr;
+  ChooseTerms(task);
+  if (moved && moved_.told() > fit_.result().told()) fit_.GoBackTo(moved_);
+  return fit_.result().determined() ? &fit_.result() : nullptr;
+}
+
+void PhotometricFit::ChooseTerms(const Task& task) {
+  if (!fit_.looks_farther()) LeaveOutHidden(task);
+  const bool off = !fit_.result().flat() && fit_.motion_px().isZero(), side = off && LeaveOutSide(task);
   const bool may_be_uneven = MayBeUnevenlyLit(task), uneven = may_be_uneven && FitUnevenlyLit(task);
   if (off && !side && !uneven) {
     // Ink is fitted from where the cells' levels are.
@@ -53,16 +76,16 @@ const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vect
     } else {
       fit_.FitInk(task.reader, task.lens, task.start);
       // What ink moves hides what a shadow does.
-      if (fit_.takes_out_light() && MayBeUnevenlyLit(task)) FitUnevenlyLit(task);
+      if (fit_.looks_farther() && MayBeUnevenlyLit(task)) FitUnevenlyLit(task);
     }
   }
-  return fit_.result().determined() ? &fit_.result() : nullptr;
 }
 
 bool PhotometricFit::FitAnew(const Task& task) {
   BoardFit::Start again = task.start;
   again.geometry = fit_.result().geometry;
-  return fit_.Fit(task.reader, task.lens, again, choice_);
+  choice_.smear_px = fit_.motion_px();
+  return FitOnce(task, again);
 }
 
 }  // namespace chequer

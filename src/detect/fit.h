@@ -16,22 +16,32 @@ namespace chequer {
 /// The pose that it leads to is near the Cramér–Rao bound, 0.0025 px for the centre of a board of 8 px cells:
 /// side_by_side prints how near, case by case. What no model of a plane knows (bent paper, what is left of the lens)
 /// widens the information instead. 24 µs a board of 7.8 px cells, growing with its pixels.
-/// Where the light is bent, or cells are small against the blur, the pixels' light is corrected between the steps
-/// (shading.h, far_cells.h): up to 0.5 ms; where ink has spread, so are their places: 2 to 10 ms.
+/// Where the light is bent, or cells are small against the blur, or the board moved, or its ink has spread, the model with
+/// all its terms is fitted (model_kernel.h): .5 to 2 ms whatever the board's size, as so many of its pixels are looked at
+/// at most.
 /// Where corners turn out to be hidden it is fitted anew without them: two to six times the time. Where lights on it
 /// differ, it is fitted with levels for each corner's quadrants, and then with the edge of the shadow that these tell
-/// of (shadow_edge.h): 2 to 10 ms, 5 to 30 ms where light of cells beyond is taken out, too.
+/// of (shadow_edge.h): 1 to 8 ms.
 class PhotometricFit {
  public:
   struct Start {
     BoardFit::Start board;
-    /// It was found where the image is smeared; or, if it seems blurred, that may be tried: about 20 ms where it is so.
-    bool smeared = false, may_be_smeared = false;
+    /// It was found where the image is smeared.
+    bool smeared = false;
+    /// No other fit of the board is begun once so many units (work_meter.h) are spent; what there is by then is returned.
+    std::uint64_t most_units = ~0ull;
+    /// Only the plain fit is done: no motion, dot gain, shadow, or occlusion is looked for.
+    bool plain_only = false;
   };
 
   /// Nothing if the board lies outside the image for the most part, does not look like the model, or the fit runs away.
   /// The result is valid until the next call.
   const FittedBoard* Fit(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Whether the last fit was plain only and left something undone that may change its result.
+  bool wants_more() const { return wants_more_; }
+  /// What the last fit took.
+  const WorkMeter& work() const { return fit_.work(); }
+  std::uint64_t units() const { return fit_.work().units(); }
 
  private:
   /// What all fits of a board have in common.
@@ -42,6 +52,8 @@ class PhotometricFit {
   };
 
   const FittedBoard* FitAsItIs(const Task& task, const Eigen::Vector2d& smear_px);
+  /// Leaves out what is hidden, and adds the terms that the residuals call for, if they explain the board better.
+  void ChooseTerms(const Task& task);
   /// By choice_, from where the result has the board.
   bool FitAnew(const Task& task);
 
@@ -64,9 +76,16 @@ class PhotometricFit {
   /// The same with the edge of one shadow, as the quadrants' levels tell it. @pre those were fitted. Whether it is one.
   bool FitShadow(const Task& task);
 
+  const FittedBoard* FitFully(const Task& task, bool smeared);
+  const FittedBoard* FitPlain(const Task& task, bool smeared);
+  /// By choice_. False if it fails, or if the units are spent.
+  bool FitOnce(const Task& task, const BoardFit::Start& start);
+
+  bool wants_more_ = false;
+  std::uint64_t most_units_ = 0;
   BoardFit fit_;
   BoardFit::Choice choice_;
-  FittedBoard before_, evenly_lit_, own_levels_, best_;  ///< what a fit is compared with
+  FittedBoard before_, evenly_lit_, own_levels_, moved_, best_;  ///< what a fit is compared with
 };
 
 }  // namespace chequer

@@ -60,14 +60,12 @@ double Unevenness(const FittedBoard& board, const BoardFit::Start& start) {
   return cells > 0 ? std::sqrt(std::max(variance, 0.0) / cells) : 0;
 }
 
-bool AnyOf(const CornerFlags& corners) { return std::find(corners.begin(), corners.end(), true) != corners.end(); }
-
 }  // namespace
 
 bool PhotometricFit::MayBeUnevenlyLit(const Task& task) const {
-  if (!choice_.smear_px.isZero()) return false;
+  if (!fit_.motion_px().isZero()) return false;
   if (AnyOf(choice_.left_out)) return true;
-  if (fit_.takes_out_light()) {
+  if (fit_.looks_farther()) {
     if (fit_.CellPx() < kLeastBlurredCellPx) return false;
     if (AnyOf(fit_.Hidden())) return true;
     if (fit_.unexplained_shifts() > kUnevenShifts && Unevenness(fit_.result(), task.start) > kUnevenCells) return true;
@@ -92,7 +90,7 @@ bool PhotometricFit::FitUnevenlyLit(const Task& task) {
   choice_.ink_spread = fit_.ink_spread();
   // Levels of quadrants take up a part of the blur: by what that leaves, edges would not be the image's.
   BoardFit::Start start = task.start;
-  if (fit_.takes_out_light() && !start.image) start.image = &evenly_lit_.image;
+  if (fit_.looks_farther() && !start.image) start.image = &evenly_lit_.image;
   const Task by_quadrants{task.reader, task.lens, start};
   if (FitAnew(by_quadrants)) {
     LeaveOutHidden(by_quadrants);
@@ -120,7 +118,7 @@ bool PhotometricFit::FitShadow(const Task& task) {
   const double least = kAsMuchByShadow * std::max(own_levels_.told(), evenly_lit_.told());
   if (FitAnew(shaded)) {
     choice_.shadow = fit_.shadow();
-    if (!fit_.takes_out_light()) LeaveOutHidden(shaded);
+    if (!fit_.looks_farther()) LeaveOutHidden(shaded);
     if (choice_.ink_spread == 0 && !fit_.result().flat()) fit_.FitInk(task.reader, task.lens, shaded.start);
     if (fit_.result().told() > least) return true;
   }

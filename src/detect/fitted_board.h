@@ -34,7 +34,7 @@ struct FittedBoard {
   BoardGeometry geometry;
   /// Inverse covariance of the geometry's parameters, from all pixels, with the levels, the blur and the noise as
   /// measured in this board, widened by how much its corners disagree with the geometry beyond that noise.
-  BoardGeometry::Information information;
+  BoardGeometry::Information information = BoardGeometry::Information::Zero();
   ImageTraits image;
   /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.
   double signal_to_noise = 0;

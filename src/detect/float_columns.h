@@ -1,7 +1,8 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
+
+#include "detect/raw_buffer.h"
 
 namespace chequer {
 
@@ -14,14 +15,14 @@ class FloatColumns {
   /// Values are undefined afterwards.
   void Resize(std::size_t columns, std::size_t rows) {
     stride_ = rows + kBeyond;
-    if (values_.size() < columns * stride_) values_.resize(columns * stride_);
+    values_.Resize(columns * stride_);
   }
   float* column(std::size_t k) { return values_.data() + k * stride_; }
   const float* column(std::size_t k) const { return values_.data() + k * stride_; }
 
  private:
   std::size_t stride_ = 0;
-  std::vector<float> values_;
+  RawBuffer<float> values_;
 };
 
 }  // namespace chequer

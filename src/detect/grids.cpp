@@ -159,6 +159,14 @@ void GridLinker::Walk(int seed, const std::vector<Corner>& corners, Grids& out) 
   out.grids.push_back(grid);
 }
 
+WorkMeter GridLinker::work() const {
+  WorkMeter work;
+  work.Add(WorkStep::kCorner, links_.size());
+  work.Add(WorkStep::kNeighbourGroup, search_.groups_looked_at());
+  work.Add(WorkStep::kLink, probed_.size());
+  return work;
+}
+
 void GridLinker::Link(const DetectionPlane& plane, std::vector<Corner>& corners, Grids& out) {
   out.grids.clear();
   out.corners.clear();

@@ -7,6 +7,7 @@
 #include "detect/corner_search.h"
 #include "detect/corners.h"
 #include "detect/edge_probes.h"
+#include "detect/work_meter.h"
 
 namespace chequer {
 
@@ -26,7 +27,7 @@ struct Grid {
   int min_x = 0, max_x = 0, min_y = 0, max_y = 0;
 };
 
-/// The grids of an image. Keeps its memory.
+/// The grids of an image.
 struct Grids {
   std::vector<Grid> grids;
   std::vector<LatticeCorner> corners;
@@ -36,7 +37,7 @@ struct Grids {
   }
 };
 
-/// Links neighbouring corners to grids. Keeps its scratch memory.
+/// Links neighbouring corners to grids.
 class GridLinker {
  public:
   /// The fewest corners of a grid that is kept: fewer do not determine a homography with something to spare.
@@ -49,6 +50,8 @@ class GridLinker {
   void Link(const DetectionPlane& plane, std::vector<Corner>& corners, Grids& out);
   /// Of the corners as last linked.
   const CornerSearch& search() const { return search_; }
+  /// What it took to link them.
+  WorkMeter work() const;
 
   /// What leaves a corner.
   struct Links : NearestCorners {
@@ -77,7 +80,8 @@ class GridLinker {
   std::vector<LatticeCorner> queue_;
   /// Of each corner of the queue: the steps to its neighbours along x and y, image pixels.
   struct Basis {
-    Eigen::Vector2f x, y;
+    Eigen::Vector2f x = Eigen::Vector2f::Zero();
+    Eigen::Vector2f y = Eigen::Vector2f::Zero();
   };
   std::vector<Basis> basis_;
 };

@@ -8,8 +8,8 @@ namespace chequer {
 
 /// A point pair of a homography.
 struct PointPair {
-  Eigen::Vector2d from;
-  Eigen::Vector2d to;
+  Eigen::Vector2d from = Eigen::Vector2d::Zero();
+  Eigen::Vector2d to = Eigen::Vector2d::Zero();
 };
 
 /// The homography to ← from with the least squared algebraic error over normalised coordinates (Hartley 1997), its last

@@ -33,22 +33,31 @@ float BlueOf(const Eigen::Vector3f& light, const Eigen::Vector3f& white) {
   return relative[2] - relative[1];
 }
 
+std::vector<std::optional<Roster>> RostersOf(const DetectorOptions& options) {
+  std::vector<std::optional<Roster>> rosters;
+  for (const MarkerFamily& family : options.families)
+    rosters.push_back(family.roster.empty() ? std::nullopt : std::optional<Roster>(family.roster));
+  return rosters;
+}
+
+std::vector<std::vector<std::uint8_t>> BordersOf(const DetectorOptions& options) {
+  std::vector<std::vector<std::uint8_t>> borders;
+  for (const MarkerFamily& family : options.families) borders.push_back(CellSaturation(family.code.size(), 0));
+  return borders;
+}
+
 }  // namespace
 
-Identifier::Identifier(const DetectorOptions& options) : options_(options) {
-  for (const MarkerFamily& family : options.families) {
-    rosters_.push_back(family.roster.empty() ? std::nullopt : std::optional<Roster>(family.roster));
-    borders_.push_back(CellSaturation(family.code.size(), 0));
-  }
-}
+Identifier::Identifier(const DetectorOptions& options)
+    : options_(options), rosters_(RostersOf(options)), borders_(BordersOf(options)) {}
 
 void Identifier::ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens) {
   const std::size_t cells = static_cast<std::size_t>(size.rows * size.cols);
-  light_.resize(cells);
-  half_lit_.assign(cells, 1.0f);
+  cells_->light.resize(cells);
+  cells_->half_lit.assign(cells, 1.0f);
   if (reader.channels() == 3) {
     // The fit's levels are free of what neighbours and the lens mix in.
-    std::copy(board.levels.begin(), board.levels.end(), light_.begin());
+    std::copy(board.levels.begin(), board.levels.end(), cells_->light.begin());
     return;
   }
   for (std::size_t cell = 0; cell < cells; ++cell) {
@@ -59,7 +68,8 @@ void Identifier::ReadCells(const FittedBoard& board, MarkerSize size, const Ligh
     const double short_side =
         std::abs(pixel_by_board.determinant()) / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
     const double clear = std::clamp(0.5 * short_side - 1.2 * board.image.blur_px, 0.0, 0.35 * short_side);
-    light_[cell] = reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(clear));
+    cells_->light[cell] =
+        reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(clear));
   }
   if (!board.lit.empty()) EvenOutCells(board, size);
 }
@@ -70,7 +80,7 @@ void Identifier::EvenOutCells(const FittedBoard& board, MarkerSize size) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
       const CellLight& lit = board.lit[cell];
       if (lit.most == 0) continue;
-      Eigen::Vector3f& light = light_[cell];
+      Eigen::Vector3f& light = cells_->light[cell];
       if (!lit.crossed()) {
         light /= std::sqrt(lit.least * lit.most);
       } else if (!IsDark(row, col)) {
@@ -80,55 +90,56 @@ void Identifier::EvenOutCells(const FittedBoard& board, MarkerSize size) {
       } else {
         // Of dark cells the light that returns is too little to tell how much of it came.
         light /= lit.most;
-        half_lit_[cell] = lit.most / lit.least;
+        cells_->half_lit[cell] = lit.most / lit.least;
       }
     }
 }
 
 void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
-  hidden_.assign(light_.size(), 1);
+  cells_->hidden.assign(cells_->light.size(), 1);
   // Seen are the cells around the corners that the model explains.
   for (int corner = 0; corner < CornerCount(size); ++corner) {
     if (!board.corner_used[static_cast<std::size_t>(corner)]) continue;
-    for (const int cell : CellsAround(size, corner)) hidden_[static_cast<std::size_t>(cell)] = 0;
+    for (const int cell : CellsAround(size, corner)) cells_->hidden[static_cast<std::size_t>(cell)] = 0;
   }
   // Of them, those that stand out from their neighbours as their class should.
-  values_.clear();
-  for (const Eigen::Vector3f& light : light_) values_.push_back(std::sqrt(std::max(light[0] + light[1], 0.0f)));
-  const auto value = [&](int cell) { return double{values_[static_cast<std::size_t>(cell)]}; };
+  cells_->values.clear();
+  for (const Eigen::Vector3f& light : cells_->light)
+    cells_->values.push_back(std::sqrt(std::max(light[0] + light[1], 0.0f)));
+  const auto value = [&](int cell) { return double{cells_->values[static_cast<std::size_t>(cell)]}; };
   std::array<double, 2> sums{};
   std::array<int, 2> cells{};
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const int cell = row * size.cols + col;
-      if (hidden_[static_cast<std::size_t>(cell)]) continue;
+      if (cells_->hidden[static_cast<std::size_t>(cell)]) continue;
       sums[IsDark(row, col)] += value(cell);
       ++cells[IsDark(row, col)];
     }
   const double contrast = sums[0] / std::max(cells[0], 1) - sums[1] / std::max(cells[1], 1);
   // Cells that no corner tells of may look like the board's: where they are but a line or so, only those that do not
   // are evidence of a cover. More of them lie under one.
-  const auto unseen = std::count(hidden_.begin(), hidden_.end(), 1);
-  wrong_.assign(light_.size(), 0);
-  if (unseen > std::max(size.rows, size.cols) + kFewUnseen) wrong_ = hidden_;
-  seen_.resize(hidden_.size());
-  for (std::size_t cell = 0; cell < hidden_.size(); ++cell) seen_[cell] = !hidden_[cell];
-  const std::span<const float> leads = neighbours_.Of(size.rows, size.cols, values_, seen_);
+  const auto unseen = std::count(cells_->hidden.begin(), cells_->hidden.end(), 1);
+  cells_->wrong.assign(cells_->light.size(), 0);
+  if (unseen > std::max(size.rows, size.cols) + kFewUnseen) cells_->wrong = cells_->hidden;
+  cells_->seen.resize(cells_->hidden.size());
+  for (std::size_t cell = 0; cell < cells_->hidden.size(); ++cell) cells_->seen[cell] = !cells_->hidden[cell];
+  const std::span<const float> leads = cells_->neighbours.Of(size.rows, size.cols, cells_->values, cells_->seen);
   std::size_t cell = 0;
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col, ++cell) {
       const float lead = IsDark(row, col) ? -leads[cell] : leads[cell];
-      wrong_[cell] |= static_cast<std::uint8_t>(lead < 0.3 * contrast);
+      cells_->wrong[cell] |= static_cast<std::uint8_t>(lead < 0.3 * contrast);
     }
   HideWrong(size);
 }
 
 bool Identifier::HideWrong(MarkerSize size) {
-  HideBetween(size, wrong_);
+  HideBetween(size, cells_->wrong);
   bool found = false;
-  for (std::size_t cell = 0; cell < hidden_.size(); ++cell) {
-    if (!wrong_[cell] || hidden_[cell]) continue;
-    hidden_[cell] = 1;
+  for (std::size_t cell = 0; cell < cells_->hidden.size(); ++cell) {
+    if (!cells_->wrong[cell] || cells_->hidden[cell]) continue;
+    cells_->hidden[cell] = 1;
     found = true;
   }
   return found;
@@ -137,69 +148,69 @@ bool Identifier::HideWrong(MarkerSize size) {
 bool Identifier::HideOffColour(MarkerSize size, const std::vector<std::uint8_t>& border) {
   // Shares of the three channels, which shading leaves alone, of the light cells: white and yellow as the border has
   // them.
-  shares_.resize(light_.size());
-  for (std::size_t cell = 0; cell < light_.size(); ++cell) {
-    const Eigen::Vector3f light = light_[cell].cwiseQuotient(white_).cwiseMax(0);
-    shares_[cell] = light / std::max(light.sum(), 1e-6f);
+  cells_->shares.resize(cells_->light.size());
+  for (std::size_t cell = 0; cell < cells_->light.size(); ++cell) {
+    const Eigen::Vector3f light = cells_->light[cell].cwiseQuotient(cells_->white).cwiseMax(0);
+    cells_->shares[cell] = light / std::max(light.sum(), 1e-6f);
   }
   std::array<Eigen::Vector3f, 2> middle;
   for (const std::uint8_t saturated : std::array<std::uint8_t, 2>{0, 1}) {
-    known_.clear();
+    cells_->known.clear();
     for (int row = 0; row < size.rows; ++row)
       for (int col = 0; col < size.cols; ++col) {
         const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-        if (IsBorder(size, row, col) && !IsDark(row, col) && !hidden_[cell] && border[cell] == saturated)
-          known_.push_back(cell);
+        if (IsBorder(size, row, col) && !IsDark(row, col) && !cells_->hidden[cell] && border[cell] == saturated)
+          cells_->known.push_back(cell);
       }
-    if (known_.empty()) return false;
+    if (cells_->known.empty()) return false;
     for (int channel = 0; channel < 3; ++channel) {
-      values_.clear();
-      for (const std::size_t cell : known_) values_.push_back(shares_[cell][channel]);
-      middle[saturated][channel] = MedianInPlace(values_);
+      cells_->values.clear();
+      for (const std::size_t cell : cells_->known) cells_->values.push_back(cells_->shares[cell][channel]);
+      middle[saturated][channel] = MedianInPlace(cells_->values);
     }
   }
   const float most = kOffColour * (middle[1] - middle[0]).norm();
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-      if (IsDark(row, col) || wrong_[cell]) continue;
-      const Eigen::Vector3f& share = shares_[cell];
+      if (IsDark(row, col) || cells_->wrong[cell]) continue;
+      const Eigen::Vector3f& share = cells_->shares[cell];
       if (std::min((share - middle[0]).norm(), (share - middle[1]).norm()) <= most) continue;
-      wrong_[cell] = 1;
+      cells_->wrong[cell] = 1;
     }
   return HideWrong(size);
 }
 
 bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8_t>& border) {
-  Eigen::Vector3f& white = white_;
+  Eigen::Vector3f& white = cells_->white;
   white.setZero();
   int whites = 0;
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-      if (!IsBorder(size, row, col) || hidden_[cell] || IsDark(row, col) || border[cell]) continue;
-      white += light_[cell];
+      if (!IsBorder(size, row, col) || cells_->hidden[cell] || IsDark(row, col) || border[cell]) continue;
+      white += cells_->light[cell];
       ++whites;
     }
   if (whites == 0) return false;
   white /= static_cast<float>(whites);
   if (!(white.minCoeff() > 1e-5f)) return false;
-  colours_.resize(light_.size());
-  ink_.resize(light_.size());
+  cells_->colours.resize(cells_->light.size());
+  cells_->ink.resize(cells_->light.size());
   std::array<std::array<GaussianSum, 2>, 2> groups;
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
       const bool dark = IsDark(row, col);
-      colours_[cell] = ColourOf(light_[cell], white, dark, options_.color_space);
-      ink_[cell] =
-          dark && options_.color_space == ColorSpace::kLab ? BlueOf(light_[cell], white) : colours_[cell].saturation;
-      if (IsBorder(size, row, col) && !hidden_[cell] && half_lit_[cell] == 1)
-        groups[dark][border[cell]].Add(ink_[cell]);
+      cells_->colours[cell] = ColourOf(cells_->light[cell], white, dark, options_.color_space);
+      cells_->ink[cell] = dark && options_.color_space == ColorSpace::kLab ? BlueOf(cells_->light[cell], white)
+                                                                           : cells_->colours[cell].saturation;
+      if (IsBorder(size, row, col) && !cells_->hidden[cell] && cells_->half_lit[cell] == 1)
+        groups[dark][border[cell]].Add(cells_->ink[cell]);
     }
   for (std::size_t dark = 0; dark < 2; ++dark) {
     const Gaussian plain = groups[dark][0].Get(), inked = groups[dark][1].Get();
-    Class& c = classes_[dark];
+    Class& c = cells_->classes[dark];
     c.usable = plain.count >= 2 && inked.count >= 2 && inked.mean > plain.mean;
     if (!c.usable) continue;
     c.plain = plain.mean;
@@ -212,27 +223,27 @@ bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8
     const double distance = c.inked - c.plain, least = kLeastSpread * distance;
     c.deviation = std::max(std::sqrt((pooled * freedom + 2 * least * least) / (freedom + 2)), least);
   }
-  return classes_[0].usable || classes_[1].usable;
+  return cells_->classes[0].usable || cells_->classes[1].usable;
 }
 
 void Identifier::Decode(MarkerSize size, Identity& identity) {
-  log_likelihood_.assign(static_cast<std::size_t>(KernelBits(size)), 0.0f);
+  cells_->log_likelihood.assign(static_cast<std::size_t>(KernelBits(size)), 0.0f);
   int i = 0;
   for (int row = 1; row + 1 < size.rows; ++row)
     for (int col = 1; col + 1 < size.cols; ++col, ++i) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-      const Class& c = classes_[IsDark(row, col)];
-      if (hidden_[cell] || !c.usable) {
+      const Class& c = cells_->classes[IsDark(row, col)];
+      if (cells_->hidden[cell] || !c.usable) {
         ++identity.cells_hidden;
         continue;
       }
       const double distance = c.inked - c.plain;
       const double s = c.deviation / distance;
       // Of what it may be, what tells least.
-      const double a = (ink_[cell] - c.plain) / distance - 0.5,
-                   b = (half_lit_[cell] * ink_[cell] - c.plain) / distance - 0.5;
+      const double a = (cells_->ink[cell] - c.plain) / distance - 0.5,
+                   b = (cells_->half_lit[cell] * cells_->ink[cell] - c.plain) / distance - 0.5;
       const double lead = a * b <= 0 ? 0 : (std::abs(a) < std::abs(b) ? a : b);
-      log_likelihood_[static_cast<std::size_t>(i)] =
+      cells_->log_likelihood[static_cast<std::size_t>(i)] =
           static_cast<float>(std::clamp(lead / (s * s), -kMostLikelihood, kMostLikelihood));
     }
   double best_margin = -1;
@@ -240,7 +251,7 @@ void Identifier::Decode(MarkerSize size, Identity& identity) {
     const MarkerFamily& family = options_.families[f];
     if (!(family.code.size() == size)) continue;
     if (identity.family < 0) identity.family = static_cast<int>(f);
-    const auto soft = family.code.DecodeSoft(log_likelihood_, rosters_[f] ? &*rosters_[f] : nullptr);
+    const auto soft = family.code.DecodeSoft(cells_->log_likelihood, rosters_[f] ? &*rosters_[f] : nullptr);
     if (!soft) continue;
     if (soft->best.bits_corrected > family.code.guaranteed_radius()) {
       identity.cells_off = soft->best.bits_corrected;
@@ -260,25 +271,26 @@ void Identifier::Decode(MarkerSize size, Identity& identity) {
 }
 
 bool Identifier::MayLieElsewhere(MarkerSize size, const std::vector<std::uint8_t>& border) {
-  if (!classes_[0].usable || !classes_[1].usable) return false;
-  saturated_.resize(colours_.size());
-  for (std::size_t cell = 0; cell < colours_.size(); ++cell) {
+  if (!cells_->classes[0].usable || !cells_->classes[1].usable) return false;
+  cells_->saturated.resize(cells_->colours.size());
+  for (std::size_t cell = 0; cell < cells_->colours.size(); ++cell) {
     const int row = static_cast<int>(cell) / size.cols, col = static_cast<int>(cell) % size.cols;
-    const Class& c = classes_[IsDark(row, col)];
-    saturated_[cell] = ink_[cell] > (c.plain + c.inked) / 2;
+    const Class& c = cells_->classes[IsDark(row, col)];
+    cells_->saturated[cell] = cells_->ink[cell] > (c.plain + c.inked) / 2;
   }
-  return AgreesElsewhere(size, hidden_, saturated_, border);
+  return AgreesElsewhere(size, cells_->hidden, cells_->saturated, border);
 }
 
 Identifier::Reading Identifier::ReadingOf(MarkerSize size, Cell cell) const {
   const std::size_t i = static_cast<std::size_t>(cell.row * size.cols + cell.col);
-  const Class& c = classes_[IsDark(cell.row, cell.col)];
+  const Class& c = cells_->classes[IsDark(cell.row, cell.col)];
   Reading reading;
-  reading.colour = colours_[i];
-  reading.hidden = hidden_[i] != 0;
-  if (c.usable) reading.saturated = ink_[i] > (c.plain + c.inked) / 2;
+  reading.colour = cells_->colours[i];
+  reading.hidden = cells_->hidden[i] != 0;
+  if (c.usable) reading.saturated = cells_->ink[i] > (c.plain + c.inked) / 2;
   if (!IsBorder(size, cell.row, cell.col))
-    reading.log_likelihood = log_likelihood_[static_cast<std::size_t>((cell.row - 1) * (size.cols - 2) + cell.col - 1)];
+    reading.log_likelihood =
+        cells_->log_likelihood[static_cast<std::size_t>((cell.row - 1) * (size.cols - 2) + cell.col - 1)];
   return reading;
 }
 
@@ -287,12 +299,12 @@ void Identifier::MeasureOverlaps(MarkerSize size, Identity& identity) const {
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-      if (hidden_[cell]) continue;
+      if (cells_->hidden[cell]) continue;
       const bool dark = IsDark(row, col);
-      luminance[dark].Add(colours_[cell].luminance);
-      const Class& c = classes_[dark];
+      luminance[dark].Add(cells_->colours[cell].luminance);
+      const Class& c = cells_->classes[dark];
       if (!c.usable) continue;
-      saturation[ink_[cell] > (c.plain + c.inked) / 2].Add(colours_[cell].saturation);
+      saturation[cells_->ink[cell] > (c.plain + c.inked) / 2].Add(cells_->colours[cell].saturation);
     }
   identity.luminance_overlap = Overlap(luminance[0].Get(), luminance[1].Get());
   identity.saturation_overlap = Overlap(saturation[0].Get(), saturation[1].Get());
@@ -300,12 +312,13 @@ void Identifier::MeasureOverlaps(MarkerSize size, Identity& identity) const {
 
 Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens) {
   Identity identity;
+  cells_.Start();
   ReadCells(board, size, reader, lens);
   FindHidden(board, size);
   for (std::size_t f = 0; f < options_.families.size() && identity.family < 0; ++f)
     if (options_.families[f].code.size() == size) identity.family = static_cast<int>(f);
-  const auto hidden = std::count(hidden_.begin(), hidden_.end(), 1);
-  identity.plausible = hidden * 2 <= static_cast<std::ptrdiff_t>(hidden_.size());
+  const auto hidden = std::count(cells_->hidden.begin(), cells_->hidden.end(), 1);
+  identity.plausible = hidden * 2 <= static_cast<std::ptrdiff_t>(cells_->hidden.size());
   const auto measured = [&](const std::vector<std::uint8_t>& border) {
     return MeasureSaturation(size, border) && (!HideOffColour(size, border) || MeasureSaturation(size, border));
   };

@@ -10,6 +10,7 @@
 #include "detect/fitted_board.h"
 #include "detect/light.h"
 #include "detect/neighbours.h"
+#include "detect/scratch.h"
 
 namespace chequer {
 
@@ -29,13 +30,14 @@ struct Identity {
   bool plausible = true;  ///< enough of the board shows that it lies as it was taken to lie
 };
 
-/// Reads the identity of boards. Keeps its memory.
+/// Reads the identity of boards.
 /// An id is given only where its likelihood is e⁶ times that of the next one (e⁹ where light or white balance are
 /// warned of) and its word within the code's guaranteed radius: below one wrong id in 400 boards at the very limit,
 /// none seen in the tests' frames. Cells that do not stand out from their neighbours say nothing either way. 2.3 µs a 6
 /// × 6 board, half of it the decoder.
 class Identifier {
  public:
+  /// @param options must outlive it.
   explicit Identifier(const DetectorOptions& options);
 
   /// @param board a fit of a board of that size, its axes turned as the border says.
@@ -66,30 +68,36 @@ class Identifier {
   bool MayLieElsewhere(MarkerSize size, const std::vector<std::uint8_t>& border);
   void MeasureOverlaps(MarkerSize size, Identity& identity) const;
 
-  const DetectorOptions& options_;
-  std::vector<std::optional<Roster>> rosters_;
-  /// By family: saturation of the border's cells, row by row of the whole board.
-  std::vector<std::vector<std::uint8_t>> borders_;
-  std::vector<Eigen::Vector3f> light_;
-  std::vector<CellColour> colours_;
-  std::vector<float> ink_;  ///< by cell, what tells saturated cells from others: of dark ones BlueOf()
-  std::vector<std::uint8_t> hidden_;
-  std::vector<float> half_lit_;          ///< by cell: by how much less of its light may have come than was taken for it
-  Eigen::Vector3f white_;                ///< light of the border's white cells
-  std::vector<Eigen::Vector3f> shares_;  ///< of the three channels in a cell's light, scratch
-  std::vector<std::size_t> known_;       ///< cells of one ink, scratch
-  std::vector<float> values_;            ///< scratch
-  std::vector<std::uint8_t> saturated_;  ///< scratch
-  std::vector<std::uint8_t> seen_;       ///< scratch
-  NeighbourLead neighbours_;
-  std::vector<std::uint8_t> wrong_;  ///< cells that do not look like the board's, and what lies between them
-  std::vector<float> log_likelihood_;
-  /// Of light (0) and dark (1) cells: means of unsaturated and saturated border cells, and the spread about them.
+  /// Of light or dark cells: means of unsaturated and saturated border cells, and the spread about them.
   struct Class {
     double plain = 0, inked = 0, deviation = 0;
     bool usable = false;
   };
-  std::array<Class, 2> classes_;
+  /// What is known of one board, by cell where nothing else is said.
+  struct Cells {
+    std::vector<Eigen::Vector3f> light;
+    std::vector<CellColour> colours;
+    std::vector<float> ink;  ///< what tells saturated cells from others: of dark ones BlueOf()
+    std::vector<std::uint8_t> hidden;
+    std::vector<float> half_lit;  ///< by how much less of its light may have come than was taken for it
+    Eigen::Vector3f white = Eigen::Vector3f::Zero();  ///< light of the border's white cells
+    std::vector<std::uint8_t> wrong;    ///< those that do not look like the board's, and what lies between them
+    std::vector<float> log_likelihood;  ///< of the kernel's
+    std::array<Class, 2> classes;       ///< of light (0) and dark (1) ones
+    // What single steps need.
+    std::vector<Eigen::Vector3f> shares;  ///< of the three channels in a cell's light
+    std::vector<std::size_t> known;       ///< those of one ink
+    std::vector<float> values;
+    std::vector<std::uint8_t> saturated, seen;
+    NeighbourLead neighbours;
+  };
+
+  const DetectorOptions& options_;
+  /// By family: the ids in use, where not all are.
+  const std::vector<std::optional<Roster>> rosters_;
+  /// By family: saturation of the border's cells, row by row of the whole board.
+  const std::vector<std::vector<std::uint8_t>> borders_;
+  Scratch<Cells> cells_;
 };
 
 }  // namespace chequer

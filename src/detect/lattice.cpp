@@ -41,6 +41,8 @@ bool Lattice::Read(const Grid& grid, std::span<const LatticeCorner> members, con
             beyond_y = exact ? 0 : std::max(most - rows, kBeyond);
   window_ = {grid.min_x - beyond_x, grid.min_y - beyond_y, cols + 2 * beyond_x, rows + 2 * beyond_y};
   map_.assign(static_cast<std::size_t>(window_.cols * window_.rows), -1);
+  work_.Add(WorkStep::kGrid);
+  work_.Add(WorkStep::kLatticePoint, map_.size());
   points_.clear();
   for (const LatticeCorner& at : members) {
     int& slot = map_[Slot(at.x, at.y)];
@@ -89,16 +91,20 @@ void Lattice::Extend(const Eigen::Matrix3d& image_from_lattice, const std::vecto
       if (!(h.z() > 0)) continue;
       const Eigen::Vector2d p = h.hnormalized();
       if (!(p.x() >= 0 && p.y() >= 0 && p.x() < width && p.y() < height)) continue;
+      work_.Add(WorkStep::kLatticeSearch);
       const float reach = static_cast<float>(Reach(image_from_lattice, at));
       const Eigen::Vector2f center = p.cast<float>();
       float nearest = reach * reach;
       int best = -1;
+      int others = 0;
       const auto look_at = [&](int i) {
+        ++others;
         const float square = (corners[static_cast<std::size_t>(i)].position - center).squaredNorm();
         if (square < nearest && !claimed[static_cast<std::size_t>(i)]) nearest = square, best = i;
       };
       if (search) search->ForNeighbours(center, reach, look_at);
       for (int i = 0; !search && i < static_cast<int>(corners.size()); ++i) look_at(i);
+      work_.Add(WorkStep::kComparison, static_cast<std::uint64_t>(others));
       if (best < 0) continue;
       const Corner& corner = corners[static_cast<std::size_t>(best)];
       map_[Slot(x, y)] = static_cast<int>(points_.size());
@@ -115,6 +121,7 @@ std::optional<Eigen::Matrix3d> Lattice::Fit(const Window& window, std::vector<Po
       GridLinker::kFewest,
       static_cast<std::size_t>(std::ceil((1 - kMostOutliers) * static_cast<double>(pairs_.size()))));
   while (pairs_.size() >= fewest) {
+    work_.Add(WorkStep::kFitPoint, pairs_.size());
     const auto homography = FitHomography(pairs_);
     if (!homography) return std::nullopt;
     // The worst goes until all belong.

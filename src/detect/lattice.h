@@ -9,16 +9,17 @@
 #include "detect/corners.h"
 #include "detect/grids.h"
 #include "detect/homography.h"
+#include "detect/work_meter.h"
 
 namespace chequer {
 
 /// The corners of a grid by their place in its lattice, with those that linking missed but that lie where the lattice
-/// goes on. Keeps its memory.
+/// goes on.
 class Lattice {
  public:
   /// A corner of the lattice.
   struct Point {
-    Eigen::Vector2d image;  ///< pixels
+    Eigen::Vector2d image = Eigen::Vector2d::Zero();  ///< pixels
     float scale = 1;
     int corner = 0;  ///< index
   };
@@ -56,6 +57,9 @@ class Lattice {
   /// if too few agree. With `pairs`, those that do.
   std::optional<Eigen::Matrix3d> Fit(const Window& window, std::vector<PointPair>* pairs);
 
+  /// What it took so far.
+  const WorkMeter& work() const { return work_; }
+
  private:
   std::size_t Slot(int x, int y) const {
     return static_cast<std::size_t>((y - window_.y) * window_.cols + x - window_.x);
@@ -73,6 +77,7 @@ class Lattice {
   std::vector<int> sums_;
   std::vector<Point> points_;
   std::vector<PointPair> pairs_;
+  WorkMeter work_;
 };
 
 }  // namespace chequer

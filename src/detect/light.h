@@ -18,6 +18,9 @@ struct PixelBox {
     left = std::min(left, x), right = std::max(right, x);
     top = std::min(top, y), bottom = std::max(bottom, y);
   }
+  Eigen::Vector2f Center() const { return {0.5f * (left + right), 0.5f * (top + bottom)}; }
+  /// The longer one.
+  float Side() const { return std::max(right - left, bottom - top); }
   /// Moves every edge outwards by that share of the longer side.
   void Widen(float share) {
     const float by = share * std::max(right - left, bottom - top);

@@ -6,7 +6,7 @@
 
 namespace chequer {
 
-/// How much larger each cell's value is than the mean of its up to four neighbours, row by row. Keeps its memory.
+/// How much larger each cell's value is than the mean of its up to four neighbours, row by row.
 class NeighbourLead {
  public:
   /// @param values, counts one a cell, row by row; only neighbours that count are looked at. Returns 0 for a cell

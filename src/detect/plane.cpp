@@ -113,7 +113,7 @@ void BytePlane::Resize(int width, int height) {
   height_ = height;
   stride_ = (width + kTail + 63) / 64 * 64;
   // One row more: vectors over the end of the last row.
-  bytes_.resize(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 1));
+  bytes_.Resize(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 1));
 }
 
 void StartDetectionPlane(const ImageView& image, DetectionPlane& out) {

@@ -2,9 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "chequer/image.h"
+#include "detect/raw_buffer.h"
 
 namespace chequer {
 
@@ -25,7 +25,7 @@ class BytePlane {
   static constexpr int kTail = 128;
 
  private:
-  std::vector<std::uint8_t> bytes_;
+  RawBuffer<std::uint8_t> bytes_;
   int width_ = 0;
   int height_ = 0;
   std::ptrdiff_t stride_ = 0;

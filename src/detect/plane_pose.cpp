@@ -56,8 +56,9 @@ struct PosedHomography {
   }
 
   double inverse_depth;
-  Eigen::Vector3d scale, side[2];
-  Parameters h;
+  Eigen::Vector3d scale = Eigen::Vector3d::Zero();
+  Eigen::Vector3d side[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  Parameters h = Parameters::Zero();
 
  private:
   static void Set(int col, const Eigen::Vector3d& values, Parameters& of) {
@@ -125,7 +126,7 @@ class Descent {
   }
 
   const MeasuredHomography& measured_;
-  Parameters target_;
+  Parameters target_ = Parameters::Zero();
   double cell_m_, focal_;
   RigidTransform next_;
   PlanePose pose_{{}, Matrix6d::Identity(), std::numeric_limits<double>::infinity()};  ///< the best by now

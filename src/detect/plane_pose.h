@@ -12,7 +12,7 @@ namespace chequer {
 struct MeasuredHomography {
   BoardGeometry geometry;  ///< its plane is that of a calibrated lens
   /// Inverse of the covariance of its parameters.
-  BoardGeometry::Information information;
+  BoardGeometry::Information information = BoardGeometry::Information::Zero();
 };
 
 /// Derivative of a homography's parameters by (x, y, z, θx, θy, θz) as in MarkerPose::covariance.
@@ -27,7 +27,7 @@ BoardGeometry::Parameters HomographyOfPose(const RigidTransform& camera_from_boa
 struct PlanePose {
   RigidTransform camera_from_board;  ///< metres
   /// Of (x, y, z, θx, θy, θz) as in MarkerPose::covariance; of the better one alone.
-  Matrix6d covariance;
+  Matrix6d covariance = Matrix6d::Zero();
   double chi_square = 0;  ///< distance from the homography, by its information
 };
 

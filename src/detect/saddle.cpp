@@ -200,14 +200,46 @@ constexpr float kMostOffMiddle = 0.4f;
 /// farther apart.
 constexpr float kTwinPx = 1.5f;
 
-/// Of some corners, which come by the rows of their peaks, the one that the last is a second peak of, or null.
-Corner* TwinOfLast(std::span<Corner> corners) {
-  const Eigen::Vector2f& at = corners.back().position;
-  // Corners lie half a pixel off their peak's row at most.
-  for (std::size_t i = corners.size() - 1; i-- > 0 && corners[i].position.y() > at.y() - kTwinPx - 1;)
-    if ((corners[i].position - at).squaredNorm() < kTwinPx * kTwinPx) return &corners[i];
-  return nullptr;
-}
+/// Peaks of one corner lie in rows no farther apart: its place is half a pixel off each of them at most.
+constexpr std::size_t kTwinRows = 4;
+/// Along a row, corners come by their peaks' columns, to so many pixels: a place between two peaks lies off both.
+constexpr float kRowOrderPx = 4;
+
+/// Where the corners of the last few rows of peaks begin. Looking for a corner's twin in all of them would take, in a
+/// dense texture, as many steps for each corner as a row of the image has corners.
+class RecentRows {
+ public:
+  /// The corner at `index` comes next. Rows do not come back.
+  void Add(int row, std::size_t index) {
+    if (count_ > 0 && rows_[0].row == row) return;
+    std::shift_right(rows_.begin(), rows_.end(), 1);
+    rows_[0] = {row, index};
+    count_ = std::min(count_ + 1, rows_.size());
+  }
+  /// Of the corners before the last, the newest that the last is a second peak of, or null.
+  Corner* TwinOfLast(std::span<Corner> corners) const {
+    std::size_t past = corners.size() - 1;
+    const Eigen::Vector2f at = corners.back().position;
+    for (std::size_t row = 0; row < count_; ++row) {
+      const auto first = corners.begin() + static_cast<std::ptrdiff_t>(rows_[row].first),
+                 last = corners.begin() + static_cast<std::ptrdiff_t>(past);
+      auto near = std::partition_point(
+          first, last, [&](const Corner& corner) { return corner.position.x() < at.x() + kRowOrderPx; });
+      for (; near != first && (near - 1)->position.x() > at.x() - kRowOrderPx; --near)
+        if (((near - 1)->position - at).squaredNorm() < kTwinPx * kTwinPx) return &*(near - 1);
+      past = rows_[row].first;
+    }
+    return nullptr;
+  }
+
+ private:
+  struct Row {
+    int row = 0;
+    std::size_t first = 0;
+  };
+  std::array<Row, kTwinRows> rows_;  ///< the newest first
+  std::size_t count_ = 0;
+};
 
 void AskFor(const BytePlane& plane, const Peak& peak) {
   for (int y = -3; y <= 3; ++y) __builtin_prefetch(plane.row(peak.y + y) + peak.x);
@@ -222,6 +254,7 @@ void AppendSaddles(const BytePlane& plane, std::span<const Peak> peaks, std::vec
   std::array<std::ptrdiff_t, saddle::kRing> ring;
   for (std::size_t i = 0; i < ring.size(); ++i) ring[i] = saddle::kRingY[i] * plane.stride() + saddle::kRingX[i];
   saddle::Batch batch{};
+  RecentRows rows;
   for (std::size_t first = 0; first < peaks.size(); first += saddle::kMost) {
     const std::size_t count = std::min(saddle::kMost, peaks.size() - first);
     for (std::size_t k = 0; k < count; ++k) {
@@ -245,7 +278,8 @@ void AppendSaddles(const BytePlane& plane, std::span<const Peak> peaks, std::vec
       const float x = static_cast<float>(peak.x) + batch.off_peak[0][k],
                   y = static_cast<float>(peak.y) + batch.off_peak[1][k];
       corner.position.x() = x, corner.position.y() = y;
-      if (Corner* twin = TwinOfLast(std::span(corners).subspan(others))) {
+      rows.Add(peak.y, corners.size() - 1 - others);
+      if (Corner* twin = rows.TwinOfLast(std::span(corners).subspan(others))) {
         // It lies between its peaks.
         twin->position.x() = 0.5f * (twin->position.x() + x), twin->position.y() = 0.5f * (twin->position.y() + y);
         corners.pop_back();

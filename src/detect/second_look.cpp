@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "detect/affine_view.h"
@@ -51,6 +52,9 @@ constexpr float kBlurPx = 0.8f;
 constexpr float kMostSpread = 160;
 /// Fewer points hide nothing, and where cells are very narrow, colours that ran together would take the board's own.
 constexpr std::size_t kManyPoints = 100;
+/// Of more than these, the weakest are left out: print and textures without end. Five hundred boards that no first look
+/// shows have as many.
+constexpr std::size_t kMostPoints = 10'000;
 /// The pixels around a point that show its cells' colours, px: beyond the edges' blur, inside what lies around narrow
 /// cells. The first four tell most of clutter.
 constexpr std::array<std::array<float, 2>, 8> kAround{
@@ -65,6 +69,25 @@ constexpr float kLeastInk = 0.55f;
 constexpr float kLeastInkAlong = 0.35f;
 /// The same at the first pixels around a point: of four of a board's cells, one has ink for the most part.
 constexpr float kLeastInkAtFirst = 0.15f;
+
+/// Leaves out the weakest of too many, and of equals the last.
+void KeepStrongest(std::size_t most, std::vector<StrongPoint>& points) {
+  if (points.size() <= most) return;
+  std::vector<float> contrasts;
+  for (const StrongPoint& point : points) contrasts.push_back(point.contrast);
+  const auto weakest = contrasts.begin() + static_cast<std::ptrdiff_t>(most - 1);
+  std::nth_element(contrasts.begin(), weakest, contrasts.end(), std::greater<>());
+  const float least = *weakest;
+  std::size_t equals = most - static_cast<std::size_t>(std::count_if(
+                                  contrasts.begin(), weakest, [&](float contrast) { return contrast > least; }));
+  std::erase_if(points, [&](const StrongPoint& point) {
+    if (point.contrast != least) return point.contrast < least;
+    return equals == 0 || equals-- == 0;
+  });
+}
+
+/// Times that each point is asked where it belongs, and units that the views of a place take, at most.
+constexpr std::uint64_t kMostPasses = 9 * kMostPlaces, kMostUnitsOfLook = 2'000;
 
 /// Whether the first look may have missed a board there.
 bool MayHaveEscaped(const Place& place) {
@@ -103,57 +126,71 @@ bool ShowsInks(const LightReader& reader, const Eigen::Vector2f& at) {
 
 }  // namespace
 
+std::uint64_t SecondLook::MostUnits() const {
+  if (image_->points.size() < kFewestPoints) return 0;
+  const std::uint64_t kept = std::min(image_->points.size(), kMostPoints);
+  std::uint64_t instructions = kept * kMostPasses * WorkMeter::Instructions(WorkStep::kComparison);
+  if (kept > kManyPoints) instructions += kept * WorkMeter::Instructions(WorkStep::kInkProbe);
+  return instructions / WorkMeter::kInstructionsPerUnit + kMostLooks * kMostUnitsOfLook;
+}
+
 void SecondLook::Start(const LightReader& reader, std::span<const StrongPoint> points, float least,
-                       std::span<const PixelBox> boards) {
-  width_ = reader.width();
-  height_ = reader.height();
-  looks_ = places_ = sparse_ = 0;
-  unclear_.reset();
-  points_.clear();
-  const int cols = (width_ >> kTileShift) + 1, rows = (height_ >> kTileShift) + 1;
+                       std::span<const PixelBox> boards, std::vector<TracePlace>* trace) {
+  image_.Start().trace = trace;
+  image_->width = reader.width();
+  image_->height = reader.height();
+  const int cols = (image_->width >> kTileShift) + 1, rows = (image_->height >> kTileShift) + 1;
   const auto tile = [](float at, int count) { return std::clamp(static_cast<int>(at) >> kTileShift, 0, count - 1); };
-  explained_.assign(static_cast<std::size_t>(cols * rows), 0);
+  image_->explained.assign(static_cast<std::size_t>(cols * rows), 0);
   for (const PixelBox& box : boards)
     for (int row = tile(box.top, rows); row <= tile(box.bottom, rows); ++row)
       for (int col = tile(box.left, cols); col <= tile(box.right, cols); ++col)
-        explained_[static_cast<std::size_t>(row * cols + col)] = 1;
+        image_->explained[static_cast<std::size_t>(row * cols + col)] = 1;
   for (const StrongPoint& point : points)
-    if (point.contrast >= least &&
-        !explained_[static_cast<std::size_t>(tile(point.position.y(), rows) * cols + tile(point.position.x(), cols))])
-      points_.push_back(point);
-  if (points_.size() > kManyPoints) KeepInks(reader);
+    if (point.contrast >= least && !image_->explained[static_cast<std::size_t>(tile(point.position.y(), rows) * cols +
+                                                                               tile(point.position.x(), cols))])
+      image_->points.push_back(point);
+}
+
+void SecondLook::ThinOut(const LightReader& reader) {
+  if (std::exchange(image_->thinned_out, true) || image_->points.size() <= kManyPoints) return;
+  KeepStrongest(kMostPoints, image_->points);
+  KeepInks(reader);
 }
 
 void SecondLook::KeepInks(const LightReader& reader) {
   // They lie all over the image: the memory is asked for what some of the next will need.
   constexpr std::size_t kAhead = 8;
+  image_->work.Add(WorkStep::kInkProbe, image_->points.size());
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (i + kAhead < points_.size()) {
-      const Eigen::Vector2f& at = points_[i + kAhead].position;
+  for (std::size_t i = 0; i < image_->points.size(); ++i) {
+    if (i + kAhead < image_->points.size()) {
+      const Eigen::Vector2f& at = image_->points[i + kAhead].position;
       PixelBox box;
       box.Add(at.x() - kAroundPx, at.y() - kAroundPx);
       box.Add(at.x() + kAroundPx, at.y() + kAroundPx);
       reader.Prefetch(box);
     }
-    if (ShowsInks(reader, points_[i].position)) points_[kept++] = points_[i];
+    if (ShowsInks(reader, image_->points[i].position)) image_->points[kept++] = image_->points[i];
   }
-  points_.resize(kept);
+  image_->points.resize(kept);
 }
 
 std::optional<Place> SecondLook::FindPlace() {
-  if (points_.empty()) return std::nullopt;
-  const int cols = (width_ >> kTileShift) + 1, rows = (height_ >> kTileShift) + 1;
-  in_tile_.assign(static_cast<std::size_t>(cols * rows), 0);
+  if (image_->points.empty()) return std::nullopt;
+  const int cols = (image_->width >> kTileShift) + 1, rows = (image_->height >> kTileShift) + 1;
+  image_->in_tile.assign(static_cast<std::size_t>(cols * rows), 0);
   const auto tile_of = [&](const StrongPoint& point) {
     return (std::clamp(static_cast<int>(point.position.y()) >> kTileShift, 0, rows - 1)) * cols +
            std::clamp(static_cast<int>(point.position.x()) >> kTileShift, 0, cols - 1);
   };
   int fullest = 0;
-  for (const StrongPoint& point : points_) {
+  for (const StrongPoint& point : image_->points) {
     const int tile = tile_of(point);
-    if (++in_tile_[static_cast<std::size_t>(tile)] > in_tile_[static_cast<std::size_t>(fullest)]) fullest = tile;
+    if (++image_->in_tile[static_cast<std::size_t>(tile)] > image_->in_tile[static_cast<std::size_t>(fullest)])
+      fullest = tile;
   }
+  image_->work.Add(WorkStep::kComparison, 2 * image_->points.size());
   Place place;
   const float side = static_cast<float>(1 << kTileShift);
   place.middle =
@@ -162,15 +199,17 @@ std::optional<Place> SecondLook::FindPlace() {
   // From the fullest tile on, as far as the points go on.
   for (int i = 0, before = -1; i < 6 && place.count != before; ++i) {
     before = place.count;
-    place = GatherPoints(points_, place);
+    image_->work.Add(WorkStep::kComparison, image_->points.size());
+    place = GatherPoints(image_->points, place);
   }
-  members_.clear();
-  for (const StrongPoint& point : points_)
-    if (members_.size() < kMostAsked && IsWithinReach(place, point.position)) members_.push_back(point.position);
+  image_->members.clear();
+  for (const StrongPoint& point : image_->points)
+    if (image_->members.size() < kMostAsked && IsWithinReach(place, point.position))
+      image_->members.push_back(point.position);
   if (place.count < kFewestPoints || place.spread[0] > kMostSpread) {
-    std::erase_if(points_, [&](const StrongPoint& point) { return tile_of(point) == fullest; });
+    std::erase_if(image_->points, [&](const StrongPoint& point) { return tile_of(point) == fullest; });
     if (place.count < kFewestPoints) return place;
-    if (trace_) NotePlace(place, PlaceFate::kTooLarge);
+    if (image_->trace) NotePlace(place, PlaceFate::kTooLarge);
     place.count = 0;
   }
   return place;
@@ -185,11 +224,13 @@ void SecondLook::View(const Pyramid& pyramid, const Place& place) {
   const Eigen::Vector2f step(place.spread[0] / place.spread[1] / zoom, 1 / zoom);  // image px a pixel of the view
   const Eigen::Matrix2f image_by_view = place.axes * step.asDiagonal();
   const int side = static_cast<int>(std::ceil(2 * kHalfCells * zoom * cell_px));
-  ViewPlane(pyramid.level(level), pyramid.FromImage(place.middle, level), image_by_view / scale, side, view_.plane);
+  shown_.Start();
+  ViewPlane(pyramid.level(level), pyramid.FromImage(place.middle, level), image_by_view / scale, side,
+            shown_->view.plane);
   // Two running means of width w have the variance (w² − 1) / 6.
   const float variance = kBlurPx * kBlurPx * (1 / (step[1] * step[1]) - 1 / (step[0] * step[0]));
   const int width = 2 * static_cast<int>(std::lround((std::sqrt(6 * std::max(variance, 0.0f) + 1) - 1) / 2)) + 1;
-  if (width > 1) SmoothRows(width, view_.plane, smoothed_);
+  if (width > 1) SmoothRows(width, shown_->view.plane, shown_->smoothed);
   ShowCorners(place, image_by_view, scale);
 }
 
@@ -199,11 +240,10 @@ void SecondLook::LookAt(const Pyramid& pyramid, Place place) {
     if (ShowsBoard()) return;
     // What looks like corners now tells better where they lie, and how they spread.
     float most = 0;
-    for (const Corner& corner : corners_) most = std::max(most, corner.contrast);
-    seen_.clear();
-    for (const Corner& corner : corners_)
-      if (corner.contrast > kShareOfMost * most) seen_.push_back({corner.position, corner.contrast});
-    place = GatherPoints(seen_, place);
+    for (const Corner& corner : shown_->corners) most = std::max(most, corner.contrast);
+    for (const Corner& corner : shown_->corners)
+      if (corner.contrast > kShareOfMost * most) shown_->seen.push_back({corner.position, corner.contrast});
+    place = GatherPoints(shown_->seen, place);
     if (place.count < kFewestPoints) return;
   }
 }
@@ -216,18 +256,23 @@ PlaceFate SecondLook::Judge(const Place& place) {
 }
 
 void SecondLook::Forget(const Place& place) {
-  std::erase_if(points_, [&](const StrongPoint& point) { return IsWithinReach(place, point.position); });
+  image_->work.Add(WorkStep::kComparison, image_->points.size());
+  std::erase_if(image_->points, [&](const StrongPoint& point) { return IsWithinReach(place, point.position); });
 }
 
 void SecondLook::ShowCorners(const Place& place, const Eigen::Matrix2f& image_by_view, float scale) {
-  FindCornersIn(view_.plane, scan_, corners_, refused_);
-  linker_.Link(view_, corners_, grids_);
-  const float half = 0.5f * static_cast<float>(view_.plane.width() - 1);
-  for (Corner& corner : corners_) {
+  FindCornersIn(shown_->view.plane, shown_->scan, shown_->corners, shown_->refused);
+  shown_->linker.Link(shown_->view, shown_->corners, shown_->grids);
+  image_->work.Add(WorkStep::kViewPixel, static_cast<std::uint64_t>(shown_->view.plane.width()) *
+                                             static_cast<std::uint64_t>(shown_->view.plane.height()));
+  image_->work.Add(WorkStep::kPeak, shown_->scan.peaks().size());
+  image_->work.Add(shown_->linker.work());
+  const float half = 0.5f * static_cast<float>(shown_->view.plane.width() - 1);
+  for (Corner& corner : shown_->corners) {
     corner.position = place.middle + image_by_view * (corner.position - Eigen::Vector2f::Constant(half));
     corner.scale = scale;
   }
-  if (trace_) NoteView(place, image_by_view);
+  if (image_->trace) NoteView(place, image_by_view);
 }
 
 bool SecondLook::LookThroughSmear(const Pyramid& pyramid, const Place& place) {
@@ -242,25 +287,28 @@ bool SecondLook::LookThroughSmear(const Pyramid& pyramid, const Place& place) {
   Eigen::Matrix2f image_by_view;
   image_by_view << change.least, Eigen::Vector2f(-change.least.y(), change.least.x());
   image_by_view *= cell_px / kCellPx;
-  ViewPlane(plane, middle, image_by_view / scale, kViewPx, view_.plane);
-  EvenOutChange(static_cast<int>(kCellPx), view_.plane, smear_);
+  shown_.Start().smeared = true;
+  ViewPlane(plane, middle, image_by_view / scale, kViewPx, shown_->view.plane);
+  EvenOutChange(static_cast<int>(kCellPx), shown_->view.plane, shown_->smear);
   ShowCorners(place, image_by_view, scale);
-  if (trace_) {
-    trace_->back().fate = PlaceFate::kViewed;
-    trace_->back().sharpened = true;
+  if (image_->trace) {
+    image_->trace->back().fate = PlaceFate::kViewed;
+    image_->trace->back().sharpened = true;
   }
   return true;
 }
 
 bool SecondLook::ShowsBoard() const {
-  return std::any_of(grids_.grids.begin(), grids_.grids.end(),
+  return std::any_of(shown_->grids.grids.begin(), shown_->grids.grids.end(),
                      [](const Grid& grid) { return grid.count >= kEnoughLinked; });
 }
 
 std::optional<Place> SecondLook::FindChange(const Pyramid& pyramid, const LightReader& reader,
-                                            const Place& points) const {
+                                            const Place& points) {
   InkSigns at_points, along_it;
-  for (const Eigen::Vector2f& point : members_) at_points.Add(reader, point);
+  image_->work.Add(WorkStep::kInkProbe, image_->members.size() + 5);
+  image_->work.Add(WorkStep::kPlace);
+  for (const Eigen::Vector2f& point : image_->members) at_points.Add(reader, point);
   if (!at_points.AreThere()) return std::nullopt;
   std::optional<Place> place = PlaceOfChange(pyramid.base.plane, pyramid.FromImage(points.middle, 0), kSeedPx);
   if (!place || !MayHaveEscaped(*place)) return std::nullopt;
@@ -276,18 +324,19 @@ void SecondLook::ViewSharpened(const Pyramid& pyramid, const Place& place) {
   const float scale = place.cell_px() / kCellPx, slant = place.spread[0] / place.spread[1];
   Eigen::Matrix2f image_by_view;
   image_by_view << scale * place.axes.col(1), -scale * slant * place.axes.col(0);
-  ViewPlane(pyramid.level(0), pyramid.FromImage(place.middle, 0), image_by_view, kViewPx, view_.plane);
-  EvenOutChange(static_cast<int>(kCellPx), view_.plane, smear_);
+  shown_.Start();
+  ViewPlane(pyramid.level(0), pyramid.FromImage(place.middle, 0), image_by_view, kViewPx, shown_->view.plane);
+  EvenOutChange(static_cast<int>(kCellPx), shown_->view.plane, shown_->smear);
   ShowCorners(place, image_by_view, 1);
-  if (trace_) trace_->back().sharpened = true;
+  if (image_->trace) image_->trace->back().sharpened = true;
 }
 
 bool SecondLook::LookByChange(const Pyramid& pyramid, const LightReader& reader, const Place& points) {
   const std::optional<Place> place = FindChange(pyramid, reader, points);
   if (!place) return false;
-  if (trace_) {
+  if (image_->trace) {
     NotePlace(*place, PlaceFate::kViewed);
-    trace_->back().by_change = true;
+    image_->trace->back().by_change = true;
   }
   Forget(*place);
   LookAt(pyramid, *place);
@@ -296,31 +345,30 @@ bool SecondLook::LookByChange(const Pyramid& pyramid, const LightReader& reader,
 }
 
 bool SecondLook::Next(const Pyramid& pyramid, const LightReader& reader) {
-  smeared_ = false;
-  if (unclear_ && LookByChange(pyramid, reader, *std::exchange(unclear_, std::nullopt))) return true;
-  while (looks_ < kMostLooks && places_ < kMostPlaces) {
+  ThinOut(reader);
+  if (image_->unclear && LookByChange(pyramid, reader, *std::exchange(image_->unclear, std::nullopt))) return true;
+  while (image_->looks < kMostLooks && image_->places < kMostPlaces) {
     const std::optional<Place> place = FindPlace();
     if (!place) return false;
-    ++places_;
+    ++image_->places;
     if (place->count == 0) continue;
     const PlaceFate fate = Judge(*place);
     const bool by_points = fate == PlaceFate::kViewed || fate == PlaceFate::kFrontal;
-    if (trace_ && by_points) NotePlace(*place, fate);
+    if (image_->trace && by_points) NotePlace(*place, fate);
     bool viewed = fate == PlaceFate::kViewed;
     if (viewed) LookAt(pyramid, *place);
-    smeared_ = fate == PlaceFate::kFrontal && LookThroughSmear(pyramid, *place);
-    viewed |= smeared_;
+    if (fate == PlaceFate::kFrontal) viewed = LookThroughSmear(pyramid, *place);
     if (fate != PlaceFate::kFewPoints) Forget(*place);
     // Where points tell too little of a place, its pixels may tell more.
-    if (viewed && !ShowsBoard()) unclear_ = place;
-    if (!viewed && (fate != PlaceFate::kFewPoints || ++sparse_ <= kMostSparse))
+    if (viewed && !ShowsBoard()) image_->unclear = place;
+    if (!viewed && (fate != PlaceFate::kFewPoints || ++image_->sparse <= kMostSparse))
       viewed = LookByChange(pyramid, reader, *place);
-    if (trace_ && !by_points && !viewed) NotePlace(*place, fate);
+    if (image_->trace && !by_points && !viewed) NotePlace(*place, fate);
     // Where there is print, there are many lines.
-    looks_ += viewed || fate == PlaceFate::kLine;
+    image_->looks += viewed || fate == PlaceFate::kLine;
     if (viewed) return true;
   }
-  if (trace_) NoteTheRest();
+  if (image_->trace) NoteTheRest();
   return false;
 }
 

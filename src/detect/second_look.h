@@ -11,7 +11,9 @@
 #include "detect/grids.h"
 #include "detect/light.h"
 #include "detect/place.h"
+#include "detect/scratch.h"
 #include "detect/smear_view.h"
+#include "detect/work_meter.h"
 
 namespace chequer {
 
@@ -22,32 +24,36 @@ namespace chequer {
 /// spreads as in plain view but shows stripes is a board that moved while the image was exposed, by more than a cell:
 /// it is viewed with the stripes made even. Where points are few, lie along a line, or show no board, what changes from
 /// pixel to pixel around them tells the place instead, and where the lens blurs the narrow cells, the view is sharpened
-/// along them. Keeps its memory. Costs nothing where no place stands out; of those that do, kMostLooks at most are
+/// along them. Costs nothing where no place stands out; of those that do, kMostLooks at most are
 /// viewed, each by its points and by its pixels.
 class SecondLook {
  public:
   static constexpr int kMostLooks = 2;
 
   /// Takes over the points of an image; those in `boards` are explained already, and where there are many, only those
-  /// count that stand among the inks of a marker. @param least contrast that counts.
+  /// count that stand among the inks of a marker. @param least contrast that counts. @param trace gets every place that
+  /// is considered, for finding out why there is no board; may be null, which costs a comparison a place.
   void Start(const LightReader& reader, std::span<const StrongPoint> points, float least,
-             std::span<const PixelBox> boards);
+             std::span<const PixelBox> boards, std::vector<TracePlace>* trace = nullptr);
   /// Fills corners() and grids() with what the next place shows, or the last one once more. False once there is none
   /// left.
   bool Next(const Pyramid& pyramid, const LightReader& reader);
 
-  /// Of the last look, positions in the image.
-  const std::vector<Corner>& corners() const { return corners_; }
-  const Grids& grids() const { return grids_; }
-  const GridLinker& linker() const { return linker_; }
-  /// Whether the place seems smeared, and was sharpened.
-  bool smeared() const { return smeared_; }
+  /// The most units that Next() takes from here on, until there is no place left, boards in its views included.
+  std::uint64_t MostUnits() const;
+  /// What the image took so far, but for boards.
+  const WorkMeter& work() const { return image_->work; }
 
-  /// From now on, appends every place that is considered to `places`; null: no longer. For finding out why there is no
-  /// board; costs a comparison a place where nobody asks.
-  void Trace(std::vector<TracePlace>* places) { trace_ = places; }
+  /// Of the last look, positions in the image.
+  const std::vector<Corner>& corners() const { return shown_->corners; }
+  const Grids& grids() const { return shown_->grids; }
+  const GridLinker& linker() const { return shown_->linker; }
+  /// Whether the place seems smeared, and was sharpened.
+  bool smeared() const { return shown_->smeared; }
 
  private:
+  /// Where there are many points, leaves out the weakest of too many, and those that do not stand among inks.
+  void ThinOut(const LightReader& reader);
   /// Leaves out the points that do not stand among yellow and blue.
   void KeepInks(const LightReader& reader);
   /// Where points lie closest, from their fullest tile on; without a count if that leads nowhere. Too few of them are
@@ -61,7 +67,7 @@ class SecondLook {
   void View(const Pyramid& pyramid, const Place& place);
   /// The place around some points that its pixels' change tells, if the first look may have missed a board there and
   /// it stands among inks.
-  std::optional<Place> FindChange(const Pyramid& pyramid, const LightReader& reader, const Place& points) const;
+  std::optional<Place> FindChange(const Pyramid& pyramid, const LightReader& reader, const Place& points);
   /// Views that place; false if there is none.
   bool LookByChange(const Pyramid& pyramid, const LightReader& reader, const Place& points);
   /// Views a place with what is blurred along its narrow side raised again.
@@ -77,23 +83,35 @@ class SecondLook {
   /// What would have been viewed if an image's looks had not been used up.
   void NoteTheRest();
 
-  int width_ = 0, height_ = 0;
-  bool smeared_ = false;
-  int looks_ = 0, places_ = 0, sparse_ = 0;
-  std::vector<StrongPoint> points_, seen_;
-  std::vector<Eigen::Vector2f> members_;  ///< some points of the last place
-  std::optional<Place> unclear_;          ///< was viewed, but shows little
-  std::vector<std::uint16_t> in_tile_;
-  std::vector<std::uint8_t> explained_;  ///< tiles with boards
-  DetectionPlane view_;
-  std::vector<std::uint8_t> smoothed_;
-  SmearScratch smear_;
-  PeakScan scan_;
-  std::vector<RefusedPeak> refused_;
-  GridLinker linker_;
-  std::vector<Corner> corners_;
-  Grids grids_;
-  std::vector<TracePlace>* trace_ = nullptr;
+  /// What is known of an image.
+  struct Search {
+    int width = 0, height = 0;
+    WorkMeter work;
+    int looks = 0, places = 0, sparse = 0;
+    std::vector<StrongPoint> points;
+    bool thinned_out = false;
+    std::vector<Eigen::Vector2f> members;  ///< some points of the last place
+    std::optional<Place> unclear;          ///< was viewed, but shows little
+    std::vector<std::uint16_t> in_tile;
+    std::vector<std::uint8_t> explained;  ///< tiles with boards
+    std::vector<TracePlace>* trace = nullptr;
+  };
+  /// What one view shows.
+  struct Shown {
+    DetectionPlane view;
+    std::vector<std::uint8_t> smoothed;
+    SmearScratch smear;
+    PeakScan scan;
+    std::vector<RefusedPeak> refused;
+    GridLinker linker;
+    std::vector<Corner> corners;
+    Grids grids;
+    bool smeared = false;
+    std::vector<StrongPoint> seen;  ///< what looks like corners
+  };
+
+  Scratch<Search> image_;
+  Scratch<Shown> shown_;
 };
 
 }  // namespace chequer

@@ -26,12 +26,12 @@ void SecondLook::NotePlace(const Place& place, PlaceFate fate) {
   told.points = place.count;
   told.cell_px = static_cast<double>(place.spread[1] / kSpreadCells);
   told.slant = static_cast<double>(place.spread[0] / place.spread[1]);
-  trace_->push_back(std::move(told));
+  image_->trace->push_back(std::move(told));
 }
 
 void SecondLook::NoteView(const Place& place, const Eigen::Matrix2f& image_by_view) {
-  TracePlace& told = trace_->back();
-  const BytePlane& plane = view_.plane;
+  TracePlace& told = image_->trace->back();
+  const BytePlane& plane = shown_->view.plane;
   told.center_px = place.middle.cast<double>();
   told.side = plane.width();
   ++told.views;
@@ -43,7 +43,7 @@ void SecondLook::NoteView(const Place& place, const Eigen::Matrix2f& image_by_vi
 }
 
 void SecondLook::NoteTheRest() {
-  while (trace_->size() < kMostTold) {
+  while (image_->trace->size() < kMostTold) {
     const std::optional<Place> place = FindPlace();
     if (!place) return;
     if (place->count == 0) continue;

@@ -31,14 +31,14 @@ class ShadowEdge {
  private:
   double Across(const Eigen::Vector2d& board) const { return (normal_.dot(board) - values_[kOffset]) * per_width_; }
 
-  Parameters values_;
-  Eigen::Vector2d normal_;
+  Parameters values_ = Parameters::Zero();
+  Eigen::Vector2d normal_ = Eigen::Vector2d::Zero();
   double per_width_;
 };
 
 /// Light of a part of a light cell, half a cell wide.
 struct LitPart {
-  Eigen::Vector2d middle;  ///< on the board, cells
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();  ///< on the board, cells
   double light = 0;
   bool saturated = false;  ///< its cell's ink
 };

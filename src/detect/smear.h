@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "chequer/geometry.h"
 #include "chequer/marker.h"
 #include "detect/board_geometry.h"
 #include "detect/light.h"
@@ -14,7 +15,7 @@ namespace chequer {
 /// and back are the same.
 struct Smears {
   static constexpr std::size_t kMost = 3;
-  std::array<Eigen::Vector2d, kMost> by_px;
+  std::array<Eigen::Vector2d, kMost> by_px = Zeros<Eigen::Vector2d, kMost>();
   std::size_t count = 0;
 };
 

@@ -64,7 +64,7 @@ const char* SentenceOf(Refusal refusal) {
       return "found, but without an id: white or the inks of the border cannot be told (colour of the light, hidden?)";
     case Refusal::kNoWord:
       return "found, but without an id: %.0f cells differ from the nearest word of the code, it corrects %.0f "
-             "(another variant?)";
+             "(another variant, an id that the roster leaves out, dirt?)";
     case Refusal::kTwoWords:
       return "found, but without an id: the best id's log-likelihood leads the next by %.1f, %.1f is needed (hidden or "
              "pale cells?)";
@@ -77,6 +77,12 @@ const char* SentenceOf(Refusal refusal) {
 std::string_view RefusalName(Refusal refusal) { return kNames[static_cast<std::size_t>(refusal)]; }
 
 std::string Explain(const TraceCandidate& candidate) {
+  // Inks that are there, and the other way round, are no matter of light.
+  if (candidate.refusal == Refusal::kInksAlike && candidate.measured < -candidate.required)
+    return Fill(
+        "the border's cells have the inks that others of a marker have (%.1f standard errors the wrong way, %.1f "
+        "decide): a mirrored print or picture?",
+        -candidate.measured, candidate.required);
   return Fill(SentenceOf(candidate.refusal), candidate.measured, candidate.required);
 }
 

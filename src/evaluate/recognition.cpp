@@ -32,6 +32,23 @@ Recognition CountRecognised(std::span<const SeenFrame> frames, std::uint64_t id,
   return counts;
 }
 
+std::vector<std::uint64_t> SeenBeside(std::span<const SeenFrame> frames, std::uint64_t id) {
+  constexpr int kFewest = 3;
+  constexpr double kLeastShare = 0.1;
+  int with_id = 0;
+  std::map<std::uint64_t, int> beside;
+  for (const SeenFrame& frame : frames) {
+    if (std::none_of(frame.begin(), frame.end(), [&](const SeenMarker& marker) { return marker.id == id; })) continue;
+    ++with_id;
+    for (const SeenMarker& marker : frame)
+      if (marker.id && marker.id != id) ++beside[*marker.id];
+  }
+  std::vector<std::uint64_t> others;
+  for (const auto& [other, count] : beside)
+    if (count >= kFewest && count >= kLeastShare * with_id) others.push_back(other);
+  return others;
+}
+
 std::vector<RigidTransform> PosesOf(std::span<const SeenFrame> frames, std::uint64_t id) {
   std::vector<RigidTransform> poses;
   for (const SeenFrame& frame : frames) {

@@ -34,6 +34,10 @@ std::optional<std::uint64_t> MostSeen(std::span<const SeenFrame> frames);
 Recognition CountRecognised(std::span<const SeenFrame> frames, std::uint64_t id,
                             std::span<const std::uint64_t> others = {});
 
+/// Ids that are seen beside `id` again and again: other markers that are there, not misread ones, which are seen
+/// instead of it. Ascending.
+std::vector<std::uint64_t> SeenBeside(std::span<const SeenFrame> frames, std::uint64_t id);
+
 /// The poses of an id, frame by frame; frames without one are left out, and of several in a frame the first counts.
 std::vector<RigidTransform> PosesOf(std::span<const SeenFrame> frames, std::uint64_t id);
 

@@ -68,6 +68,34 @@ TrackFit FitTrack(std::span<const RigidTransform> poses) {
   return fit;
 }
 
+TrackShape ShapeOf(std::span<const RigidTransform> poses, const TrackFit& fit) {
+  // Millimetres and degrees that a poor measurement may be off by, and shares of the track's length that a lens that is
+  // calibrated badly may bend it by.
+  constexpr double kLeastOff = 0.003, kLeastShare = 0.02, kLeastTurnDeg = 5;
+  // Of independent errors, steps from one to the next have twice the variance; of a path's, little of it (von Neumann's
+  // ratio).
+  constexpr double kSmooth = 0.3;
+  std::vector<Eigen::Vector3d> beside;
+  double off = 0, off_steps = 0, turn = 0, turn_steps = 0;
+  for (const RigidTransform& pose : poses) {
+    const Eigen::Vector3d from_center = pose.translation - fit.center;
+    beside.push_back(from_center - fit.direction * from_center.dot(fit.direction));
+    off += beside.back().squaredNorm();
+  }
+  for (const double angle : fit.angle_deg) turn += angle * angle;
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    off_steps += (beside[i] - beside[i - 1]).squaredNorm();
+    turn_steps += std::pow(AngleBetweenDeg(poses[i].rotation, poses[i - 1].rotation), 2);
+  }
+  const auto [first, last] = std::minmax_element(fit.along_m.begin(), fit.along_m.end());
+  const auto n = static_cast<double>(poses.size());
+  TrackShape shape;
+  shape.is_straight =
+      std::sqrt(off / n) < std::max(kLeastOff, kLeastShare * (*last - *first)) || off_steps > kSmooth * 2 * off;
+  shape.is_turning = std::sqrt(turn / n) > kLeastTurnDeg && turn_steps < kSmooth * 2 * turn;
+  return shape;
+}
+
 TrackErrors MeasureTrack(std::span<const RigidTransform> poses) {
   const TrackFit fit = FitTrack(poses);
   const ErrorMeasures linear = MeasureErrors(fit.distance_m), angular = MeasureErrors(fit.angle_deg);

@@ -37,6 +37,15 @@ struct TrackFit {
   std::vector<double> angle_deg;
 };
 
+/// Whether a run leaves its best line, or turns, far and in one sweep: then distances and angles are those of the path,
+/// and no errors. Errors of measuring go back and forth from pose to pose.
+struct TrackShape {
+  bool is_straight = true;
+  bool is_turning = false;
+};
+/// @pre at least three poses, in the order of time; `fit` is theirs.
+TrackShape ShapeOf(std::span<const RigidTransform> poses, const TrackFit& fit);
+
 /// @pre at least three poses.
 TrackFit FitTrack(std::span<const RigidTransform> poses);
 

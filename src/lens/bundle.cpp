@@ -61,8 +61,8 @@ double Cost(std::span<const LensView> views, const Bundle& bundle, double robust
 
 /// Derivatives of one point's pixel by what is shared, at most 12 columns that are not zero.
 struct SharedDerivative {
-  Eigen::Matrix<double, 2, kMostLensParameters> lens;
-  Eigen::Matrix<double, 2, 3> board;
+  Eigen::Matrix<double, 2, kMostLensParameters> lens = Eigen::Matrix<double, 2, kMostLensParameters>::Zero();
+  Eigen::Matrix<double, 2, 3> board = Eigen::Matrix<double, 2, 3>::Zero();
   int board_column = -1;  ///< −1: the board that stays
 };
 

@@ -26,8 +26,8 @@ struct CalibratedView {
 
 /// A point with how far it is seen from where the calibration has it.
 struct LensResidual {
-  Eigen::Vector2d pixel;
-  Eigen::Vector2d error_px;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  Eigen::Vector2d error_px = Eigen::Vector2d::Zero();
 };
 
 struct LensCalibration {

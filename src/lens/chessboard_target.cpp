@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "detect/plane.h"
+#include "lens/bounded_search.h"
 #include "lens/edge_width.h"
 #include "lens/lens_target.h"
 
@@ -12,6 +14,8 @@ namespace {
 
 /// Half a window, as a share of the distance to the nearest corner.
 constexpr double kWindow = 0.4;
+/// A chessboard is found within a second in 12 megapixels; clutter can keep the search busy for minutes.
+constexpr std::chrono::seconds kMostTime{4};
 
 class ChessboardTarget final : public LensTarget {
  public:
@@ -20,8 +24,10 @@ class ChessboardTarget final : public LensTarget {
   LensView Read(const ImageView& image) override {
     LensView view;
     BuildDetectionPlane(image, plane_);
-    const std::vector<cv::Point2f> found = Find();
-    if (found.empty()) return view;
+    const auto searched = Find();
+    view.gave_up = !searched;
+    if (!searched || searched->empty()) return view;
+    const std::vector<cv::Point2f>& found = *searched;
     std::vector<std::optional<Eigen::Vector2d>> corners;
     for (std::size_t i = 0; i < found.size(); ++i) {
       const Eigen::Vector2d pixel =
@@ -38,17 +44,18 @@ class ChessboardTarget final : public LensTarget {
   bool WantsCamera() const override { return false; }
 
  private:
-  /// Row by row; empty where the board is not seen whole.
-  std::vector<cv::Point2f> Find() {
+  /// Row by row; empty where the board is not seen whole. Nothing where it took too long.
+  std::optional<std::vector<cv::Point2f>> Find() {
     BytePlane& plane = plane_.plane;
-    if (plane.width() < 16 || plane.height() < 16) return {};
+    if (plane.width() < 16 || plane.height() < 16) return std::vector<cv::Point2f>();
     const cv::Mat grey(plane.height(), plane.width(), CV_8UC1, plane.row(0), static_cast<std::size_t>(plane.stride()));
     const cv::Size size(chessboard_.cols, chessboard_.rows);
-    std::vector<cv::Point2f> corners;
-    if (!cv::findChessboardCorners(
-            grey, size, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK))
-      return {};
-    Refine(grey, corners);
+    auto corners = SearchWithin(kMostTime, [&] {
+      std::vector<cv::Point2f> found;
+      const int how = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK;
+      return cv::findChessboardCorners(grey, size, found, how) ? found : std::vector<cv::Point2f>();
+    });
+    if (corners && !corners->empty()) Refine(grey, *corners);
     return corners;
   }
 

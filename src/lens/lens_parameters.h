@@ -17,9 +17,10 @@ double& LensParameter(CameraModel& camera, int index);
 
 /// Where a point of the camera frame is seen, with its derivatives. Nothing where it lies behind the camera.
 struct SeenWithDerivatives {
-  Eigen::Vector2d pixel;
-  Eigen::Matrix<double, 2, 3> by_point;
-  Eigen::Matrix<double, 2, kMostLensParameters> by_lens;  ///< columns beyond the count are zero
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  Eigen::Matrix<double, 2, 3> by_point = Eigen::Matrix<double, 2, 3>::Zero();
+  /// Columns beyond the count are zero.
+  Eigen::Matrix<double, 2, kMostLensParameters> by_lens = Eigen::Matrix<double, 2, kMostLensParameters>::Zero();
 };
 std::optional<SeenWithDerivatives> ProjectWithDerivatives(const CameraModel& camera,
                                                           const Eigen::Vector3d& x_in_camera);

@@ -23,8 +23,8 @@ constexpr std::size_t kFewestOfView = 6;
 /// A point as it would be seen on the plane z = 1.
 struct NormalizedPoint {
   int board = 0;
-  Eigen::Vector2d on_board_m;
-  Eigen::Vector2d normalized;
+  Eigen::Vector2d on_board_m = Eigen::Vector2d::Zero();
+  Eigen::Vector2d normalized = Eigen::Vector2d::Zero();
 };
 using NormalizedView = std::vector<NormalizedPoint>;
 

@@ -18,7 +18,8 @@ struct SeenPoint {
 struct LensView {
   std::string name;  ///< of the image, for messages
   std::vector<SeenPoint> points;
-  double edge_px = 0;  ///< width of the edges between cells, from dark to light; 0 where it was not measured
+  double edge_px = 0;    ///< width of the edges between cells, from dark to light; 0 where it was not measured
+  bool gave_up = false;  ///< the search took too long: nothing is known of the image
 };
 
 }  // namespace chequer

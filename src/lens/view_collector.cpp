@@ -62,9 +62,14 @@ bool ViewCollector::IsAlike(const LensView& view) const {
 std::string ViewCollector::Hint(ViewVerdict last) const {
   if (last == ViewVerdict::kNothingSeen) return "the target is not seen";
   if (last == ViewVerdict::kBlurred) return "blurred: hold it still, or give more light";
+  const std::string lacking = Lacking();
+  return lacking.empty() ? "enough" : lacking;
+}
+
+std::string ViewCollector::Lacking() const {
   if (const std::string where = coverage_.Where(); !where.empty()) return "hold it into the " + where;
   if (tilted_ < 8) return "tilt it by 20 to 45 degrees";
-  return "enough";
+  return {};
 }
 
 }  // namespace chequer

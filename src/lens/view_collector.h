@@ -36,6 +36,8 @@ class ViewCollector {
   const ViewCollectorOptions& options() const { return options_; }
   const Coverage& coverage() const { return coverage_; }
   std::size_t offered() const { return offered_; }
+  /// What the views that were taken still lack, as advice; empty where they are enough.
+  std::string Lacking() const;
   /// Views that are tilted enough to tell the focal length.
   int tilted() const { return tilted_; }
   bool is_full() const { return views_.size() >= options_.max_views; }

@@ -28,7 +28,7 @@ void WriteAll(const std::filesystem::path& folder, const std::filesystem::path& 
                           .summary = "print and find colour-checkerboard markers, calibrate cameras, listen to poses",
                           .more = {},
                           .see_also = "chequerd(8), chequerd.toml(5), chequer-camera.toml(5), "
-                                      "chequer-recording(5), chequer-world.toml(5)"}));
+                                      "chequer-recording(5), chequer-scenario.toml(5), chequer-world.toml(5)"}));
   write("chequer", chequer::BashCompletion(tool));
   CLI::App daemon;
   chequer::DaemonCommandLine command_line;

@@ -15,14 +15,10 @@
 #include "marker/secded_code.h"
 #include "marker/table_code.h"
 #include "marker/table_file.h"
+#include "marker/variants.h"
 
 namespace chequer {
 namespace {
-
-/// In the order of Variant.
-constexpr std::array<std::string_view, 8> kVariantNames{
-    "unconstrained", "saturation_constrained", "color_constrained", "secded",
-    "golay",         "nordstrom_robinson",     "reed_muller",       "table"};
 
 constexpr int kGolayBits = 24;
 constexpr int kQuadraticBits = 16;
@@ -85,12 +81,14 @@ std::optional<SoftWord> MostLikelyOfRoster(const KernelCode& code, const Roster&
 
 }  // namespace
 
-std::string_view VariantName(Variant variant) { return kVariantNames[static_cast<std::size_t>(variant)]; }
+std::string_view VariantName(Variant variant) {
+  const auto index = static_cast<std::size_t>(variant);
+  return index < kVariants.size() ? kVariants[index].first : "unknown";
+}
 
 std::optional<Variant> ParseVariant(std::string_view name) {
-  for (std::size_t i = 0; i < kVariantNames.size(); ++i) {
-    if (kVariantNames[i] == name) return static_cast<Variant>(i);
-  }
+  for (const auto& [known, variant] : kVariants)
+    if (known == name) return variant;
   return std::nullopt;
 }
 

@@ -1,11 +1,10 @@
 #include "marker/table_file.h"
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 
+#include "core/file.h"
 #include "marker/table_code.h"
 
 namespace chequer {
@@ -33,11 +32,7 @@ std::string Excerpt(std::string_view text) {
 }  // namespace
 
 TableFile ReadTableFile(MarkerSize size, const std::filesystem::path& path) {
-  errno = 0;
-  std::ifstream file(path);
-  if (!file) {
-    throw std::runtime_error(path.string() + ": cannot read the table of kernels: " + std::strerror(errno));
-  }
+  std::istringstream file(ReadFile(path, kMaxTextBytes));
   const auto bits = static_cast<std::size_t>(KernelBits(size));
   TableFile table;
   std::string line;
@@ -58,7 +53,6 @@ TableFile ReadTableFile(MarkerSize size, const std::filesystem::path& path) {
     table.kernels.push_back(kernel);
     table.places.push_back("line " + std::to_string(number));
   }
-  if (file.bad()) throw std::runtime_error(path.string() + ": cannot read the table of kernels to its end");
   return table;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -31,5 +32,12 @@ inline std::string StatusChannel(std::string_view prefix) { return ChannelName(p
 /// Whether a prefix can be part of a channel name: 1 to kMaxPrefixLength of the characters A-Z a-z 0-9 _ -.
 /// (LCM allows more; these need no quoting in its regular expressions, in shells and in file names.)
 bool IsValidPrefix(std::string_view prefix);
+
+/// Longest name of a camera: its prefix has to fit.
+inline constexpr std::size_t kMaxCameraName = kMaxPrefixLength - std::string_view("CHEQUER_").size();
+
+/// The name of a camera whose configuration says none: that of the file ("north" of /etc/chequer/north.toml), so that
+/// the instance of a service has the name of its camera; "camera" where a file's name cannot be part of a channel.
+std::string CameraNameOf(const std::filesystem::path& configuration);
 
 }  // namespace chequer

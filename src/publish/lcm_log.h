@@ -29,7 +29,7 @@ class LcmLogReader {
 
   /// Messages of other types or versions that Next passed over.
   std::uint64_t skipped() const;
-  /// Whether the end was not the end of the file: the log is cut off or damaged there. Known when Next gave nothing.
+  /// Whether the log is cut off, or damaged at a place that Next passed over. Known when Next gave nothing.
   bool damaged() const;
 
  private:

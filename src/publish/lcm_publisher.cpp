@@ -2,11 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cstring>
-#include <lcm/lcm-cpp.hpp>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -14,7 +9,9 @@
 #include "core/back_off.h"
 #include "core/repeated_cause.h"
 #include "publish/channels.h"
+#include "publish/lcm_sink.h"
 #include "publish/lcm_url.h"
+#include "publish/sender_watch.h"
 #include "publish/wire.h"
 
 namespace chequer {
@@ -25,27 +22,9 @@ using std::chrono::milliseconds;
 // The first retries come quickly, because at boot a route appears within seconds; later ones cost nothing noticeable.
 constexpr milliseconds kFirstRetry{250};
 constexpr milliseconds kLongestRetry{5000};
-/// A log on a full disk takes one message into its buffer for each that fails: it works again when none has failed for
-/// so long.
+/// On a full disk a log still takes small messages between larger ones: it works again when none has failed for so
+/// long.
 constexpr milliseconds kSteady{2000};
-
-/// Whether that error is why a message did not go out; LCM leaves others behind in passing.
-bool LosesMessages(int error) {
-  constexpr std::array kLosing{ENETUNREACH, EHOSTUNREACH, ENETDOWN, EINVAL, EPERM, ENOBUFS,
-                               ENODEV,      ENOSPC,       EDQUOT,   EFBIG,  EIO};
-  return std::find(kLosing.begin(), kLosing.end(), error) != kLosing.end();
-}
-
-/// Empty if the bytes went out, else why not.
-std::string Send(lcm::LCM& lcm, const std::string& channel, std::span<const std::uint8_t> bytes) {
-  // LCM 1.3.1 answers 0 for a message of several datagrams even where sending them failed, and for a log on a full
-  // disk; errno alone tells.
-  errno = 0;
-  const int status = lcm.publish(channel, bytes.data(), static_cast<unsigned>(bytes.size()));
-  const int error = errno;
-  if (status == 0 && !LosesMessages(error)) return {};
-  return error == 0 ? "LCM refused it" : std::strerror(error);
-}
 
 }  // namespace
 
@@ -70,8 +49,12 @@ struct LcmPublisher::Impl {
   std::string tracks_channel;
   Clock clock;
   WireEncoder encoder;
-  std::unique_ptr<lcm::LCM> lcm;
+  std::unique_ptr<LcmSink> sink;  ///< while it is open
   PublisherHealth health;
+  PublisherHealth shown;  ///< health, or that there is another sender where nothing else is wrong
+  std::uint64_t instance = 0;
+  std::optional<SenderWatch> watch;
+  std::string other_sender;
   RepeatedCause trouble;
   BackOff back_off{kFirstRetry, kLongestRetry};
   MonotonicTime next_try{};
@@ -103,31 +86,48 @@ struct LcmPublisher::Impl {
   }
 
   void Open() {
-    std::string problem = ProbeLcmUrl(url);
-    if (problem.empty()) {
-      lcm = std::make_unique<lcm::LCM>(url.text);
-      if (lcm->good()) return;
-      lcm.reset();
-      problem = "LCM at " + url.text + " cannot be opened; LCM's own message says why";
-    }
+    std::string problem;
+    sink = OpenLcmSink(url, clock, problem);
+    if (sink) return;
     next_try = clock.monotonic() + back_off.Failed();
     Complain(PublisherState::kWaiting, problem);
   }
 
   void SendFailed(const std::string& why) {
     Complain(PublisherState::kFailing, "LCM at " + url.text + " did not take a message: " + why);
-    // A lost multicast route needs no new LCM: the same one works when the route is back. A lost TCP server does, and
-    // asking LCM itself would print lines at every message.
-    if (url.provider != LcmProvider::kTcpQueue) return;
-    lcm.reset();
+    if (sink->Recovers()) return;
+    sink.reset();
     next_try = clock.monotonic() + back_off.Failed();
+  }
+
+  void LookForOtherSenders() {
+    if (url.provider != LcmProvider::kUdpMulticast && url.provider != LcmProvider::kTcpQueue) return;
+    const std::string other = watch->Look(clock.monotonic());
+    if (!other.empty() && other_sender.empty()) spdlog::error("{}", other);
+    if (other.empty() && !other_sender.empty()) spdlog::info("nobody else publishes on {} any more", status_channel);
+    other_sender = other;
+  }
+
+  bool PublishStatus(StatusMessage message) {
+    LookForOtherSenders();
+    message.detections.push_back({std::string(kInstanceName), instance});
+    if (message.publisher.message.empty()) message.publisher.message = other_sender;
+    return Publish(status_channel, message);
   }
 
   template <typename Message>
   bool Publish(const std::string& channel, const Message& message) {
-    if (!lcm && clock.monotonic() >= next_try) Open();
-    if (lcm) {
-      const std::string why = Send(*lcm, channel, encoder.Encode(message));
+    const bool sent = Send(channel, message);
+    shown = health;
+    if (shown.message.empty()) shown.message = other_sender;
+    return sent;
+  }
+
+  template <typename Message>
+  bool Send(const std::string& channel, const Message& message) {
+    if (!sink && clock.monotonic() >= next_try) Open();
+    if (sink) {
+      const std::string why = sink->Send(channel, encoder.Encode(message));
       if (why.empty()) {
         Sent();
         return true;
@@ -148,14 +148,19 @@ LcmPublisher::LcmPublisher(LcmPublisherOptions options, Clock clock) : impl_(std
   impl_->robots_channel = ChannelName(options.prefix, kRobotsSuffix);
   impl_->tracks_channel = ChannelName(options.prefix, kTracksSuffix);
   impl_->clock = std::move(clock);
-  impl_->Open();
+  impl_->instance = options.instance;
+  impl_->watch.emplace(impl_->url, options.prefix, options.instance);
+  // A log is opened by its first message: where a changed configuration makes a new publisher, the one before still
+  // writes, and a file has one writer.
+  if (impl_->url.provider != LcmProvider::kFile) impl_->Open();
+  impl_->shown = impl_->health;
 }
 
 LcmPublisher::~LcmPublisher() = default;
 
 bool LcmPublisher::Publish(const PosesMessage& message) { return impl_->Publish(impl_->poses_channel, message); }
 
-bool LcmPublisher::Publish(const StatusMessage& message) { return impl_->Publish(impl_->status_channel, message); }
+bool LcmPublisher::Publish(const StatusMessage& message) { return impl_->PublishStatus(message); }
 
 bool LcmPublisher::Publish(const RobotsMessage& message) { return impl_->Publish(impl_->robots_channel, message); }
 
@@ -165,6 +170,6 @@ bool LcmPublisher::PublishInCamera(const PosesMessage& message) {
   return impl_->Publish(impl_->camera_channel, message);
 }
 
-const PublisherHealth& LcmPublisher::health() const { return impl_->health; }
+PublisherHealth LcmPublisher::health() const { return impl_->shown; }
 
 }  // namespace chequer

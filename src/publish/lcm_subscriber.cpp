@@ -1,12 +1,15 @@
 #include "publish/lcm_subscriber.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "publish/channels.h"
 #include "publish/lcm_url.h"
+#include "publish/log_player.h"
 
 namespace chequer {
 namespace {
@@ -32,6 +35,15 @@ std::string ChannelPattern(const ChannelFilter& filter) {
   return prefix + "(" + suffixes + ")";
 }
 
+/// What ChannelPattern says, without LCM.
+bool Matches(const ChannelFilter& filter, std::string_view channel) {
+  if (!filter.channel.empty()) return channel == filter.channel;
+  return std::any_of(kChannelSuffixes.begin(), kChannelSuffixes.end(), [&](std::string_view suffix) {
+    if (filter.prefix.empty()) return channel.ends_with(suffix);
+    return channel == ChannelName(filter.prefix, suffix);
+  });
+}
+
 }  // namespace
 
 std::string ChannelFilter::Check() const {
@@ -52,16 +64,34 @@ std::string DefaultListenUrl() {
 }
 
 struct LcmSubscriber::Impl {
+  ChannelFilter filter;
   Handler handler;
   std::unique_ptr<lcm::LCM> lcm;
+  std::optional<LogPlayer> log;  ///< instead of LCM, whose own reader of logs trusts them
+  bool damage_counted = false;
   std::uint64_t unreadable = 0;
 
-  void OnBytes(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
-    auto message = DecodeMessage({static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+  void Take(const std::string& channel, std::span<const std::uint8_t> bytes) {
+    auto message = DecodeMessage(bytes);
     if (message)
       handler(channel, std::move(*message));
     else
       ++unreadable;
+  }
+
+  void OnBytes(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+    Take(channel, {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+  }
+
+  Outcome WaitForLog(std::chrono::milliseconds timeout) {
+    while (const auto event = log->Next(timeout)) {
+      if (!Matches(filter, event->channel)) continue;
+      Take(event->channel, event->data);
+      return Outcome::kMessage;
+    }
+    if (!log->is_over()) return Outcome::kTimeout;
+    if (log->damaged() && !std::exchange(damage_counted, true)) ++unreadable;
+    return Outcome::kClosed;
   }
 };
 
@@ -69,8 +99,13 @@ LcmSubscriber::LcmSubscriber(const std::string& url, const ChannelFilter& filter
     : impl_(std::make_unique<Impl>()) {
   if (const std::string wrong = filter.Check(); !wrong.empty()) throw std::runtime_error(wrong);
   const LcmUrl parsed = ParseLcmUrl(url, LcmDirection::kSubscribe);
-  if (const std::string problem = ProbeLcmUrl(parsed); !problem.empty()) throw std::runtime_error(problem);
   impl_->handler = std::move(handler);
+  impl_->filter = filter;
+  if (parsed.provider == LcmProvider::kFile) {
+    impl_->log.emplace(parsed);
+    return;
+  }
+  if (const std::string problem = ProbeLcmUrl(parsed); !problem.empty()) throw std::runtime_error(problem);
   impl_->lcm = std::make_unique<lcm::LCM>(url);
   if (!impl_->lcm->good()) throw std::runtime_error("LCM at " + url + " cannot be opened; its own message says why");
   lcm::Subscription* subscription = impl_->lcm->subscribe(ChannelPattern(filter), &Impl::OnBytes, impl_.get());
@@ -80,6 +115,7 @@ LcmSubscriber::LcmSubscriber(const std::string& url, const ChannelFilter& filter
 LcmSubscriber::~LcmSubscriber() = default;
 
 LcmSubscriber::Outcome LcmSubscriber::Wait(std::chrono::milliseconds timeout) {
+  if (impl_->log) return impl_->WaitForLog(timeout);
   const int handled = impl_->lcm->handleTimeout(static_cast<int>(timeout.count()));
   if (handled < 0) return Outcome::kClosed;
   return handled == 0 ? Outcome::kTimeout : Outcome::kMessage;

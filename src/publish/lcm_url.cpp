@@ -3,8 +3,9 @@
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <netinet/in.h>
-#include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -14,14 +15,13 @@
 #include <optional>
 #include <stdexcept>
 
+#include "core/file.h"
 #include "core/unique_fd.h"
 #include "publish/channels.h"
+#include "publish/tcpq_connection.h"
 
 namespace chequer {
 namespace {
-
-/// How long a TCP server may take to accept: it is asked from the publishing thread, which must not stall shutdown.
-constexpr int kConnectTimeoutMs = 200;
 
 struct ProviderRule {
   std::string_view name;
@@ -141,29 +141,37 @@ std::string ProbeMulticast(const LcmUrl& url) {
 }
 
 std::string ProbeTcp(const LcmUrl& url) {
-  const UniqueFd probe(socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  int error = 0;
-  if (probe.get() < 0 || (Connect(probe.get(), SocketAddress(url)) != 0 && errno != EINPROGRESS)) {
-    error = errno;
-  } else {
-    pollfd waiting{probe.get(), POLLOUT, 0};
-    socklen_t size = sizeof error;
-    if (poll(&waiting, 1, kConnectTimeoutMs) != 1)
-      error = ETIMEDOUT;
-    else
-      getsockopt(probe.get(), SOL_SOCKET, SO_ERROR, &error, &size);
+  try {
+    TcpqConnection connection(url);
+    return {};
+  } catch (const std::runtime_error& error) {
+    return TcpqComplaint(url, error.what());
   }
-  if (error == 0) return {};
-  return Complaint(url, std::string("no LCM TCP server answers there (") + std::strerror(error) + ")",
-                   "start one at " + url.address + " port " + std::to_string(url.port));
+}
+
+/// Why LCM cannot write a log there without waiting; empty if it can. Opening a pipe waits for a reader, and a terminal
+/// may be stopped. Other devices take what they are given (/dev/null) or say that they do not.
+std::string WhyNotALog(const std::string& path) {
+  const UniqueFd fd(open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, 0644));
+  if (!fd.valid() && errno != ENXIO) return std::strerror(errno);
+  struct stat status {};
+  if (!fd.valid() || fstat(fd.get(), &status) != 0) return "it is a pipe, not a file";
+  const bool device = S_ISCHR(status.st_mode) && isatty(fd.get()) == 0;
+  return S_ISREG(status.st_mode) || device ? "" : "it is a pipe or a terminal, not a file";
 }
 
 std::string ProbeFile(const LcmUrl& url) {
-  const bool writes = url.arguments.contains("mode") && url.arguments.at("mode") != "r";
-  const UniqueFd probe(open(url.path.c_str(), (writes ? O_WRONLY | O_CREAT : O_RDONLY) | O_CLOEXEC, 0644));
-  if (probe.get() >= 0) return {};
-  return Complaint(url, std::strerror(errno),
-                   "the file " + url.path + " must be " + (writes ? "in a folder that can be written" : "readable"));
+  if (url.arguments.contains("mode") && url.arguments.at("mode") != "r") {
+    const std::string why = WhyNotALog(url.path);
+    if (why.empty()) return {};
+    return Complaint(url, why, "the file " + url.path + " must be in a folder that can be written");
+  }
+  try {
+    OpenForReading(url.path);
+    return {};
+  } catch (const std::runtime_error& error) {
+    return Complaint(url, error.what(), "the file " + url.path + " must be readable");
+  }
 }
 
 }  // namespace
@@ -172,6 +180,18 @@ bool IsValidPrefix(std::string_view prefix) {
   constexpr std::string_view kAllowed = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
   return !prefix.empty() && prefix.size() <= kMaxPrefixLength &&
          prefix.find_first_not_of(kAllowed) == std::string_view::npos;
+}
+
+bool LcmUrl::LeavesTheHost() const {
+  if (provider == LcmProvider::kTcpQueue) return !address.starts_with("127.");
+  if (provider != LcmProvider::kUdpMulticast) return false;
+  const auto ttl = arguments.find("ttl");  // LCM's own default is 0
+  return ttl != arguments.end() && ParseNumber<long>(ttl->second, 1, 255).has_value();
+}
+
+std::string CameraNameOf(const std::filesystem::path& configuration) {
+  const std::string name = configuration.stem().string();
+  return IsValidPrefix(name) && name.size() <= kMaxCameraName ? name : "camera";
 }
 
 LcmUrl ParseLcmUrl(std::string_view text, LcmDirection direction) {
@@ -197,6 +217,11 @@ LcmUrl ParseLcmUrl(std::string_view text, LcmDirection direction) {
     case LcmProvider::kMemory: break;
   }
   return url;
+}
+
+std::string TcpqComplaint(const LcmUrl& url, const std::string& why) {
+  return Complaint(url, "no LCM TCP server answers there (" + why + ")",
+                   "start one at " + url.address + " port " + std::to_string(url.port));
 }
 
 std::string ProbeLcmUrl(const LcmUrl& url) {

@@ -20,6 +20,9 @@ struct LcmUrl {
   std::uint16_t port = 0;  ///< udpm, tcpq
   std::string path;        ///< file
   std::map<std::string, std::string> arguments;
+
+  /// Whether messages go to other hosts: multicast with a ttl of 1 or more, a server elsewhere.
+  bool LeavesTheHost() const;
 };
 
 /// What the URL is for: a log file is written by the one and read by the other.
@@ -31,7 +34,11 @@ enum class LcmDirection { kPublish, kSubscribe };
 LcmUrl ParseLcmUrl(std::string_view text, LcmDirection direction);
 
 /// Whether LCM can be opened there now: empty, or what is missing, naming the URL and the remedy. LCM itself prints
-/// many lines on standard error each time it is asked in vain; asking first keeps a daemon that waits quiet.
+/// many lines on standard error each time it is asked in vain; asking first keeps a daemon that waits quiet. Nothing is
+/// asked of files.
 std::string ProbeLcmUrl(const LcmUrl& url);
+
+/// What to say where an LCM TCP server cannot be reached: the URL, why, and the remedy.
+std::string TcpqComplaint(const LcmUrl& url, const std::string& why);
 
 }  // namespace chequer

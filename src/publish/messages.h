@@ -75,6 +75,8 @@ struct PublisherHealth {
 
 /// StatusMessage::detections counts the markers that carried a warning under this and the warning's name.
 inline constexpr std::string_view kWarningCountPrefix = "warning_";
+/// Of the counts that say why markers are not read.
+inline constexpr std::string_view kHintPrefix = "hint_";
 
 /// How the daemon fares: status_t without LCM. Fields as documented in lcmtypes/status_t.lcm.
 struct StatusMessage {

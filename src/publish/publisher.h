@@ -5,7 +5,8 @@
 namespace chequer {
 
 /// Sends messages to whoever listens. One thread calls it. It never throws for trouble outside the program, never
-/// waits for it to pass, and tells of it in health().
+/// waits for it to pass but for a moment (LcmSink::Send), and tells of it in health(). Who may not wait even that long
+/// has an Outbox before it.
 class Publisher {
  public:
   virtual ~Publisher() = default;
@@ -19,7 +20,7 @@ class Publisher {
   /// own.
   virtual bool PublishInCamera(const PosesMessage& message) = 0;
 
-  virtual const PublisherHealth& health() const = 0;
+  virtual PublisherHealth health() const = 0;
 };
 
 }  // namespace chequer

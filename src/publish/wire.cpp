@@ -148,10 +148,9 @@ void ReadPose(const marker_pose_t& wire, MarkerPose& marker) {
 }
 
 bool ReadMarker(const marker_pose_t& wire, MarkerPose& marker) {
-  const auto variant = ReadEnum(wire.variant, Variant::kTable);
   marker.size = {wire.rows, wire.cols};
-  if (!variant || !IsValid(marker.size) || wire.family < 0) return false;
-  marker.variant = *variant;
+  if (!IsValid(marker.size) || wire.family < 0) return false;
+  marker.variant = ReadEnum<Variant>(wire.variant);
   if (wire.id_valid != 0) marker.id = Unsigned(wire.id);
   marker.family = wire.family;
   if (wire.pose_valid != 0) ReadPose(wire, marker);
@@ -198,20 +197,18 @@ std::vector<NamedCount> ReadCounts(const std::vector<count_t>& wire) {
 }
 
 std::optional<ReceivedMessage> Read(const status_t& wire) {
-  const auto camera_state = ReadEnum(wire.camera_state, CameraState::kEnded);
-  const auto publisher_state = ReadEnum(wire.publisher_state, PublisherState::kFailing);
-  if (!camera_state || !publisher_state || !HoldsTexts(wire)) return std::nullopt;
+  if (!HoldsTexts(wire)) return std::nullopt;
   StatusMessage message;
   message.utc = FromMicroseconds<UtcTime>(wire.utc_us);
   message.monotonic = FromMicroseconds<MonotonicTime>(wire.monotonic_us);
   message.uptime = std::chrono::microseconds(wire.uptime_us);
   message.version = wire.version;
   message.camera = wire.camera;
-  message.camera_state = *camera_state;
+  message.camera_state = ReadEnum<CameraState>(wire.camera_state);
   message.camera_source = wire.camera_source;
   message.camera_message = wire.camera_message;
-  message.publisher = {*publisher_state, wire.publisher_message, Unsigned(wire.messages_sent),
-                       Unsigned(wire.messages_failed)};
+  message.publisher = {ReadEnum<PublisherState>(wire.publisher_state), wire.publisher_message,
+                       Unsigned(wire.messages_sent), Unsigned(wire.messages_failed)};
   message.window = std::chrono::microseconds(wire.window_us);
   message.capture_rate_hz = wire.capture_rate_hz;
   message.publish_rate_hz = wire.publish_rate_hz;

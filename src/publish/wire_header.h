@@ -24,14 +24,13 @@ void WriteHeader(const FrameHeader& header, Wire& wire) {
   wire.frame = header.frame;
 }
 
-/// False where it names an instant that does not exist, or a text that is none.
+/// False where a text is none.
 template <typename Wire>
 bool ReadHeader(const Wire& wire, FrameHeader& header) {
-  const auto instant = ReadEnum(wire.capture_instant, ExposureInstant::kEnd);
-  if (!instant || !IsText(wire.camera) || !IsText(wire.frame)) return false;
+  if (!IsText(wire.camera) || !IsText(wire.frame)) return false;
   header.captured_utc = FromMicroseconds<UtcTime>(wire.capture_utc_us);
   header.captured_monotonic = FromMicroseconds<MonotonicTime>(wire.capture_monotonic_us);
-  header.instant = *instant;
+  header.instant = ReadEnum<ExposureInstant>(wire.capture_instant);
   header.published_utc = FromMicroseconds<UtcTime>(wire.publish_utc_us);
   header.published_monotonic = FromMicroseconds<MonotonicTime>(wire.publish_monotonic_us);
   header.sequence = Unsigned(wire.sequence);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 
 #include "core/median.h"
@@ -33,17 +34,29 @@ std::map<std::pair<int, std::uint64_t>, MarkerHeight> MarkerSurvey::Heights() co
   return heights;
 }
 
-RobotRoster RosterOf(const std::map<std::pair<int, std::uint64_t>, MarkerHeight>& heights) {
-  RobotRoster roster;
+void AddNewcomers(RobotRoster& roster, const std::map<std::pair<int, std::uint64_t>, MarkerHeight>& heights) {
+  std::set<std::pair<int, std::uint64_t>> known;
+  std::set<std::string> names;
+  for (const RosterRobot& robot : roster.robots) {
+    names.insert(robot.name);
+    for (const RosterMarker& marker : robot.markers) known.insert({marker.family, marker.id});
+  }
   for (const auto& [key, height] : heights) {
+    if (known.contains(key)) continue;
     const auto& [family, id] = key;
     RosterRobot robot;
     robot.name = "robot_" + (family == 0 ? "" : std::to_string(family) + "_") + std::to_string(id);
+    while (!names.insert(robot.name).second) robot.name += "_new";
     RosterMarker marker{.id = id, .family = family, .body_from_marker = {}};
     marker.body_from_marker.translation.z() = height.height_m;
     robot.markers.push_back(marker);
     roster.robots.push_back(std::move(robot));
   }
+}
+
+RobotRoster RosterOf(const std::map<std::pair<int, std::uint64_t>, MarkerHeight>& heights) {
+  RobotRoster roster;
+  AddNewcomers(roster, heights);
   return roster;
 }
 

@@ -39,8 +39,11 @@ class MarkerSurvey {
   std::map<std::pair<int, std::uint64_t>, Samples> samples_;
 };
 
-/// A robot for each marker that was seen, named robot_<id> (robot_<family>_<id> beyond the first family), whose origin
-/// is on the floor below its marker and whose heading is the marker's.
+/// Adds a robot for each marker that was seen and that no robot bears, named robot_<id> (robot_<family>_<id> beyond the
+/// first family), whose origin is on the floor below its marker and whose heading is the marker's.
+void AddNewcomers(RobotRoster& roster, const std::map<std::pair<int, std::uint64_t>, MarkerHeight>& heights);
+
+/// A roster of newcomers alone.
 RobotRoster RosterOf(const std::map<std::pair<int, std::uint64_t>, MarkerHeight>& heights);
 
 /// A roster with the heights of its markers as measured; those that were not seen stay.

@@ -20,7 +20,7 @@ constexpr double kRadPerDegree = std::numbers::pi / 180;
 
 Eigen::Vector3d ReadPosition(TomlTable& table) {
   std::vector<double> numbers;
-  table.Require("position", numbers, LengthRange{3, 3}, kMetres);
+  if (!table.ReadLengths("position", numbers, LengthRange{3, 3}, kMetres)) table.FailMissing("position");
   return {numbers[0], numbers[1], numbers[2]};
 }
 
@@ -64,7 +64,7 @@ RosterRobot ReadRobot(TomlTable& table, std::span<const MarkerFamily> families) 
   RosterRobot robot;
   robot.name = ReadName(table);
   double height_m = 0;
-  const bool has_height = table.Read("height", height_m, kHeight);
+  const bool has_height = table.ReadLength("height", height_m, kHeight);
   std::vector<TomlTable> tables = table.Tables("marker", kMaxMarkersOnRobot);
   if (tables.empty()) {
     if (!table.Has("id")) table.Fail("id", "is missing: a robot needs the id of its marker, or two [[robot.marker]]");

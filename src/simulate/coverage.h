@@ -9,9 +9,9 @@ namespace chequer {
 /// A straight piece of a polygon's outline and what lies to its right: `weight` (red, green, blue and the covered
 /// part), positive where the outline runs down the image.
 struct OutlineEdge {
-  Eigen::Vector2d from;  ///< pixels
-  Eigen::Vector2d to;
-  Eigen::Array4f weight;
+  Eigen::Vector2d from = Eigen::Vector2d::Zero();  ///< pixels
+  Eigen::Vector2d to = Eigen::Vector2d::Zero();
+  Eigen::Array4f weight = Eigen::Array4f::Zero();
 };
 
 /// A raster into which outlines are drawn with the exact area that each pixel shares with each polygon, by Green's

@@ -58,18 +58,18 @@ class Swarm {
 
  private:
   struct Robot {
-    Eigen::Vector3d home;    ///< middle of its circle, camera frame
-    double roam_m = 0;       ///< how far its middle moves from there
-    double speed_m_s = 0;    ///< along its path; the sign is the sense of turning
-    double heading_rad = 0;  ///< at the start
+    Eigen::Vector3d home = Eigen::Vector3d::Zero();  ///< middle of its circle, camera frame
+    double roam_m = 0;                               ///< how far its middle moves from there
+    double speed_m_s = 0;                            ///< along its path; the sign is the sense of turning
+    double heading_rad = 0;                          ///< at the start
     double tilt_rad = 0;
     double tilt_axis_rad = 0;
     bool turns = false;
   };
   /// The room of one robot.
   struct Circle {
-    Eigen::Vector3d home;
-    Eigen::Vector2d on_floor;  ///< where its middle is seen on the floor, metres
+    Eigen::Vector3d home = Eigen::Vector3d::Zero();
+    Eigen::Vector2d on_floor = Eigen::Vector2d::Zero();  ///< where its middle is seen on the floor, metres
     double floor_radius_m = 0;
   };
 

@@ -121,20 +121,6 @@ class FineRenderer {
   std::vector<Eigen::Array4f> row_;
 };
 
-/// The background alone through the lens.
-LinearImage BlurBackground(const LinearImage& background, int rim, const PointSpread& spread) {
-  LinearImage out(background.width - 2 * rim, background.height - 2 * rim);
-  const cv::Mat in(background.height, background.width, CV_32FC3, const_cast<float*>(background.rgb.data()));
-  // A header over the inner part: filters then read the true pixels of the rim.
-  const cv::Mat inner = in(cv::Rect(rim, rim, out.width, out.height));
-  cv::Mat result(out.height, out.width, CV_32FC3, out.rgb.data());
-  if (spread.reach() == 0)
-    inner.copyTo(result);
-  else
-    cv::sepFilter2D(inner, result, CV_32F, spread.coarse(), spread.coarse());
-  return out;
-}
-
 }  // namespace
 
 PointSpread::PointSpread(double sigma_px) {
@@ -170,10 +156,29 @@ PointSpread::PointSpread(double sigma_px) {
   }
 }
 
+LinearImage BlurBackground(const LinearImage& background, int rim, const PointSpread& spread) {
+  CHEQUER_CHECK(rim >= spread.reach(), "the background's rim is smaller than the lens' reach");
+  LinearImage out(background.width - 2 * rim, background.height - 2 * rim);
+  const cv::Mat in(background.height, background.width, CV_32FC3, const_cast<float*>(background.rgb.data()));
+  // A header over the inner part: filters then read the true pixels of the rim.
+  const cv::Mat inner = in(cv::Rect(rim, rim, out.width, out.height));
+  cv::Mat result(out.height, out.width, CV_32FC3, out.rgb.data());
+  if (spread.reach() == 0)
+    inner.copyTo(result);
+  else
+    cv::sepFilter2D(inner, result, CV_32F, spread.coarse(), spread.coarse());
+  return out;
+}
+
 LinearImage SeeThroughLens(const LinearImage& background, int rim, const std::vector<Layer>& layers,
                            const PointSpread& spread, const CastShadow& shadow) {
-  CHEQUER_CHECK(rim >= spread.reach(), "the background's rim is smaller than the lens' reach");
   LinearImage out = BlurBackground(background, rim, spread);
+  DrawLayers(background, rim, layers, spread, shadow, out);
+  return out;
+}
+
+void DrawLayers(const LinearImage& background, int rim, const std::vector<Layer>& layers, const PointSpread& spread,
+                const CastShadow& shadow, LinearImage& out) {
   FineRenderer renderer(background, rim, spread, shadow);
   std::vector<const Layer*> here;
   for (int y = 0; y < out.height; y += kTile)
@@ -190,7 +195,6 @@ LinearImage SeeThroughLens(const LinearImage& background, int rim, const std::ve
       }
       if (!here.empty()) renderer.Render(here, touched, out);
     }
-  return out;
 }
 
 LinearImage Smear(const LinearImage& image, double length_px, double angle_rad) {

@@ -38,6 +38,12 @@ class PointSpread {
 LinearImage SeeThroughLens(const LinearImage& background, int rim, const std::vector<Layer>& layers,
                            const PointSpread& spread, const CastShadow& shadow = {});
 
+/// The first half of SeeThroughLens: the background alone.
+LinearImage BlurBackground(const LinearImage& background, int rim, const PointSpread& spread);
+/// The second half: draws layers into what BlurBackground gave of the same background.
+void DrawLayers(const LinearImage& background, int rim, const std::vector<Layer>& layers, const PointSpread& spread,
+                const CastShadow& shadow, LinearImage& out);
+
 /// The mean over a straight camera motion of that length (pixels, centred) and direction (0 right, π/2 down). Borders
 /// repeat the outermost pixel.
 LinearImage Smear(const LinearImage& image, double length_px, double angle_rad);

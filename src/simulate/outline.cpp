@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
-#include "simulate/random.h"
+#include "simulate/board_rectangles.h"
 
 namespace chequer {
 namespace {
@@ -12,107 +13,11 @@ namespace {
 /// How far a piece of an outline may bend away from its chord, pixels: a hundredth of what is promised for positions.
 constexpr double kMaxSagittaPx = 1e-4;
 
-/// A rectangle in cells from the board's top left, and what it adds: reflectance times coverage, and coverage.
-struct Rectangle {
-  double col0, row0, col1, row1;
-  Eigen::Array4f weight;
-};
-
-Eigen::Array4f Opaque(const Eigen::Vector3f& colour) { return {colour.x(), colour.y(), colour.z(), 1}; }
-
-/// The part of a light cell that the spread of its dark neighbours leaves.
-Rectangle LightCell(const SceneMarker& marker, int row, int col) {
-  const Board& board = marker.board;
-  const double spread = marker.ink_spread_cells;
-  return {col + (col > 0 ? spread : 0),
-          row + (row > 0 ? spread : 0),
-          col + 1 - (col < board.cols - 1 ? spread : 0),
-          row + 1 - (row < board.rows - 1 ? spread : 0),
-          {}};
-}
-
-/// Dark cells grown over the light ones. Diagonal neighbours then overlap in a square at their common corner; half of
-/// each is taken away again, so that the sum stays exact.
-void AddSpread(const SceneMarker& marker, std::vector<Rectangle>& rectangles) {
-  const Board& board = marker.board;
-  const double e = marker.ink_spread_cells;
-  const auto ink = [&](int row, int col) {
-    return Opaque(marker.inks.Of(board.cells[static_cast<std::size_t>(row * board.cols + col)]));
-  };
-  for (int row = 1; row < board.rows; ++row)
-    for (int col = 1; col < board.cols; ++col) {
-      const bool falling = IsDark(row - 1, col - 1);
-      const Eigen::Array4f a = falling ? ink(row - 1, col - 1) : ink(row - 1, col);
-      const Eigen::Array4f b = falling ? ink(row, col) : ink(row, col - 1);
-      rectangles.push_back({col - e, row - e, col + e, row + e, -0.5f * (a + b)});
-    }
-}
-
-void AddMargin(const SceneMarker& marker, std::vector<Rectangle>& rectangles) {
-  const double m = marker.margin_cells;
-  if (m <= 0) return;
-  const double cols = marker.board.cols, rows = marker.board.rows;
-  const Eigen::Array4f weight = Opaque(marker.inks.Of(marker.margin_colour));
-  rectangles.push_back({-m, -m, cols + m, 0, weight});
-  rectangles.push_back({-m, rows, cols + m, rows + m, weight});
-  rectangles.push_back({-m, 0, 0, rows, weight});
-  rectangles.push_back({cols, 0, cols + m, rows, weight});
-}
-
-/// Where a grown dark cell reaches over the board's rim, the margin is no longer seen.
-void HideMargin(const SceneMarker& marker, int row, int col, const Rectangle& grown,
-                std::vector<Rectangle>& rectangles) {
-  if (marker.margin_cells <= 0) return;
-  const Eigen::Array4f taken = -Opaque(marker.inks.Of(marker.margin_colour));
-  const double rows = marker.board.rows, cols = marker.board.cols;
-  const double top = std::max(grown.row0, 0.0), bottom = std::min(grown.row1, rows);
-  if (row == 0) rectangles.push_back({grown.col0, grown.row0, grown.col1, 0, taken});
-  if (row == marker.board.rows - 1) rectangles.push_back({grown.col0, rows, grown.col1, grown.row1, taken});
-  if (col == 0) rectangles.push_back({grown.col0, top, 0, bottom, taken});
-  if (col == marker.board.cols - 1) rectangles.push_back({cols, top, grown.col1, bottom, taken});
-}
-
-std::vector<Rectangle> BoardRectangles(const SceneMarker& marker) {
-  const Board& board = marker.board;
-  const double spread = marker.ink_spread_cells;
-  std::vector<Rectangle> rectangles;
-  AddMargin(marker, rectangles);
-  for (int row = 0; row < board.rows; ++row)
-    for (int col = 0; col < board.cols; ++col) {
-      Rectangle cell{double(col), double(row), col + 1.0, row + 1.0, {}};
-      if (spread > 0 && IsDark(row, col)) {
-        cell = {col - spread, row - spread, col + 1 + spread, row + 1 + spread, {}};
-        HideMargin(marker, row, col, cell, rectangles);
-      } else if (spread > 0) {
-        cell = LightCell(marker, row, col);
-      }
-      cell.weight = Opaque(marker.inks.Of(board.cells[static_cast<std::size_t>(row * board.cols + col)]));
-      rectangles.push_back(cell);
-    }
-  if (spread > 0) AddSpread(marker, rectangles);
-  return rectangles;
-}
-
-std::vector<Rectangle> OccluderRectangles(const SceneMarker& marker, const Occluder& occluder) {
-  const Eigen::Array2d board(marker.board.cols, marker.board.rows);
-  const Eigen::Array2d from = occluder.from.array() * board;
-  const Eigen::Array2d to = occluder.to.array() * board;
-  if (occluder.patches == 0) return {{from.x(), from.y(), to.x(), to.y(), Opaque(occluder.colour)}};
-  const Eigen::Array2d size = to - from;
-  const double pitch = size.maxCoeff() / occluder.patches;
-  const int cols = std::max(1, static_cast<int>(std::lround(size.x() / pitch)));
-  const int rows = std::max(1, static_cast<int>(std::lround(size.y() / pitch)));
-  Random random(occluder.seed);
-  std::vector<Rectangle> rectangles;
-  for (int row = 0; row < rows; ++row)
-    for (int col = 0; col < cols; ++col) {
-      Eigen::Vector3f colour;
-      for (float& channel : colour) channel = static_cast<float>(random.Uniform(0.02, 0.9));
-      rectangles.push_back({from.x() + size.x() * col / cols, from.y() + size.y() * row / rows,
-                            from.x() + size.x() * (col + 1) / cols, from.y() + size.y() * (row + 1) / rows,
-                            Opaque(colour)});
-    }
-  return rectangles;
+Layer EmptyLayer() {
+  Layer layer;
+  layer.low.setConstant(1e30);
+  layer.high.setConstant(-1e30);
+  return layer;
 }
 
 /// Draws rectangles of one marker's plane.
@@ -121,11 +26,17 @@ class Projector {
   Projector(const SceneMarker& marker, const CameraModel& camera) : marker_(marker), camera_(camera) {}
 
   Layer Draw(const std::vector<Rectangle>& rectangles) const {
-    Layer layer;
-    layer.low.setConstant(1e30);
-    layer.high.setConstant(-1e30);
-    for (const Rectangle& r : rectangles) AddRectangle(r, layer);
+    Layer layer = EmptyLayer();
+    Add(rectangles, 1, layer);
     return layer;
+  }
+
+  /// Adds a share of rectangles to a layer.
+  void Add(const std::vector<Rectangle>& rectangles, float share, Layer& layer) const {
+    for (Rectangle r : rectangles) {
+      r.weight *= share;
+      AddRectangle(r, layer);
+    }
   }
 
  private:
@@ -199,6 +110,22 @@ std::vector<Layer> MakeLayers(const std::vector<SceneMarker>& markers, const Cam
       layers.push_back(projector.Draw(OccluderRectangles(marker, occluder)));
       SetGradient(marker, camera, layers.back());
     }
+  }
+  return layers;
+}
+
+std::vector<Layer> MakeMovingLayers(const std::vector<MovingMarker>& markers, const CameraModel& camera) {
+  std::vector<Layer> layers;
+  for (const MovingMarker& moving : markers) {
+    SceneMarker marker = moving.marker;
+    const std::vector<Rectangle> seen = SeenRectangles(marker);
+    const float share = 1.0f / static_cast<float>(moving.camera_from_marker.size());
+    Layer layer = EmptyLayer();
+    for (const RigidTransform& pose : moving.camera_from_marker) {
+      marker.camera_from_marker = pose;
+      if (IsDrawable(marker, camera)) Projector(marker, camera).Add(seen, share, layer);
+    }
+    if (!layer.edges.empty()) layers.push_back(std::move(layer));
   }
   return layers;
 }

@@ -24,4 +24,15 @@ struct Layer {
 /// The layers of markers from below to above. Markers that are not drawable are left out.
 std::vector<Layer> MakeLayers(const std::vector<SceneMarker>& markers, const CameraModel& camera);
 
+/// A marker that moves while the shutter is open.
+struct MovingMarker {
+  SceneMarker marker;                              ///< without a gradient
+  std::vector<RigidTransform> camera_from_marker;  ///< at instants that are spread evenly over the exposure, at least 1
+};
+
+/// One layer a marker: the mean of what is seen at all instants. Coverage adds up as light does, so the mean is as
+/// exact as one instant. What lies on a marker is cut out of it, so that a layer covers no place twice.
+/// @pre at no instant do two markers overlap in the image.
+std::vector<Layer> MakeMovingLayers(const std::vector<MovingMarker>& markers, const CameraModel& camera);
+
 }  // namespace chequer

@@ -30,17 +30,6 @@ ChromaSharing ChromaOf(PixelFormat format) {
   return format == PixelFormat::kYuv422p ? ChromaSharing::k422 : ChromaSharing::k420;
 }
 
-/// @param rim pixels that the background is larger on each side than the image.
-LinearImage Shaded(LinearImage background, int rim, const CastShadow& shadow) {
-  if (shadow.takes == 0) return background;
-  for (int y = 0; y < background.height; ++y)
-    for (int x = 0; x < background.width; ++x) {
-      const auto left = static_cast<float>(shadow.LightAt(x - rim, y - rim));
-      for (int c = 0; c < 3; ++c) background.Pixel(x, y)[c] *= left;
-    }
-  return background;
-}
-
 /// @param background in the shadow.
 LinearImage Light(const LinearImage& background, int rim, const std::vector<SceneMarker>& markers,
                   const RenderOptions& options, const PointSpread& spread) {
@@ -84,6 +73,16 @@ std::string RenderOptions::Check() const {
   return sensor.Check();
 }
 
+LinearImage Shaded(LinearImage background, int rim, const CastShadow& shadow) {
+  if (shadow.takes == 0) return background;
+  for (int y = 0; y < background.height; ++y)
+    for (int x = 0; x < background.width; ++x) {
+      const auto left = static_cast<float>(shadow.LightAt(x - rim, y - rim));
+      for (int c = 0; c < 3; ++c) background.Pixel(x, y)[c] *= left;
+    }
+  return background;
+}
+
 Renderer::Renderer(RenderOptions options, const Background& background)
     : options_(Checked(std::move(options))),
       spread_(options_.blur_sigma_px),
@@ -96,10 +95,13 @@ Renderer::Renderer(RenderOptions options, const Background& background)
 
 Image Renderer::Render(const std::vector<SceneMarker>& markers, std::uint64_t seed) const {
   ThrowIf(Scene{markers, background_}.Check());
-  LinearImage light = Light(drawn_, rim_, markers, options_, spread_);
-  Illuminate(light, options_.lighting);
-  const PixelFormat captured = IsYuv(options_.format) ? PixelFormat::kBgr8 : options_.format;
-  return Deliver(Expose(light, options_.sensor, captured, options_.tone_curve, seed), options_);
+  return Capture(Light(drawn_, rim_, markers, options_, spread_), options_, seed);
+}
+
+Image Capture(LinearImage light, const RenderOptions& options, std::uint64_t seed) {
+  Illuminate(light, options.lighting);
+  const PixelFormat captured = IsYuv(options.format) ? PixelFormat::kBgr8 : options.format;
+  return Deliver(Expose(light, options.sensor, captured, options.tone_curve, seed), options);
 }
 
 Image Render(const Scene& scene, const RenderOptions& options, std::uint64_t seed) {

@@ -53,6 +53,13 @@ class Renderer {
   LinearImage drawn_;  ///< the background, larger than the frame by rim_ on each side
 };
 
+/// A background in a shadow. @param rim pixels by which it is larger than the image on each side.
+LinearImage Shaded(LinearImage background, int rim, const CastShadow& shadow);
+
+/// What the camera delivers of the light on its sensor: gradients, exposure, conversion and coding.
+/// @pre options.Check() is empty.
+Image Capture(LinearImage light, const RenderOptions& options, std::uint64_t seed);
+
 /// One frame of one scene: Renderer(options, scene.background).Render(scene.markers, seed).
 Image Render(const Scene& scene, const RenderOptions& options, std::uint64_t seed);
 

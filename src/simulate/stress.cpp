@@ -23,7 +23,7 @@ struct Condition {
   Change change;
 };
 
-double Radians(double degrees) { return degrees * M_PI / 180; }
+double RadiansOf(double degrees) { return degrees * M_PI / 180; }
 
 SceneMarker& Marker(StressCase& stress) { return stress.scene.markers[0]; }
 
@@ -107,7 +107,7 @@ std::vector<StressCase> StressCases(const MarkerCode& code, std::uint64_t seed) 
     for (const double amount : condition.amounts) {
       const std::string name = condition.name;
       const double side_px = name == "side_px" ? amount : condition.side_px;
-      const double tilt = name == "tilt_deg" ? Radians(amount) : random.Uniform(0, Radians(10));
+      const double tilt = name == "tilt_deg" ? RadiansOf(amount) : random.Uniform(0, RadiansOf(10));
       StressCase stress = Plain(side_px, tilt, code, random);
       condition.change(stress, amount, random);
       char tag[64];

@@ -2,7 +2,11 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
+
+#include "core/file.h"
+#include "core/output_file.h"
 
 namespace chequer {
 namespace {
@@ -20,17 +24,22 @@ bool WithinFrame(const SceneMarker& marker, const CameraModel& camera) {
   return true;
 }
 
-Json ToJson(const TrueMarker& marker) {
+Json ToJson(const TrueMarker& marker, bool of_stream) {
   const Eigen::Vector3d& t = marker.camera_from_marker.translation;
   const Eigen::Quaterniond q = Canonical(marker.camera_from_marker.rotation);
-  return {{"id", marker.id},
-          {"variant", marker.variant},
-          {"size", ToString(marker.size)},
-          {"side", marker.side_m},
-          {"position", {t.x(), t.y(), t.z()}},
-          {"orientation", {q.w(), q.x(), q.y(), q.z()}},
-          {"center_px", {marker.center_px.x(), marker.center_px.y()}},
-          {"cell_px", marker.cell_px}};
+  Json json{{"id", marker.id},
+            {"variant", marker.variant},
+            {"size", ToString(marker.size)},
+            {"side", marker.side_m},
+            {"position", {t.x(), t.y(), t.z()}},
+            {"orientation", {q.w(), q.x(), q.y(), q.z()}},
+            {"center_px", {marker.center_px.x(), marker.center_px.y()}},
+            {"cell_px", marker.cell_px}};
+  if (!of_stream) return json;
+  json["inside"] = marker.inside;
+  json["visible"] = marker.visible;
+  json["motion_px"] = marker.motion_px;
+  return json;
 }
 
 MarkerSize SizeFromText(const std::string& text) {
@@ -55,6 +64,9 @@ TrueMarker MarkerFromJson(const Json& json) {
   const auto center = json.at("center_px").get<std::array<double, 2>>();
   marker.center_px = {center[0], center[1]};
   marker.cell_px = json.at("cell_px").get<double>();
+  marker.inside = json.value("inside", marker.inside);
+  marker.visible = json.value("visible", marker.visible);
+  marker.motion_px = json.value("motion_px", marker.motion_px);
   return marker;
 }
 
@@ -62,44 +74,52 @@ FrameTruth FrameFromLine(const std::string& line) {
   const Json json = Json::parse(line);
   FrameTruth frame;
   frame.file = json.at("file").get<std::string>();
+  frame.phase = json.value("phase", frame.phase);
+  if (json.contains("time_s")) frame.time_s = json["time_s"].get<double>();
   for (const Json& marker : json.at("markers")) frame.markers.push_back(MarkerFromJson(marker));
   return frame;
 }
 
 }  // namespace
 
+TrueMarker Describe(const SceneMarker& marker, const CameraModel& camera) {
+  const int rim = 2 * marker.board.uncounted_rim;
+  return {.id = marker.board.id,
+          .variant = marker.board.variant,
+          .size = {marker.board.rows - rim, marker.board.cols - rim},
+          .side_m = marker.side_m,
+          .camera_from_marker = marker.camera_from_marker,
+          .center_px = CenterPx(marker, camera),
+          .cell_px = SmallestCellPx(marker, camera)};
+}
+
 std::vector<TrueMarker> TruthOf(const std::vector<SceneMarker>& markers, const CameraModel& camera) {
   std::vector<TrueMarker> truth;
   for (const SceneMarker& marker : markers) {
     if (!IsDrawable(marker, camera) || !WithinFrame(marker, camera)) continue;
-    const int rim = 2 * marker.board.uncounted_rim;
-    truth.push_back({.id = marker.board.id,
-                     .variant = marker.board.variant,
-                     .size = {marker.board.rows - rim, marker.board.cols - rim},
-                     .side_m = marker.side_m,
-                     .camera_from_marker = marker.camera_from_marker,
-                     .center_px = CenterPx(marker, camera),
-                     .cell_px = SmallestCellPx(marker, camera)});
+    truth.push_back(Describe(marker, camera));
   }
   return truth;
 }
 
 std::string ToJsonLine(const FrameTruth& truth) {
-  Json markers = Json::array();
-  for (const TrueMarker& marker : truth.markers) markers.push_back(ToJson(marker));
-  return Json{{"file", truth.file}, {"markers", std::move(markers)}}.dump();
+  const bool of_stream = truth.time_s.has_value();
+  Json json{{"file", truth.file}};
+  if (of_stream) json["phase"] = truth.phase;
+  if (of_stream) json["time_s"] = *truth.time_s;
+  Json& markers = json["markers"] = Json::array();
+  for (const TrueMarker& marker : truth.markers) markers.push_back(ToJson(marker, of_stream));
+  return json.dump();
 }
 
 void WriteTruth(const std::filesystem::path& path, const std::vector<FrameTruth>& frames) {
-  std::ofstream file(path);
-  for (const FrameTruth& frame : frames) file << ToJsonLine(frame) << '\n';
-  file.flush();
-  if (!file) throw std::runtime_error(path.string() + " cannot be written");
+  OutputFile file(path);
+  for (const FrameTruth& frame : frames) file.Write(ToJsonLine(frame) + "\n");
+  file.Finish();
 }
 
 std::vector<FrameTruth> ReadTruth(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(path.string() + " cannot be read");
+  std::istringstream file(ReadFile(path, kMaxTextBytes));
   std::vector<FrameTruth> frames;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {

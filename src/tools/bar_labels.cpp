@@ -7,7 +7,7 @@
 namespace chequer {
 namespace {
 
-constexpr double kLargest = 11, kSmallest = 7;  ///< letters; smaller ones are not read on a screen
+constexpr double kLargestLabel = 11, kSmallestLabel = 7;  ///< letters; smaller ones are not read on a screen
 /// Between a bar and its label.
 constexpr double kGap = 4;
 /// Of the letters' size: how tall digits are.
@@ -23,14 +23,14 @@ BarLabels::BarLabels(const Canvas& canvas, std::span<const double> values, doubl
     for (const double value : values) width = std::max(width, canvas.TextWidth(TextOf(value), size));
     return width;
   };
-  if (widest(kLargest) <= bar_width) {
+  if (widest(kLargestLabel) <= bar_width) {
     style_ = Style::kLevel;
-    size_ = kLargest;
+    size_ = kLargestLabel;
     height_ = kGap + kDigitHeight * size_;
     return;
   }
-  size_ = std::min(kLargest, bar_width / kDigitHeight);
-  if (size_ < kSmallest) return;
+  size_ = std::min(kLargestLabel, bar_width / kDigitHeight);
+  if (size_ < kSmallestLabel) return;
   style_ = Style::kUpwards;
   height_ = kGap + widest(size_);
 }

@@ -1,19 +1,60 @@
 #include "tools/calibrate.h"
 
-#include <unistd.h>
+#include <fmt/format.h>
 
 #include <array>
+#include <cstdint>
 #include <ctime>
+#include <string_view>
+#include <system_error>
 
+#include "core/output_file.h"
+#include "core/set_aside.h"
 #include "tools/commands.h"
 
 namespace chequer {
 
+namespace {
+
+constexpr std::size_t kMaxCalibrationBytes = 16u << 20;
+
+/// The comment below a text; it changes with the text (FNV-1a).
+std::string Seal(std::string_view text) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : text) hash = (hash ^ static_cast<std::uint8_t>(c)) * 0x100000001b3;
+  return fmt::format("# Not edited since chequer wrote it: {:016x}\n", hash);
+}
+
+}  // namespace
+
+bool IsEdited(const std::filesystem::path& file) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(file, unknown)) return false;
+  const std::string text = ReadFile(file, kMaxCalibrationBytes);
+  if (text.empty()) return false;
+  const std::size_t seal_bytes = Seal({}).size();
+  if (text.size() < seal_bytes) return true;
+  const std::string_view body = std::string_view(text).substr(0, text.size() - seal_bytes);
+  return text.substr(body.size()) != Seal(body);
+}
+
 void CheckFolderOf(const char* option, const std::filesystem::path& file) {
-  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
-    throw CLI::ValidationError(
-        option, "'" + file.string() + "' cannot be written: there is no folder " + folder.string() + " that lets you");
+  if (const std::string why = WhyNotWritable(file); !why.empty())
+    throw CLI::ValidationError(option, "'" + file.string() + "' cannot be written: " + why);
+}
+
+void CheckOut(const std::filesystem::path& file, bool force) {
+  CheckFolderOf("--out", file);
+  if (force || !IsEdited(file)) return;
+  throw CLI::ValidationError(
+      "--out",
+      "'" + file.string() + "' was edited, or not written by this command, and would be lost; --force replaces it");
+}
+
+void WriteCalibration(const std::filesystem::path& file, const std::string& text) {
+  if (IsEdited(file))
+    fmt::print("the edited {} is kept as {}\n", file.string(), KeepAside(ThroughLinks(file)).string());
+  WriteFileAtomically(file, text + Seal(text));
 }
 
 std::string NowInUtc() {

@@ -13,6 +13,7 @@
 
 #include "chequer/camera_file.h"
 #include "core/file.h"
+#include "core/suggestion.h"
 #include "lens/lens_picture.h"
 #include "lens/lens_target.h"
 #include "lens/view_collector.h"
@@ -20,6 +21,7 @@
 #include "tools/commands.h"
 #include "tools/frame_feed.h"
 #include "tools/length_option.h"
+#include "tools/lens_watch.h"
 #include "tools/marker_options.h"
 
 namespace chequer {
@@ -33,13 +35,13 @@ constexpr int kMostReadings = 4;
 struct LensRequest {
   FrameFeedOptions feed;
   MarkerOptions markers;
-  std::string side;
   std::string chessboard;
   std::string square = "25mm";
   bool loose = false;
   std::string model = "brown_conrady";
   std::size_t views = 60;
   std::string out;
+  bool force = false;
   std::string picture;
   bool keep_all = false;
 };
@@ -47,7 +49,8 @@ struct LensRequest {
 CameraModel::Kind ParseModel(const std::string& name) {
   if (name == "brown_conrady") return CameraModel::Kind::kBrownConrady;
   if (name == "fisheye") return CameraModel::Kind::kFisheye;
-  throw CLI::ValidationError("--model", "'" + name + "' is not known; it must be brown_conrady or fisheye");
+  throw CLI::ValidationError("--model", "'" + name + "' is not known; it must be brown_conrady or fisheye" +
+                                            DidYouMean(name, WordsOf("brown_conrady, fisheye")));
 }
 
 std::unique_ptr<LensTarget> MakeChessboard(const LensRequest& request) {
@@ -61,16 +64,16 @@ std::unique_ptr<LensTarget> MakeChessboard(const LensRequest& request) {
     throw CLI::ValidationError(
         "--chessboard",
         "'" + request.chessboard + "' must be COLUMNSxROWS of inner corners, such as 9x6, 3 to 100 each");
-  chessboard.square_m = ParseLength("--square", request.square);
+  chessboard.square_m = ParseLengthOption("--square", request.square);
   return MakeChessboardTarget(chessboard);
 }
 
 std::unique_ptr<LensTarget> MakeTarget(LensRequest& request) {
   if (!request.chessboard.empty()) return MakeChessboard(request);
-  if (request.side.empty() && std::any_of(request.markers.markers.begin(), request.markers.markers.end(),
-                                          [](const std::string& text) { return text.find(':') == std::string::npos; }))
+  if (!request.markers.side_m &&
+      std::any_of(request.markers.markers.begin(), request.markers.markers.end(),
+                  [](const std::string& text) { return text.find(':') == std::string::npos; }))
     throw CLI::ValidationError("--side", "is missing: the side of the markers, such as 60mm");
-  if (!request.side.empty()) request.markers.side_m = ParseLength("--side", request.side);
   return MakeMarkerTarget(ParseMarkerFamilies(request.markers, true), request.loose);
 }
 
@@ -99,11 +102,29 @@ class Feedback {
   int lines_ = 0;
 };
 
+/// Why no view was taken, as far as the frames show.
+std::string NothingSeen(const LensRequest& request, std::size_t frames, int gave_up) {
+  if (request.chessboard.empty())
+    return fmt::format(
+        "no marker of the sheet was seen in {} frames, and at least 4 are needed: are --marker, --variant "
+        "and --ids right? `chequer explain` on one of them tells",
+        frames);
+  return fmt::format(
+      "no chessboard of {} inner corners was seen whole in {} frames{}, and at least 4 are needed: count "
+      "the corners where four squares meet, columns first",
+      request.chessboard, frames,
+      gave_up > 0 ? fmt::format(" ({} of them were too cluttered to search)", gave_up) : "");
+}
+
 /// Collects views until the frames end, or, of a camera, until there is enough.
 ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed& feed) {
   std::optional<ViewCollector> collector;
   int width = 0, height = 0;
+  int gave_up = 0;
   Feedback feedback(feed.is_live());
+  SearchProgress progress(feed.total());
+  std::optional<MarkerWatch> markers;  // where a chessboard is sought
+  if (!request.chessboard.empty()) markers.emplace(ParseMarkerFamilies(request.markers, false));
   while (const auto frame = feed.Next()) {
     if (!collector) {
       width = frame->image.width();
@@ -113,15 +134,23 @@ ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed&
     if (frame->image.width() != width || frame->image.height() != height)
       throw std::runtime_error(fmt::format("{} is {}x{}, those before are {}x{}; a calibration is for one size",
                                            frame->name, frame->image.width(), frame->image.height(), width, height));
-    LensView view = target.Read(frame->image);
+    LensView view;
+    if (!markers || !markers->Sees(frame->image, collector->views().size())) view = target.Read(frame->image);
     view.name = frame->name;
+    gave_up += view.gave_up ? 1 : 0;
     const ViewVerdict verdict = collector->Offer(view, frame->reload);
     feedback.Tell(*collector, view, verdict);
+    if (!feed.is_live()) progress.Tell(collector->offered(), collector->views().size());
     if (collector->is_full() || (feed.is_live() && collector->Hint(verdict) == "enough")) break;
   }
   if (!collector) throw std::runtime_error("there are no frames");
   fmt::print("{} of {} frames taken\n{}", collector->views().size(), collector->offered(),
              collector->coverage().Picture());
+  if (collector->views().empty()) throw std::runtime_error(NothingSeen(request, collector->offered(), gave_up));
+  if (const std::string lacking = collector->Lacking(); lacking.empty())
+    fmt::print("These views are enough.\n");
+  else
+    fmt::print("More views would make it more exact: {}.\n", lacking);
   return std::move(*collector);
 }
 
@@ -184,7 +213,7 @@ void RunLens(LensRequest& request) {
                                                                 : std::filesystem::path(request.picture);
   if (picture == out)
     throw CLI::ValidationError("--picture", "and --out are both '" + out.string() + "'; camera files end in .toml");
-  CheckFolderOf("--out", out);
+  CheckOut(out, request.force);
   CheckFolderOf("--picture", picture);
   const std::unique_ptr<LensTarget> target = MakeTarget(request);
   FrameFeed feed(request.feed);
@@ -193,7 +222,7 @@ void RunLens(LensRequest& request) {
       Calibrate(request, collector, *target, collector.options().width, collector.options().height);
   calibration.record.date = NowInUtc();
   PrintResult(calibration, collector.coverage());
-  WriteCamera(out, calibration.camera, &calibration.record);
+  WriteCalibration(out, FormatCamera(calibration.camera, &calibration.record));
   WriteFileAtomically(picture, DrawLensPicture(calibration));
   fmt::print("written: {}, {}\n", out.string(), picture.string());
   if (feed.failed() > 0) throw CLI::RuntimeError(kExitInput);
@@ -201,9 +230,7 @@ void RunLens(LensRequest& request) {
 
 void AddLensOptions(CLI::App& command, LensRequest& request) {
   AddFrameFeedOptions(command, request.feed);
-  AddMarkerOptions(command, request.markers, false);
-  command.add_option("--side", request.side, "Side of the markers, cells included: 60mm, 6cm or 0.06 (metres)")
-      ->type_name("LENGTH");
+  AddMarkerOptions(command, request.markers);
   command.add_flag("--loose", request.loose, "The markers move one by one; without, they are fixed to one flat sheet");
   command
       .add_option("--chessboard", request.chessboard, "Instead of markers: a chessboard's inner corners, such as 9x6")
@@ -213,6 +240,7 @@ void AddLensOptions(CLI::App& command, LensRequest& request) {
   command.add_option("--views", request.views, "Most views that are used, 4 to 500")->capture_default_str();
   command.add_flag("--keep-all", request.keep_all, "Use also views that look like one before");
   command.add_option("--out", request.out, "Camera file to write")->required()->type_name("FILE");
+  command.add_flag("--force", request.force, kForceHelp);
   command.add_option("--picture", request.picture, "Picture of coverage and residuals [--out with .png]")
       ->type_name("FILE");
 }

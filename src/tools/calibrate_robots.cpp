@@ -1,19 +1,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <stdexcept>
+#include <system_error>
 
 #include "chequer/camera_file.h"
 #include "chequer/detector.h"
 #include "robot/marker_survey.h"
 #include "tools/calibrate.h"
+#include "tools/columns.h"
 #include "tools/commands.h"
 #include "tools/frame_feed.h"
-#include "tools/length_option.h"
 #include "tools/marker_options.h"
+#include "world/side_check.h"
 #include "world/world_file.h"
 
 namespace chequer {
@@ -26,12 +30,12 @@ constexpr double kLeansRad = 0.05;
 struct RobotsRequest {
   FrameFeedOptions feed;
   MarkerOptions markers;
-  std::string side;
   std::string calibration;
   std::string world;
   std::string roster;
   int frames = 100;
   std::string out;
+  bool force = false;
 };
 
 using Heights = std::map<std::pair<int, std::uint64_t>, MarkerHeight>;
@@ -73,39 +77,64 @@ bool IsSeen(const RosterRobot& robot, const Heights& heights) {
 }
 
 void PrintResult(const RobotRoster& roster, const Heights& heights) {
-  fmt::print("{:>20} {:>20} {:>7} {:>10} {:>8} {:>9}\n", "robot", "marker", "frames", "height mm", "± mm", "leans deg");
+  std::vector<std::vector<std::string>> rows{{"robot", "marker", "frames", "height mm", "± mm", "leans deg", ""}};
   for (const RosterRobot& robot : roster.robots)
     for (const RosterMarker& marker : robot.markers) {
       const auto seen = heights.find({marker.family, marker.id});
       if (seen == heights.end()) {
-        fmt::print("{:>20} {:>20}  not seen\n", robot.name, marker.id);
+        rows.push_back({robot.name, std::to_string(marker.id), "-", "-", "-", "-", "not seen"});
         continue;
       }
       const MarkerHeight& height = seen->second;
-      fmt::print("{:>20} {:>20} {:>7} {:>10.2f} {:>8.2f} {:>9.2f}{}\n", robot.name, marker.id, height.frames,
-                 1000 * height.height_m, 1000 * height.spread_m, height.tilt_rad * 180 / std::numbers::pi,
-                 height.tilt_rad > kLeansRad ? "  leans: enter its orientation, or mount it flat" : "");
+      rows.push_back({robot.name, std::to_string(marker.id), std::to_string(height.frames),
+                      fmt::format("{:.2f}", 1000 * height.height_m), fmt::format("{:.2f}", 1000 * height.spread_m),
+                      fmt::format("{:.2f}", height.tilt_rad * 180 / std::numbers::pi),
+                      height.tilt_rad > kLeansRad ? "leans: enter its orientation, or mount it flat" : ""});
     }
+  fmt::print("{}", Columns(rows, "<>>>>><"));
+}
+
+bool IsSameFile(const std::string& one, const std::string& other) {
+  std::error_code unknown;
+  return !one.empty() && std::filesystem::equivalent(one, other, unknown);
+}
+
+/// The roster that somebody edited and that would be lost.
+RobotRoster LoadEdited(const std::string& file, std::span<const MarkerFamily> families) {
+  try {
+    return LoadRobotRoster(file, families);
+  } catch (const std::runtime_error& error) {
+    throw CLI::ValidationError(
+        "--out", "'" + file + "' was edited, and cannot be merged with: " + error.what() + "; --force replaces it");
+  }
 }
 
 void RunRobots(RobotsRequest& request) {
   if (request.frames < 1 || request.frames > 100'000)
     throw CLI::ValidationError("--frames", fmt::format("{} is outside 1 to 100000", request.frames));
-  CheckFolderOf("--out", request.out);
-  if (!request.side.empty()) request.markers.side_m = ParseLength("--side", request.side);
+  // An edited roster at the same place is merged with, unless it is to be replaced.
+  const bool merges = request.roster.empty() && !request.force && IsEdited(request.out);
+  if (!merges) CheckOut(request.out, request.force || IsSameFile(request.roster, request.out));
   DetectorOptions options;
   options.families = ParseMarkerFamilies(request.markers, true);
   options.camera = LoadCamera(request.calibration);
   const WorldCalibration world = LoadWorld(request.world);
+  if (const std::string wrong = SideContradiction(world, options.families); !wrong.empty())
+    throw std::runtime_error(request.world + ": " + wrong);
   RobotRoster roster;
-  if (!request.roster.empty()) roster = LoadRobotRoster(request.roster, options.families);
+  if (merges)
+    roster = LoadEdited(request.out, options.families);
+  else if (!request.roster.empty())
+    roster = LoadRobotRoster(request.roster, options.families);
   const Heights heights = Watch(request, options, world);
-  roster = request.roster.empty() ? RosterOf(heights) : WithHeights(std::move(roster), heights);
+  if (merges) fmt::print("{} was edited: its robots keep their names and places, others are added\n", request.out);
+  roster = WithHeights(std::move(roster), heights);
+  if (request.roster.empty()) AddNewcomers(roster, heights);
   PrintResult(roster, heights);
   if (std::none_of(roster.robots.begin(), roster.robots.end(),
                    [&](const RosterRobot& robot) { return IsSeen(robot, heights); }))
     throw std::runtime_error("no robot of " + request.roster + " is seen");
-  WriteRobotRoster(request.out, roster);
+  WriteCalibration(request.out, FormatRobotRoster(roster));
   fmt::print("written: {}\n", request.out);
 }
 
@@ -116,9 +145,7 @@ void AddCalibrateRobotsCommand(CLI::App& calibrate) {
   // Shared, as the callback outlives this function and std::function copies what it holds.
   const auto request = std::make_shared<RobotsRequest>();
   AddFrameFeedOptions(*command, request->feed);
-  AddMarkerOptions(*command, request->markers, false);
-  command->add_option("--side", request->side, "Side of the markers, cells included: 60mm, 6cm or 0.06 (metres)")
-      ->type_name("LENGTH");
+  AddMarkerOptions(*command, request->markers);
   command->add_option("--calibration", request->calibration, "Camera file")->required()->type_name("FILE");
   command->add_option("--world", request->world, "World file")->required()->type_name("FILE");
   command
@@ -129,9 +156,12 @@ void AddCalibrateRobotsCommand(CLI::App& calibrate) {
   command->add_option("--out", request->out, "Roster to write; may be the one that was read")
       ->required()
       ->type_name("FILE");
+  command->add_flag("--force", request->force, kForceHelp);
   command->footer(
       "The robots stand or drive about on the floor meanwhile. Names, and where the marker sits on the body, are then\n"
-      "edited into the file (chequer-robots.toml(5)); --roster measures its heights again and leaves the rest.\n\n"
+      "edited into the file (chequer-robots.toml(5)); --roster measures its heights again and leaves the rest. "
+      "Without\n"
+      "it, an edited file of --out keeps its names and places too, and robots that are new are added.\n\n"
       "  chequer calibrate robots --calibration camera.toml --world world.toml --side 12cm frames/ --out robots.toml");
   command->callback([request] { RunRobots(*request); });
 }

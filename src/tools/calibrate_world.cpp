@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,6 @@
 #include "tools/calibrate.h"
 #include "tools/commands.h"
 #include "tools/frame_feed.h"
-#include "tools/length_option.h"
 #include "tools/marker_options.h"
 #include "world/estimate.h"
 #include "world/world_file.h"
@@ -23,19 +23,16 @@ namespace {
 struct WorldRequest {
   FrameFeedOptions feed;
   MarkerOptions markers;
-  std::string side;
   std::string calibration;
   std::string references;
   std::string l_of_three;
   std::string origin;
   int frames = 50;
   std::string out;
+  bool force = false;
 };
 
-std::vector<MarkerFamily> Families(WorldRequest& request) {
-  if (!request.side.empty()) request.markers.side_m = ParseLength("--side", request.side);
-  return ParseMarkerFamilies(request.markers, true);
-}
+std::vector<MarkerFamily> Families(const WorldRequest& request) { return ParseMarkerFamilies(request.markers, true); }
 
 void CheckWays(const WorldRequest& request) {
   const int ways = !request.references.empty() + !request.l_of_three.empty() + !request.origin.empty();
@@ -68,7 +65,12 @@ std::vector<StillMarker> Watch(const WorldRequest& request, const DetectorOption
 const StillMarker& Find(const std::vector<StillMarker>& seen, std::uint64_t id) {
   const auto is_it = [&](const StillMarker& marker) { return marker.id == id; };
   const auto found = std::find_if(seen.begin(), seen.end(), is_it);
-  if (found == seen.end()) throw std::runtime_error(fmt::format("marker {} is not seen", id));
+  if (found == seen.end()) {
+    std::vector<std::uint64_t> ids;
+    for (const StillMarker& marker : seen) ids.push_back(marker.id);
+    throw std::runtime_error(fmt::format("marker {} is not seen; seen are {}", id,
+                                         ids.empty() ? std::string("none") : fmt::format("{}", fmt::join(ids, ", "))));
+  }
   if (std::count_if(seen.begin(), seen.end(), is_it) > 1)
     throw std::runtime_error(fmt::format("there are markers {} of several kinds; name one kind by --marker", id));
   return *found;
@@ -180,23 +182,21 @@ void RunWorld(WorldRequest& request) {
   CheckWays(request);
   if (!request.origin.empty()) ParseIds("--origin", request.origin, 1);
   if (!request.l_of_three.empty()) ParseIds("--l", request.l_of_three, 3);
-  CheckFolderOf("--out", request.out);
+  CheckOut(request.out, request.force);
   DetectorOptions options;
   options.families = Families(request);
   options.camera = LoadCamera(request.calibration);
   FrameFeed feed(request.feed);
   const Result result = Estimate(request, options, feed);
   PrintResult(result);
-  WriteWorld(request.out, MakeWorld(result, options));
+  WriteCalibration(request.out, FormatWorld(MakeWorld(result, options)));
   fmt::print("written: {}\n", request.out);
   if (feed.failed() > 0) throw CLI::RuntimeError(kExitInput);
 }
 
 void AddWorldOptions(CLI::App& command, WorldRequest& request) {
   AddFrameFeedOptions(command, request.feed);
-  AddMarkerOptions(command, request.markers, false);
-  command.add_option("--side", request.side, "Side of the markers, cells included: 60mm, 6cm or 0.06 (metres)")
-      ->type_name("LENGTH");
+  AddMarkerOptions(command, request.markers);
   command.add_option("--calibration", request.calibration, "Camera file")->required()->type_name("FILE");
   command.add_option("--references", request.references, "List of markers at known places (TOML)")->type_name("FILE");
   command.add_option("--l", request.l_of_three, "Three markers on the floor: corner, on the x axis, on the y axis")
@@ -204,6 +204,7 @@ void AddWorldOptions(CLI::App& command, WorldRequest& request) {
   command.add_option("--origin", request.origin, "One marker, whose frame is the world's")->type_name("ID");
   command.add_option("--frames", request.frames, "Most frames that are averaged")->capture_default_str();
   command.add_option("--out", request.out, "World file to write")->required()->type_name("FILE");
+  command.add_flag("--force", request.force, kForceHelp);
 }
 
 }  // namespace

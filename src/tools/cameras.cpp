@@ -2,12 +2,14 @@
 
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/camera_list.h"
+#include "core/printable.h"
 #include "tools/commands.h"
+#include "tools/message_json.h"
 
 namespace chequer {
 namespace {
@@ -16,6 +18,12 @@ struct CamerasRequest {
   bool json = false;
   bool all_features = false;
 };
+
+/// What devices say of themselves is text from outside.
+template <typename... Arguments>
+void Print(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+  std::fputs(PrintableLines(fmt::format(format, std::forward<Arguments>(arguments)...)).c_str(), stdout);
+}
 
 std::string Rates(const std::vector<double>& rates_hz) {
   std::string text;
@@ -26,50 +34,50 @@ std::string Rates(const std::vector<double>& rates_hz) {
 void PrintFormats(const ListedCamera& camera) {
   for (const ListedFormat& format : camera.formats) {
     if (format.name.empty()) {
-      fmt::print("  {} cannot be used\n", format.native);
+      Print("  {} cannot be used\n", format.native);
       continue;
     }
-    fmt::print("  pixel_format = \"{}\"  ({})\n", format.name, format.native);
-    for (const ListedSize& size : format.sizes) fmt::print("    {}{}\n", size.size, Rates(size.rates_hz));
+    Print("  pixel_format = \"{}\"  ({})\n", format.name, format.native);
+    for (const ListedSize& size : format.sizes) Print("    {}{}\n", size.size, Rates(size.rates_hz));
   }
 }
 
 void PrintControls(const ListedCamera& camera) {
   if (camera.controls.empty()) return;
-  fmt::print("  [capture.{}]\n", camera.source == "v4l2" ? "controls" : "features");
+  Print("  [capture.{}]\n", camera.source == "v4l2" ? "controls" : "features");
   for (const ListedControl& control : camera.controls) {
     std::string text = control.allowed.empty() ? "can only be read" : control.allowed;
     if (!control.value.empty()) text += "; is " + control.value;
     if (!control.initial.empty() && control.initial != control.value) text += "; at first " + control.initial;
     if (control.is_inactive) text += "; governed by another now";
-    fmt::print("    {}: {}\n", control.name, text);
+    Print("    {}: {}\n", control.name, text);
   }
 }
 
 void PrintCamera(const ListedCamera& camera) {
-  fmt::print("{}{}\n  source = \"{}\"\n  device = \"{}\"\n", camera.name,
-             camera.serial.empty() ? "" : ", serial number " + camera.serial, camera.source, camera.device);
-  for (const std::string& name : camera.also) fmt::print("    also {}\n", name);
-  if (!camera.problem.empty()) fmt::print("  {}\n", camera.problem);
+  Print("{}{}\n  source = \"{}\"\n  device = \"{}\"\n", camera.name,
+        camera.serial.empty() ? "" : ", serial number " + camera.serial, camera.source, camera.device);
+  for (const std::string& name : camera.also) Print("    also {}\n", name);
+  if (!camera.problem.empty()) Print("  {}\n", camera.problem);
   PrintFormats(camera);
   PrintControls(camera);
 }
 
-nlohmann::ordered_json ToJson(const ListedCamera& camera) {
-  nlohmann::ordered_json json;
+Json ToJson(const ListedCamera& camera) {
+  Json json;
   json["source"] = camera.source;
   json["device"] = camera.device;
   json["name"] = camera.name;
   json["serial"] = camera.serial;
   json["also"] = camera.also;
   json["problem"] = camera.problem;
-  json["formats"] = nlohmann::ordered_json::array();
+  json["formats"] = Json::array();
   for (const ListedFormat& format : camera.formats) {
-    nlohmann::ordered_json sizes = nlohmann::ordered_json::array();
+    Json sizes = Json::array();
     for (const ListedSize& size : format.sizes) sizes.push_back({{"size", size.size}, {"fps", size.rates_hz}});
     json["formats"].push_back({{"pixel_format", format.name}, {"native", format.native}, {"sizes", sizes}});
   }
-  json["controls"] = nlohmann::ordered_json::array();
+  json["controls"] = Json::array();
   for (const ListedControl& control : camera.controls)
     json["controls"].push_back({{"name", control.name},
                                 {"allowed", control.allowed},
@@ -83,7 +91,7 @@ void RunCameras(const CamerasRequest& request) {
   const std::vector<ListedCamera> cameras = ListCameras(request.all_features);
   for (const ListedCamera& camera : cameras) {
     if (request.json)
-      fmt::print("{}\n", ToJson(camera).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+      std::printf("%s\n", Dump(ToJson(camera)).c_str());
     else
       PrintCamera(camera);
   }

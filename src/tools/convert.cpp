@@ -10,11 +10,13 @@
 
 #include "chequer/camera_file.h"
 #include "core/file.h"
+#include "core/suggestion.h"
 #include "core/toml_reader.h"
 #include "simulate/truth.h"
 #include "tools/commands.h"
 #include "tools/convert_job.h"
 #include "tools/convert_log.h"
+#include "tools/number_check.h"
 
 namespace chequer {
 namespace {
@@ -100,12 +102,14 @@ Converted WriteImages(const ConvertJob& job) {
   if (!fs::is_empty(job.out, error) || error)
     throw std::runtime_error(job.out.string() + ": is not empty; name a new folder");
   std::size_t count = 0;
-  return ConvertFrames(job, [&](const std::vector<std::uint8_t>& bytes, const RecordedFrame&) {
+  const Converted converted = ConvertFrames(job, [&](const std::vector<std::uint8_t>& bytes, const RecordedFrame&) {
     const char* extension = job.files.kind == FrameFileKind::kPng ? "png" : "jpg";
     const std::string name = fmt::format("{:06}.{}", count++, extension);
-    WriteFileAtomically(job.out / name, bytes);
+    WriteFileAtomically(job.out / name, bytes, Durability::kUnsynced);
     return name;
   });
+  SyncFolder(job.out);
+  return converted;
 }
 
 Converted WriteOneImage(const ConvertJob& job) {
@@ -128,7 +132,8 @@ LogStream ParseStream(const std::optional<std::string>& word) {
   if (*word == "poses") return LogStream::kPoses;
   if (*word == "robots") return LogStream::kRobots;
   if (*word == "tracks") return LogStream::kTracks;
-  throw CLI::ValidationError("--stream", *word + ": must be one of poses, robots, tracks");
+  throw CLI::ValidationError("--stream", *word + ": must be one of poses, robots, tracks" +
+                                             DidYouMean(*word, WordsOf("poses, robots, tracks")));
 }
 
 void RunConvert(const CLI::App& command, const ConvertRequest& request) {
@@ -161,7 +166,10 @@ void AddOptions(CLI::App& command, ConvertRequest& request) {
       ->type_name("S");
   command.add_flag("--images", request.images_only, "Write a folder of images alone, without recording.toml");
   command.add_option("--frames", request.frames, "Only these, counted from 0, both included")->type_name("FIRST-LAST");
-  command.add_option("--every", request.every, "Only each N-th of them")->type_name("N")->capture_default_str();
+  command.add_option("--every", request.every, "Only each N-th of them")
+      ->check(IsWhole())
+      ->type_name("N")
+      ->capture_default_str();
 
   const char* frames = "Frames that are written";
   command.add_option("--pixel-format", request.pixel_format, PixelFormatNames() + " [as before]")

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <utility>
 
+#include "core/suggestion.h"
+
 namespace chequer {
 namespace {
 
@@ -24,17 +26,20 @@ constexpr Words<ChromaSharing, 3> kChromas{
 
 template <typename Enum, std::size_t count>
 Enum ParseWord(const std::string& option, const std::string& word, const Words<Enum, count>& words) {
-  std::string allowed;
+  std::vector<std::string> known;
   for (const auto& [name, value] : words) {
     if (word == name) return value;
-    allowed.append(allowed.empty() ? "" : ", ").append(name);
+    known.emplace_back(name);
   }
-  Refuse(option, word + ": must be one of " + allowed);
+  std::string allowed;
+  for (const std::string& name : known) allowed.append(allowed.empty() ? "" : ", ").append(name);
+  Refuse(option, word + ": must be one of " + allowed + DidYouMean(word, known));
 }
 
 PixelFormat ParseFormat(const std::string& option, const std::string& name) {
   const auto format = ParsePixelFormat(name);
-  if (!format) Refuse(option, name + ": must be one of " + PixelFormatNames());
+  if (!format)
+    Refuse(option, name + ": must be one of " + PixelFormatNames() + DidYouMean(name, WordsOf(PixelFormatNames())));
   return *format;
 }
 

@@ -1,14 +1,18 @@
 #include "tools/convert_log.h"
 
+#include <unistd.h>
+
 #include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
-#include <memory>
+#include <optional>
 #include <stdexcept>
+#include <system_error>
 #include <variant>
 
+#include "core/file.h"
+#include "core/output_file.h"
 #include "publish/lcm_log.h"
 #include "tools/message_text.h"
 #include "tools/robot_text.h"
@@ -19,30 +23,33 @@ namespace {
 /// The word before each event of a log.
 constexpr std::array<unsigned char, 4> kSyncWord{0xed, 0xa1, 0xda, 0x01};
 
+/// A file, or standard output where the name is "-".
 class Output {
  public:
-  explicit Output(const std::string& path) : path_(path), file_(path == "-" ? stdout : std::fopen(path.c_str(), "w")) {
-    if (file_ == nullptr) throw std::runtime_error(path_ + " cannot be written: " + std::strerror(errno));
+  explicit Output(const std::string& path) {
+    if (path != "-") file_.emplace(path);
   }
-  ~Output() {
-    if (file_ != nullptr && file_ != stdout) std::fclose(file_);
-  }
-  Output(const Output&) = delete;
-  Output& operator=(const Output&) = delete;
 
   void Write(const std::string& text) {
-    if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) Fail();
+    if (file_)
+      file_->Write(text);
+    else if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size())
+      Fail();
   }
-  /// Tells of a full disk, which shows only now.
+  /// Tells of a full disk, which shows only now. Without it an earlier file of that name stays as it was.
   void Finish() {
-    if (std::fflush(file_) != 0) Fail();
+    if (file_)
+      file_->Finish();
+    else if (std::fflush(stdout) != 0)
+      Fail();
   }
 
  private:
-  [[noreturn]] void Fail() const { throw std::runtime_error(path_ + " cannot be written: " + std::strerror(errno)); }
+  [[noreturn]] static void Fail() {
+    throw std::runtime_error(std::string("standard output: cannot be written: ") + std::strerror(errno));
+  }
 
-  std::string path_;
-  std::FILE* file_;
+  std::optional<OutputFile> file_;
 };
 
 /// Whether a message belongs to the stream.
@@ -76,13 +83,21 @@ std::string JsonText(const LogRecord& record) {
 }  // namespace
 
 bool IsLcmLog(const std::filesystem::path& path) {
-  std::array<char, kSyncWord.size()> begin{};
-  std::ifstream file(path, std::ios::binary);
-  return file.read(begin.data(), begin.size()) && std::memcmp(begin.data(), kSyncWord.data(), begin.size()) == 0;
+  try {
+    std::array<char, kSyncWord.size()> begin{};
+    const UniqueFd fd = OpenForReading(path);
+    return read(fd.get(), begin.data(), begin.size()) == static_cast<ssize_t>(begin.size()) &&
+           std::memcmp(begin.data(), kSyncWord.data(), begin.size()) == 0;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
 }
 
 void ConvertLog(const std::filesystem::path& log, const std::string& out, LogStream stream) {
   LcmLogReader reader(log);
+  std::error_code unknown;
+  if (std::filesystem::equivalent(log, out, unknown))
+    throw std::runtime_error(out + " is the log itself, and would be lost; name another file");
   Output output(out);
   const bool csv = out.ends_with(".csv");
   const LogStream of_table = stream == LogStream::kAll ? LogStream::kPoses : stream;
@@ -95,7 +110,7 @@ void ConvertLog(const std::filesystem::path& log, const std::string& out, LogStr
     output.Write(csv ? CsvText(*record, of_table) : JsonText(*record));
     ++of_stream;
   }
-  output.Finish();
+  if (messages > 0) output.Finish();
   if (reader.damaged())
     throw std::runtime_error(log.string() + " is cut off or damaged after " + std::to_string(messages) +
                              " messages of chequer's; those were written");

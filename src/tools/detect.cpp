@@ -27,6 +27,7 @@ struct DetectRequest {
   std::vector<std::string> files;
   DetectOptions options;
   int repeat = 1;
+  std::uint64_t budget = 0;
   bool json = false;
 };
 
@@ -39,6 +40,10 @@ class DetectRun {
         curve_(ParseGamma(request.options.gamma)),
         detector_(MakeDetectorOptions(request.options)) {
     CheckRange("--repeat", request.repeat, 1, std::numeric_limits<int>::max());
+    if (request.budget != 0 && request.budget < kLeastBudget)
+      throw CLI::ValidationError(
+          "--budget", fmt::format("{} is below {}; 0 is no limit", request.budget, kLeastBudget));
+    detector_.set_budget(request.budget);
   }
 
   /// False if an image could not be used; each has had its message then.
@@ -111,6 +116,12 @@ void AddOptions(CLI::App& command, DetectRequest& request) {
       ->type_name("N")
       ->capture_default_str();
   command.add_option("--repeat", request.repeat, "Detect N times an image and report the fastest time")
+      ->type_name("N")
+      ->capture_default_str();
+  command
+      .add_option("--budget", request.budget,
+                  "Units of work an image may take, of about 1000 instructions; what it does not last for is left for "
+                  "the next image. 0: no limit")
       ->type_name("N")
       ->capture_default_str();
   command.add_flag("--json", request.json, "One JSON object a line and image instead of a table");

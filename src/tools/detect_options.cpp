@@ -5,14 +5,18 @@
 #include <stdexcept>
 
 #include "chequer/camera_file.h"
+#include "core/suggestion.h"
 
 namespace chequer {
 namespace {
 
+constexpr std::string_view kOneChannelFormats = "Mono8, BayerRG8, BayerGB8, BayerGR8, BayerBG8";
+
 ColorSpace ParseColorSpace(const std::string& name) {
   if (name == "lab") return ColorSpace::kLab;
   if (name == "hsv") return ColorSpace::kHsv;
-  throw CLI::ValidationError("--color-space", "'" + name + "' is not known; it must be lab or hsv");
+  throw CLI::ValidationError(
+      "--color-space", "'" + name + "' is not known; it must be lab or hsv" + DidYouMean(name, WordsOf("lab, hsv")));
 }
 
 }  // namespace
@@ -20,9 +24,8 @@ ColorSpace ParseColorSpace(const std::string& name) {
 PixelFormat ParseOneChannel(const std::string& name) {
   const auto format = ParsePixelFormat(name);
   if (!format || (*format != PixelFormat::kMono8 && !IsBayer(*format)))
-    throw CLI::ValidationError("--pixel-format", "'" + name +
-                                                     "' is not what a one-channel file can hold; known are Mono8, "
-                                                     "BayerRG8, BayerGB8, BayerGR8, BayerBG8");
+    throw CLI::ValidationError("--pixel-format",
+                               UnknownWord("what a one-channel file can hold", name, WordsOf(kOneChannelFormats)));
   return *format;
 }
 

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <cstddef>
+#include <string>
+#include <vector>
 
+#include "tools/columns.h"
 #include "tools/marker_json.h"
 
 namespace chequer {
@@ -26,12 +29,6 @@ Json Marker(const MarkerPose& marker) {
   json["corners"] = Corners(marker);
   AddQuality(marker, json);
   return json;
-}
-
-/// A row's text without the padding of an empty last column.
-std::string Row(std::string text) {
-  text.erase(text.find_last_not_of(' ') + 1);
-  return text + "\n";
 }
 
 /// Position in metres where there is one, else the centre in pixels.
@@ -58,14 +55,12 @@ std::string Table(const ImageReport& report) {
   std::string text = fmt::format("{}: {}x{}, {} marker{}, {:.2f} ms\n", report.file, report.width, report.height,
                                  report.markers.size(), report.markers.size() == 1 ? "" : "s", report.detect_ms);
   if (report.markers.empty()) return text;
-  text += fmt::format("{:>20}  {:22}  {:34}  {:>7}  {:>8}  {}\n", "id", "variant", "position", "corners", "rms px",
-                      "warnings");
+  std::vector<std::vector<std::string>> rows{{"  id", "variant", "position", "corners", "rms px", "warnings"}};
   for (const MarkerPose& marker : report.markers)
-    text += Row(fmt::format("{:>20}  {:22}  {:34}  {:>7}  {:>8.3f}  {}", marker.id ? std::to_string(*marker.id) : "-",
-                            VariantName(marker.variant), Place(marker),
-                            fmt::format("{}/{}", marker.corners_used, CornerCount(marker.size)),
-                            marker.reprojection_rms_px, WarningNames(marker, ", ")));
-  return text;
+    rows.push_back({marker.id ? std::to_string(*marker.id) : "-", std::string(VariantName(marker.variant)),
+                    Place(marker), fmt::format("{}/{}", marker.corners_used, CornerCount(marker.size)),
+                    fmt::format("{:.3f}", marker.reprojection_rms_px), WarningNames(marker, ", ")});
+  return text + Columns(rows, "><<>><");
 }
 
 }  // namespace chequer

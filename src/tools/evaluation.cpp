@@ -1,6 +1,7 @@
 #include "tools/evaluation.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -46,11 +47,24 @@ Evaluation Evaluate(const Run& run, std::optional<std::uint64_t> id) {
                     run.name, run.frames.size()));
   Evaluation evaluation;
   evaluation.name = run.name;
-  evaluation.recognition = CountRecognised(run.frames, *id);
+  evaluation.others = SeenBeside(run.frames, *id);
+  evaluation.recognition = CountRecognised(run.frames, *id, evaluation.others);
   const std::vector<RigidTransform> poses = PosesOf(run.frames, *id);
   evaluation.poses = static_cast<int>(poses.size());
   if (poses.size() < 3) return evaluation;
-  evaluation.track = FitTrack(poses);
+  const TrackFit track = FitTrack(poses);
+  const TrackShape shape = ShapeOf(poses, track);
+  if (!shape.is_straight) {
+    evaluation.objection = fmt::format(
+        "this is no straight track: over {:.3f} m it leaves the line that fits best by up to {:.0f} mm, in one sweep. "
+        "Errors are measured against a line: evaluate a run of one marker that is moved along a straight track",
+        LengthOf(track), 1e3 * *std::max_element(track.distance_m.begin(), track.distance_m.end()));
+    return evaluation;
+  }
+  if (shape.is_turning)
+    evaluation.objection =
+        "the marker turns on its way: the angular errors are its turn. Move it along the track without turning it";
+  evaluation.track = track;
   evaluation.linear_mm = MeasureErrors(Millimetres(evaluation.track->distance_m));
   evaluation.angular_deg = MeasureErrors(evaluation.track->angle_deg);
   return evaluation;
@@ -63,6 +77,11 @@ std::string Describe(const Evaluation& evaluation) {
       "wrong id{}\n",
       evaluation.name, seen.id, seen.recognised, seen.frames, 100 * seen.Rate(), seen.undecided, seen.wrong,
       seen.wrong == 1 ? "" : "s");
+  if (!evaluation.others.empty())
+    text += fmt::format("  other markers in view, not counted as wrong: {}; --id chooses which one is measured\n",
+                        fmt::join(evaluation.others, ", "));
+  if (!evaluation.objection.empty()) text += "  " + evaluation.objection + "\n";
+  if (!evaluation.track && evaluation.poses >= 3) return text;
   if (!evaluation.track)
     return text + fmt::format("  no track: {} pose{}, at least 3 are needed{}\n", evaluation.poses,
                               evaluation.poses == 1 ? "" : "s",
@@ -88,7 +107,9 @@ std::string JsonLine(const Evaluation& evaluation) {
             {"recognition_rate", seen.Rate()},
             {"undecided", seen.undecided},
             {"wrong", seen.wrong},
-            {"poses", evaluation.poses}};
+            {"poses", evaluation.poses},
+            {"others", evaluation.others}};
+  if (!evaluation.objection.empty()) json["objection"] = evaluation.objection;
   if (evaluation.track) {
     const TrackFit& track = *evaluation.track;
     const Eigen::Quaterniond& q = track.orientation;

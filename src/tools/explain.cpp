@@ -14,6 +14,7 @@
 #include "core/file.h"
 #include "tools/commands.h"
 #include "tools/detect_options.h"
+#include "tools/diagnosis.h"
 #include "tools/explanation.h"
 
 namespace chequer {
@@ -64,6 +65,7 @@ void RunExplain(const ExplainRequest& request) {
   explanation.markers = markers;
   explanation.trace = &trace;
   explanation.stats = detector.stats();
+  explanation.findings = Diagnose(explanation.image, detector.options(), markers, trace);
 
   if (!request.out.empty()) {
     const int scale = request.scale > 0
@@ -98,7 +100,9 @@ void AddExplainCommand(CLI::App& app) {
       ->type_name("N")
       ->capture_default_str();
   command->footer(
-      "Prints what became of every group of corners, refused ones first, and draws every stage into the image: peaks,\n"
+      "Tries all sizes, variants and mirror images, says what would have been found and which option finds it. Prints\n"
+      "what became of every group of corners, the likeliest missed marker first, and draws every stage into the image: "
+      "peaks,\n"
       "corners, links, boards, and in each cell what it was taken for. Each candidate's panel has the Gaussians of "
       "its\n"
       "luminances and saturations: the two groups of either must stand apart. Places full of contrast where no board "

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -10,6 +11,7 @@
 #include "tools/explanation_panel.h"
 #include "tools/explanation_picture.h"
 #include "tools/explanation_place.h"
+#include "tools/ink_share.h"
 
 namespace chequer {
 namespace {
@@ -48,6 +50,47 @@ std::vector<Panel> PanelsOf(const Explanation& explanation, std::span<const std:
   return panels;
 }
 
+/// Where a candidate is.
+Eigen::AlignedBox2d BoxOf(const Explanation& explanation, const TraceCandidate& candidate) {
+  Eigen::AlignedBox2d box(candidate.center_px - Eigen::Vector2d::Constant(4),
+                          candidate.center_px + Eigen::Vector2d::Constant(4));
+  for (const int corner : candidate.corners)
+    box.extend(explanation.trace->corners[static_cast<std::size_t>(corner)].position_px.cast<double>());
+  for (const TraceCell& cell : candidate.cells) box.extend(cell.center_px);
+  return box;
+}
+
+/// The finding about a place; null where there is none.
+const Finding* FindingAt(const Explanation& explanation, const Eigen::Vector2d& pixel) {
+  const auto about = [&](const Finding& finding) { return finding.IsAbout(pixel); };
+  const auto found = std::find_if(explanation.findings.begin(), explanation.findings.end(), about);
+  return found == explanation.findings.end() ? nullptr : &*found;
+}
+
+std::string FindingsText(const Explanation& explanation) {
+  std::string text;
+  for (const Finding& finding : explanation.findings) {
+    if (finding.reach_px > 0 && !explanation.region.Holds(finding.center_px)) continue;
+    text += finding.reach_px > 0 ? fmt::format("   * at ({:.0f}, {:.0f}) px: {}\n", finding.center_px.x(),
+                                               finding.center_px.y(), finding.text)
+                                 : fmt::format("   * {}\n", finding.text);
+  }
+  return text.empty() ? text : "what is wrong, and what would help:\n" + text;
+}
+
+/// " (warnings: ...)" of a marker that was found; empty where there are none.
+std::string Warnings(const MarkerPose& marker) {
+  std::string text;
+  for (const Warning warning : kAllWarnings) {
+    if (!marker.Has(warning)) continue;
+    text.append(text.empty() ? "; warnings: " : ", ").append(WarningName(warning));
+    if (warning == Warning::kPoorIllumination) text += fmt::format(" (overlap {:.3f})", marker.luminance_overlap);
+    if (warning == Warning::kPoorWhiteBalance) text += fmt::format(" (overlap {:.3f})", marker.saturation_overlap);
+  }
+  if (marker.bits_corrected > 0) text += fmt::format("; {} cells corrected", marker.bits_corrected);
+  return text;
+}
+
 std::string Counts(const Explanation& explanation) {
   const DetectStats& stats = explanation.stats;
   return fmt::format("{} peaks > {} corners > {} groups > {} boards > {} markers, {} of them without an id",
@@ -61,9 +104,16 @@ std::vector<std::size_t> ToldCandidates(const Explanation& explanation) {
   std::vector<std::size_t> told;
   for (std::size_t i = 0; i < explanation.trace->candidates.size(); ++i)
     if (explanation.region.Holds(explanation.candidate(i).center_px)) told.push_back(i);
+  std::vector<int> likely(explanation.trace->candidates.size());
+  for (const std::size_t i : told) {
+    const TraceCandidate& candidate = explanation.candidate(i);
+    if (FindingAt(explanation, candidate.center_px) != nullptr) likely[i] += 2;
+    if (InkShare(explanation.image, BoxOf(explanation, candidate)) > kLeastInkShare) likely[i] += 1;
+  }
   std::stable_sort(told.begin(), told.end(), [&](std::size_t a, std::size_t b) {
     const TraceCandidate &first = explanation.candidate(a), &second = explanation.candidate(b);
     if (Rank(first) != Rank(second)) return Rank(first) < Rank(second);
+    if (likely[a] != likely[b]) return likely[a] > likely[b];
     // Boards first. Of groups, the one with the most corners is the likeliest marker, whatever refused it.
     if (first.corners.empty() != second.corners.empty()) return first.corners.empty();
     if (first.corners.size() != second.corners.size()) return first.corners.size() > second.corners.size();
@@ -84,7 +134,7 @@ std::string Verdict(const Explanation& explanation, const TraceCandidate& candid
 }
 
 std::string DescribeExplanation(const Explanation& explanation) {
-  std::string text = fmt::format("{}: {}\n", explanation.name, Counts(explanation));
+  std::string text = fmt::format("{}: {}\n", explanation.name, Counts(explanation)) + FindingsText(explanation);
   const std::vector<std::size_t> told = ToldCandidates(explanation);
   int number = 0;
   for (const std::size_t i : told) {
@@ -93,7 +143,10 @@ std::string DescribeExplanation(const Explanation& explanation) {
                         Verdict(explanation, candidate));
     if (!candidate.corners.empty()) text += fmt::format(" ({} corners)", candidate.corners.size());
     if (candidate.place >= 0) text += ", by a second look";
-    text += candidate.refusal == Refusal::kNone ? "\n" : "; " + Explain(candidate) + "\n";
+    if (candidate.refusal != Refusal::kNone) text += "; " + Explain(candidate);
+    if (const Finding* finding = FindingAt(explanation, candidate.center_px)) text += "; " + finding->text;
+    if (candidate.marker >= 0) text += Warnings(explanation.markers[static_cast<std::size_t>(candidate.marker)]);
+    text += "\n";
   }
   if (told.empty())
     text += "     no group of corners here: cells below 3.5 px, no contrast, strong blur, or no marker in view\n";

@@ -8,6 +8,7 @@
 #include "chequer/detect_trace.h"
 #include "chequer/detector.h"
 #include "chequer/image.h"
+#include "tools/finding.h"
 
 namespace chequer {
 
@@ -28,20 +29,22 @@ struct Explanation {
   const DetectTrace* trace = nullptr;
   DetectStats stats;
   ImageRegion region;  ///< of the image, that is explained
+  std::vector<Finding> findings{};
 
   const TraceCandidate& candidate(std::size_t i) const { return trace->candidates[i]; }
 };
 
-/// What is told of the candidates in the region, in the order of their numbers: first those that were refused, boards
-/// before groups of corners and large groups before small ones, then those without an id, then those that were read. Of
-/// groups that came nowhere near a board only the largest are told.
+/// What is told of the candidates in the region, in the order of their numbers: first those that were refused, then
+/// those without an id, then those that were read. Of the former, first what a finding explains, then what has a
+/// marker's inks, boards before groups of corners and large groups before small ones. Of groups that came nowhere near
+/// a board only the likeliest are told.
 std::vector<std::size_t> ToldCandidates(const Explanation& explanation);
 
 /// What became of a candidate in a few words: "id 17", "no id", "refused: border_differs".
 std::string Verdict(const Explanation& explanation, const TraceCandidate& candidate);
 
-/// Lines for people, ending with a line's end: counts of the stages, then a line a candidate, then one a place of the
-/// second look.
+/// Lines for people, ending with a line's end: counts of the stages, what was found to be wrong and would help, then a
+/// line a candidate, then one a place of the second look.
 std::string DescribeExplanation(const Explanation& explanation);
 
 /// The image with what every stage saw drawn in, a panel for each candidate that has cells and one for each

@@ -105,11 +105,13 @@ void DrawPlots(Canvas& canvas, double left, double top, const TraceCandidate& ca
 void DrawCloseView(Canvas& canvas, double left, double top, const Explanation& explanation,
                    const TraceCandidate& candidate) {
   Eigen::Vector2d least = candidate.center_px, most = candidate.center_px;
-  for (const TraceCell& cell : candidate.cells)
+  for (const TraceCell& cell : candidate.cells) {
+    if (!cell.HasPlace()) continue;
     for (const Eigen::Vector2f& corner : cell.outline_px) {
       least = least.cwiseMin(corner.cast<double>());
       most = most.cwiseMax(corner.cast<double>());
     }
+  }
   const PictureScale to = DrawAround(canvas, left, top, explanation.image, (least + most) / 2,
                                      std::clamp(0.56 * (most - least).maxCoeff(), 4.0, 2000.0));
   DrawCells(canvas, to, candidate);
@@ -126,6 +128,7 @@ Ink VerdictInk(const TraceCandidate& candidate) {
 void DrawCells(Canvas& canvas, const PictureScale& to, const TraceCandidate& candidate) {
   const Ink outline = VerdictInk(candidate);
   for (const TraceCell& cell : candidate.cells) {
+    if (!cell.HasPlace()) continue;
     std::array<Eigen::Vector2d, 4> corners;
     for (std::size_t k = 0; k < 4; ++k) corners[k] = to(cell.outline_px[k].cast<double>());
     const double side = std::min((corners[1] - corners[0]).norm(), (corners[3] - corners[0]).norm());

@@ -17,7 +17,7 @@ constexpr Ink kPeak{1, 1, 1, 0.75}, kPeakRim{0, 0, 0, 0.6}, kCorner{0, 0.85, 1};
 
 /// A name for something in the picture.
 struct Label {
-  Eigen::Vector2d at;  ///< the middle of its upper edge, if nothing else lies there
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();  ///< the middle of its upper edge, if nothing else lies there
   std::string text;
   Ink ink;
 };
@@ -66,14 +66,27 @@ void DrawPlaces(Canvas& canvas, const PictureScale& to, const Explanation& expla
   }
 }
 
-/// Four corners of a board's outline.
-std::array<Eigen::Vector2d, 4> OutlineOf(const TraceCandidate& candidate, const PictureScale& to) {
-  const auto cell = [&](int row, int col, std::size_t corner) {
-    return to(
-        candidate.cells[static_cast<std::size_t>(row * candidate.size.cols + col)].outline_px[corner].cast<double>());
+/// Four corners of a board's outline; those of them that have a place.
+std::vector<Eigen::Vector2d> OutlineOf(const TraceCandidate& candidate, const PictureScale& to) {
+  std::vector<Eigen::Vector2d> outline;
+  const auto add = [&](int row, int col, std::size_t corner) {
+    const TraceCell& cell = candidate.cells[static_cast<std::size_t>(row * candidate.size.cols + col)];
+    if (cell.HasPlace()) outline.push_back(to(cell.outline_px[corner].cast<double>()));
   };
   const int bottom = candidate.size.rows - 1, right = candidate.size.cols - 1;
-  return {cell(0, 0, 0), cell(0, right, 1), cell(bottom, right, 2), cell(bottom, 0, 3)};
+  add(0, 0, 0);
+  add(0, right, 1);
+  add(bottom, right, 2);
+  add(bottom, 0, 3);
+  return outline;
+}
+
+/// Pixels of the picture; of a cell that has a place.
+double CellSide(const TraceCandidate& candidate, const PictureScale& to) {
+  const auto placed = std::find_if(candidate.cells.begin(), candidate.cells.end(),
+                                   [](const TraceCell& cell) { return cell.HasPlace(); });
+  if (placed == candidate.cells.end()) return 0;
+  return to.scale * static_cast<double>((placed->outline_px[1] - placed->outline_px[0]).norm());
 }
 
 void DrawCandidate(Canvas& canvas, const PictureScale& to, const Explanation& explanation,
@@ -83,8 +96,7 @@ void DrawCandidate(Canvas& canvas, const PictureScale& to, const Explanation& ex
   double below = center.y();
   if (candidate.CameFar()) {
     const auto outline = OutlineOf(candidate, to);
-    if (to.scale * (candidate.cells[0].outline_px[1] - candidate.cells[0].outline_px[0]).norm() > 9)
-      DrawCells(canvas, to, candidate);
+    if (CellSide(candidate, to) > 9) DrawCells(canvas, to, candidate);
     canvas.Polyline(outline, ink, 2.5, true);
     for (const Eigen::Vector2d& corner : outline) below = std::max(below, corner.y());
   } else {

@@ -10,7 +10,9 @@
 #include <utility>
 
 #include "capture/source_factory.h"
+#include "core/suggestion.h"
 #include "core/toml_reader.h"
+#include "tools/number_check.h"
 
 namespace chequer {
 namespace {
@@ -26,10 +28,8 @@ PlainImageOptions PlainOf(const FrameFeedOptions& options) {
   PlainImageOptions plain;
   const auto format = ParsePixelFormat(options.one_channel);
   if (!format || (*format != PixelFormat::kMono8 && !IsBayer(*format)))
-    throw CLI::ValidationError("--one-channel",
-                               "'" + options.one_channel +
-                                   "' is not what grey images hold; known are Mono8, BayerRG8, BayerGB8, BayerGR8, "
-                                   "BayerBG8");
+    throw CLI::ValidationError("--one-channel", UnknownWord("what grey images hold", options.one_channel,
+                                                            WordsOf("Mono8, BayerRG8, BayerGB8, BayerGR8, BayerBG8")));
   plain.one_channel = *format;
   if (options.gamma && !(*options.gamma >= 0.2 && *options.gamma <= 5))
     throw CLI::ValidationError("--gamma", fmt::format("{} is outside 0.2 to 5; 1 is linear", *options.gamma));
@@ -61,6 +61,7 @@ void AddFrameFeedOptions(CLI::App& command, FrameFeedOptions& options) {
       ->type_name("FILE")
       ->group(group);
   command.add_option("--seconds", options.seconds, "With --config: end after so long; else Ctrl-C ends it")
+      ->check(IsWithin(0.01, 86400))
       ->type_name("S")
       ->group(group);
   command

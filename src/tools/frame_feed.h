@@ -52,6 +52,8 @@ class FrameFeed {
   /// Whether it is a camera: somebody moves things in front of it.
   bool is_live() const { return source_ != nullptr; }
   int failed() const { return failed_; }
+  /// How many frames there are in all; 0 of a camera, as nobody knows.
+  std::size_t total() const { return recording_ ? recording_->frames.size() : 0; }
 
  private:
   std::optional<FedFrame> NextRecorded();

@@ -1,27 +1,41 @@
 #include "tools/length_option.h"
 
-#include <CLI/CLI.hpp>
-#include <charconv>
 #include <cmath>
-#include <string_view>
+
+#include "core/length.h"
 
 namespace chequer {
+namespace {
 
-double ParseLength(const char* option, const std::string& text) {
-  std::string_view digits = text;
-  double metres = 1;
-  // "m" last: the others end with it too.
-  for (const auto& [unit, factor] : {std::pair<std::string_view, double>{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}})
-    if (digits.ends_with(unit)) {
-      digits.remove_suffix(unit.size());
-      metres = factor;
-      break;
-    }
-  double number = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-  if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(number) || !(number > 0))
-    throw CLI::ValidationError(option, "'" + text + "' is not a length; write it as 60mm, 6cm, 0.06m or 0.06 (metres)");
-  return number * metres;
+/// In units of `unit_m`.
+double Parse(const char* option, const std::string& text, double unit_m) {
+  const std::optional<double> metres = ParseLength(text, unit_m);
+  if (!metres || !(*metres > 0))
+    throw CLI::ValidationError(
+        option, "'" + text + "' is not a length; " +
+                    (unit_m == 1 ? "it must be positive metres, such as 0.06, or have a unit, such as 60mm or 6cm"
+                                 : "write it as 6mm or 3.45um, with its unit"));
+  return *metres * std::round(1 / unit_m);
+}
+
+template <typename Value>
+CLI::Option* Add(CLI::App& command, const char* name, Value& value, const std::string& help, double unit_m) {
+  const auto set = [&value, name, unit_m](const std::string& text) { value = Parse(name, text, unit_m); };
+  return command.add_option_function<std::string>(name, set, help)->type_name("LENGTH");
+}
+
+}  // namespace
+
+double ParseLengthOption(const char* option, const std::string& text) { return Parse(option, text, 1); }
+
+CLI::Option* AddLengthOption(CLI::App& command, const char* name, double& value, const std::string& help,
+                             double unit_m) {
+  return Add(command, name, value, help, unit_m);
+}
+
+CLI::Option* AddLengthOption(CLI::App& command, const char* name, std::optional<double>& value, const std::string& help,
+                             double unit_m) {
+  return Add(command, name, value, help, unit_m);
 }
 
 }  // namespace chequer

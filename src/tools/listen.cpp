@@ -10,13 +10,16 @@
 #include <variant>
 
 #include "core/clock.h"
+#include "core/printable.h"
 #include "publish/channels.h"
 #include "publish/lcm_subscriber.h"
-#include "tools/above_zero.h"
+#include "tools/columns.h"
 #include "tools/commands.h"
+#include "tools/id_filter.h"
 #include "tools/live_robots.h"
 #include "tools/live_table.h"
 #include "tools/message_text.h"
+#include "tools/number_check.h"
 #include "tools/robot_text.h"
 #include "tools/truth_check.h"
 
@@ -35,6 +38,7 @@ struct ListenRequest {
   std::uint64_t count = 0;  ///< frames; 0: no limit
   double seconds = 0;       ///< 0: no limit
   std::string truth;        ///< a recording; empty: none
+  std::string ids;          ///< such as 0-9,17; empty: all
 };
 
 enum class Form { kTable, kPlain, kJson };
@@ -44,6 +48,11 @@ int TerminalLines() {
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row >= 4 ? size.ws_row - 1 : 24;
 }
 
+int TerminalColumns() {
+  winsize size{};
+  return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col >= 20 ? size.ws_col : 80;
+}
+
 /// Prints what arrives and knows when it is enough.
 class Listener {
  public:
@@ -51,13 +60,17 @@ class Listener {
       : request_(request),
         form_(request.json                 ? Form::kJson
               : isatty(STDOUT_FILENO) != 0 ? Form::kTable
-                                           : Form::kPlain) {
+                                           : Form::kPlain),
+        ids_(request.ids) {
+    if (!request.ids.empty() && !request.truth.empty())
+      throw CLI::ValidationError("--ids", "hides markers that --truth would miss; give one of them");
     if (!request.truth.empty()) truth_.emplace(request.truth);
   }
 
   void Run() {
     LcmSubscriber subscriber(request_.url, request_.filter,
                              [this](const std::string& channel, ReceivedMessage&& message) {
+                               if (!request_.ids.empty()) ids_.Keep(message);
                                std::visit([&](const auto& received) { Take(channel, received); }, message);
                              });
     std::fprintf(stderr, "listening at %s\n", request_.url.c_str());
@@ -131,7 +144,8 @@ class Listener {
     next_redraw_ = now + kRedraw;
     // To the top left, then over the last table: the rest of each line and what is left below it away.
     std::string text = "\x1b[H";
-    for (const char c : Tables(now)) text.append(c == '\n' ? "\x1b[K\n" : std::string(1, c));
+    for (const char c : CutLines(Tables(now), TerminalColumns()))
+      text.append(c == '\n' ? "\x1b[K\n" : std::string(1, c));
     std::printf("%s\x1b[J", text.c_str());
     std::fflush(stdout);
   }
@@ -151,7 +165,7 @@ class Listener {
         std::fprintf(stderr,
                      "chequer listen: poses came in the frame '%s'; --truth compares in the camera's: set frames = "
                      "\"both\" in [world] of chequerd's configuration\n",
-                     other_frame_.c_str());
+                     Printable(other_frame_).c_str());
       if (!truth_->Passed()) throw CLI::RuntimeError(kExitInput);
     }
     if (request_.count > 0 && frames_ < request_.count)
@@ -161,6 +175,7 @@ class Listener {
 
   const ListenRequest& request_;
   Form form_;
+  IdFilter ids_;
   Clock clock_ = Clock::System();
   LiveTable table_;
   LiveRobots robots_;
@@ -183,9 +198,12 @@ void AddListenCommand(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--prefix", request->filter.prefix, "Only the channels PREFIX_POSES, PREFIX_TRACKS and so on");
   command->add_option("--channel", request->filter.channel, "Only this channel");
+  command->add_option("--ids", request->ids, "Only markers of these ids, and robots that bear them, such as 0-9,17")
+      ->type_name("LIST");
   command->add_flag("--json", request->json, "One JSON object a line and message instead of a table");
   command->add_option("--count", request->count, "End after so many frames; status 1 if fewer came")
-      ->check(IsAboveZero);
+      ->check(IsAboveZero)
+      ->check(IsWhole());
   command->add_option("--seconds", request->seconds, "End after so many seconds")->check(IsAboveZero);
   command
       ->add_option("--truth", request->truth,

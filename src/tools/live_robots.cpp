@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "core/printable.h"
 #include "publish/channels.h"
 #include "tools/message_text.h"
 
@@ -11,6 +14,11 @@ namespace {
 using std::chrono::seconds;
 
 constexpr seconds kForgetRobotAfter{10};
+constexpr std::size_t kLeastNameWidth = 6;
+
+std::string NameOf(const std::string& name, std::uint64_t id) {
+  return name.empty() ? std::to_string(id) : Printable(name);
+}
 
 std::string PrefixOf(const std::string& channel) {
   for (const std::string_view suffix : kChannelSuffixes)
@@ -50,26 +58,31 @@ void LiveRobots::Add(const std::string& channel, const TracksMessage& message, M
 }
 
 std::string LiveRobots::Text(MonotonicTime now, int max_lines) {
-  std::erase_if(rows_, [&](const auto& entry) { return now - entry.second.arrived > kForgetRobotAfter; });
+  rows_.EraseIf([&](const Row& row) { return now - row.arrived > kForgetRobotAfter; });
   if (rows_.empty()) return {};
-  std::string text = fmt::format("{:>20} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8}\n", "robot", "x m", "y m", "z m",
-                                 "heading", "m/s", "deg/s", "age s");
+  std::size_t width = kLeastNameWidth;
+  rows_.ForEach([&](const Key& key, const Row&) {
+    width = std::max(width, NameOf(key.name, key.id).size());
+    return true;
+  });
+  std::string text = fmt::format("{:>{}} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "robot", width, "x m", "y m",
+                                 "z m", "heading", "m/s", "deg/s", "age s");
   int lines = 1;
   std::size_t shown = 0;
-  for (const auto& [key, row] : rows_) {
+  rows_.ForEach([&](const Key& key, const Row& row) {
     const bool all_fit = lines + static_cast<int>(rows_.size() - shown) <= max_lines;
-    if (!all_fit && lines >= max_lines - 1) break;
+    if (!all_fit && lines >= max_lines - 1) return false;
     const Eigen::Vector3d& t = row.pose.translation;
     const auto yaw_rate = row.yaw_rate_rad_s ? std::optional(*row.yaw_rate_rad_s * kDegreesPerRadian) : std::nullopt;
-    text += fmt::format("{:>20} {:>9.4f} {:>9.4f} {:>9.4f} {:>8.1f} {} {} {:>8.2f}{}{}\n",
-                        key.name.empty() ? std::to_string(key.id) : key.name, t.x(), t.y(), t.z(),
-                        HeadingRad(row.pose.rotation) * kDegreesPerRadian, Optional(row.speed_m_s, 3),
-                        Optional(yaw_rate, 1),
+    text += fmt::format("{:>{}} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.1f} {} {} {:>8.2f}{}{}\n", NameOf(key.name, key.id),
+                        width, t.x(), t.y(), t.z(), HeadingRad(row.pose.rotation) * kDegreesPerRadian,
+                        Optional(row.speed_m_s, 3), Optional(yaw_rate, 1),
                         std::chrono::duration<double>(now - row.arrived + row.age_at_arrival).count(),
                         row.coasting ? "  coasting" : "", row.off_floor ? "  off the floor" : "");
     ++lines;
     ++shown;
-  }
+    return true;
+  });
   if (shown < rows_.size()) text += fmt::format("and {} more\n", rows_.size() - shown);
   return text;
 }

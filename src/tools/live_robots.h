@@ -1,10 +1,10 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 
 #include "publish/messages.h"
+#include "tools/recent_map.h"
 
 namespace chequer {
 
@@ -39,7 +39,10 @@ class LiveRobots {
     auto operator<=>(const Key&) const = default;
   };
 
-  std::map<Key, Row> rows_;
+  /// More than anybody has; a bound for what may come from the network.
+  static constexpr std::size_t kMaxRows = 4096;
+
+  RecentMap<Key, Row> rows_{kMaxRows};
 };
 
 }  // namespace chequer

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/printable.h"
 #include "tools/message_text.h"
 
 namespace chequer {
@@ -14,16 +15,17 @@ using std::chrono::seconds;
 /// Rates are of this time: long enough to be steady, short enough to follow.
 constexpr seconds kRateWindow{2};
 constexpr seconds kForgetAfter{10};
-/// No camera is that fast; bounds the memory if a publisher runs wild.
-constexpr std::size_t kMaxArrivals = 4096;
+constexpr std::size_t kLeastIdWidth = 5;
+/// Enough for a rate; bounds the memory of each marker, also if a publisher runs wild.
+constexpr std::size_t kMaxArrivals = 256;
 
-std::string Row(std::uint64_t id, const MarkerPose& pose, double rate_hz, double age_s) {
+std::string Row(std::uint64_t id, std::size_t id_width, const MarkerPose& pose, double rate_hz, double age_s) {
   std::string place = fmt::format("{:>9} {:>9} {:>9} {:>8}", "-", "-", "-", "-");
   if (pose.has_pose) {
     const Eigen::Vector3d& t = pose.camera_from_marker.translation;
     place = fmt::format("{:>9.4f} {:>9.4f} {:>9.4f} {:>8.1f}", t.x(), t.y(), t.z(), HeadingDegrees(pose));
   }
-  return fmt::format("{:>20} {} {:>8.1f} {:>8.2f}\n", id, place, rate_hz, age_s);
+  return fmt::format("{:>{}} {} {:>8.1f} {:>8.2f}\n", id, id_width, place, rate_hz, age_s);
 }
 
 }  // namespace
@@ -37,11 +39,12 @@ void LiveTable::Arrivals::Forget(MonotonicTime now) {
   while (times_.size() > 1 && (now - times_.front() > kRateWindow || times_.size() > kMaxArrivals)) times_.pop_front();
 }
 
-double LiveTable::Arrivals::RateHz(MonotonicTime now) {
-  Forget(now);
-  const double span = std::chrono::duration<double>(times_.back() - times_.front()).count();
-  if (span <= 0 || now - times_.back() > kRateWindow) return 0;
-  return static_cast<double>(times_.size() - 1) / span;
+double LiveTable::Arrivals::RateHz(MonotonicTime now) const {
+  if (now - times_.back() > kRateWindow) return 0;
+  const auto first = std::find_if(times_.begin(), std::prev(times_.end()),
+                                  [&](MonotonicTime time) { return now - time <= kRateWindow; });
+  const double span = std::chrono::duration<double>(times_.back() - *first).count();
+  return span > 0 ? static_cast<double>(std::distance(first, times_.end()) - 1) / span : 0;
 }
 
 void LiveTable::Add(const std::string& channel, const PosesMessage& message, MonotonicTime now) {
@@ -58,26 +61,33 @@ void LiveTable::Add(const std::string& channel, const PosesMessage& message, Mon
 }
 
 std::string LiveTable::Text(MonotonicTime now, int max_lines) {
-  std::erase_if(markers_, [&](const auto& entry) { return now - entry.second.arrivals.last() > kForgetAfter; });
+  markers_.EraseIf([&](const Marker& marker) { return now - marker.arrivals.last() > kForgetAfter; });
   std::string text;
   int lines = 0;
-  for (auto& [name, channel] : channels_) {
-    if (lines++ >= max_lines - 2) break;
-    text += fmt::format("{}: {:.1f} frames/s, {} frames dropped\n", name, channel.arrivals.RateHz(now),
+  channels_.ForEach([&](const std::string& name, const Channel& channel) {
+    if (lines++ >= max_lines - 2) return false;
+    text += fmt::format("{}: {:.1f} frames/s, {} frames dropped\n", Printable(name), channel.arrivals.RateHz(now),
                         channel.frames_dropped);
-  }
-  text += fmt::format("{:>20} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8}\n", "id", "x m", "y m", "z m", "heading", "rate Hz",
-                      "age s");
+    return true;
+  });
+  std::size_t id_width = kLeastIdWidth;
+  markers_.ForEach([&](const Key& key, const Marker&) {
+    id_width = std::max(id_width, std::to_string(key.id).size());
+    return true;
+  });
+  text += fmt::format("{:>{}} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8}\n", "id", id_width, "x m", "y m", "z m", "heading",
+                      "rate Hz", "age s");
   ++lines;
   std::size_t shown = 0;
-  for (auto& [key, marker] : markers_) {
+  markers_.ForEach([&](const Key& key, const Marker& marker) {
     const bool all_fit = lines + static_cast<int>(markers_.size() - shown) <= max_lines;
-    if (!all_fit && lines >= max_lines - 1) break;
+    if (!all_fit && lines >= max_lines - 1) return false;
     const auto age = std::chrono::duration<double>(now - marker.arrivals.last() + marker.age_at_arrival).count();
-    text += Row(key.id, marker.pose, marker.arrivals.RateHz(now), age);
+    text += Row(key.id, id_width, marker.pose, marker.arrivals.RateHz(now), age);
     ++lines;
     ++shown;
-  }
+    return true;
+  });
   if (shown < markers_.size()) text += fmt::format("and {} more\n", markers_.size() - shown);
   return text;
 }

@@ -2,11 +2,11 @@
 
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <string>
 #include <utility>
 
 #include "publish/messages.h"
+#include "tools/recent_map.h"
 
 namespace chequer {
 
@@ -25,7 +25,7 @@ class LiveTable {
   class Arrivals {
    public:
     void Add(MonotonicTime now);
-    double RateHz(MonotonicTime now);
+    double RateHz(MonotonicTime now) const;
     MonotonicTime last() const { return times_.back(); }
 
    private:
@@ -48,8 +48,12 @@ class LiveTable {
     auto operator<=>(const Key&) const = default;
   };
 
-  std::map<std::string, Channel> channels_;
-  std::map<Key, Marker> markers_;
+  // More than anybody has; bounds for what may come from the network.
+  static constexpr std::size_t kMaxChannels = 64;
+  static constexpr std::size_t kMaxMarkers = 4096;
+
+  RecentMap<std::string, Channel> channels_{kMaxChannels};
+  RecentMap<Key, Marker> markers_{kMaxMarkers};
 };
 
 }  // namespace chequer

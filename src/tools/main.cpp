@@ -3,6 +3,8 @@
 #include <exception>
 #include <string>
 
+#include "core/command_line.h"
+#include "core/printable.h"
 #include "tools/application.h"
 #include "tools/commands.h"
 
@@ -15,17 +17,9 @@ std::string Prefix(const CLI::App& app) {
 }
 
 int Fail(const CLI::App& app, const char* message, int status) {
-  std::fprintf(stderr, "%s: %s\n", Prefix(app).c_str(), message);
+  // Messages quote what files, devices and the network say.
+  std::fprintf(stderr, "%s: %s\n", Prefix(app).c_str(), chequer::PrintableLines(message).c_str());
   return status;
-}
-
-/// What to say where the first word is no command, or there is none.
-std::string UnknownCommand(const CLI::App& app) {
-  std::string known;
-  for (const CLI::App* command : app.get_subcommands({}))
-    known.append(known.empty() ? "" : ", ").append(command->get_name());
-  const auto words = app.remaining();
-  return (words.empty() ? "a command is missing" : "'" + words.front() + "' is not a command") + "; known are " + known;
 }
 
 }  // namespace
@@ -42,8 +36,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::RuntimeError& reported) {
     return reported.get_exit_code();
   } catch (const CLI::ParseError& error) {
-    const bool no_command = app.get_subcommands().empty();
-    return Fail(app, no_command ? UnknownCommand(app).c_str() : error.what(), chequer::kExitUsage);
+    return Fail(app, chequer::CommandLineTrouble(app, error).c_str(), chequer::kExitUsage);
   } catch (const std::exception& error) {
     return Fail(app, error.what(), chequer::kExitInput);
   }

@@ -1,13 +1,18 @@
 #include "tools/marker_options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <string_view>
 #include <utility>
+
+#include "core/length.h"
+#include "core/suggestion.h"
+#include "marker/variants.h"
+#include "tools/length_option.h"
 
 namespace chequer {
 namespace {
@@ -15,13 +20,9 @@ namespace {
 /// More ids than any table of one's own; keeps a typing error such as 0-4900000000 from filling the memory.
 constexpr std::uint64_t kMaxRosterSize = 1'000'000;
 
-constexpr std::array kVariants{
-    Variant::kUnconstrained, Variant::kSaturationConstrained, Variant::kColorConstrained, Variant::kSecded,
-    Variant::kGolay,         Variant::kNordstromRobinson,     Variant::kReedMuller,       Variant::kTable};
-
-std::string VariantNames() {
-  std::string names;
-  for (const Variant variant : kVariants) names.append(names.empty() ? "" : ", ").append(VariantName(variant));
+std::vector<std::string> KnownVariants() {
+  std::vector<std::string> names;
+  for (const auto& [name, variant] : kVariants) names.emplace_back(name);
   return names;
 }
 
@@ -42,12 +43,6 @@ std::optional<Number> ParseNumber(std::string_view text) {
   return value;
 }
 
-void CheckSide(const char* option, double side_m, const std::string& typed) {
-  if (!std::isfinite(side_m) || side_m <= 0)
-    throw CLI::ValidationError(option,
-                               "the side " + typed + " is not a length; it must be positive metres, such as 0.12");
-}
-
 MarkerSize ParseSize(const std::string& text) {
   const auto size = ParseMarkerSize(text);
   if (!size)
@@ -57,9 +52,17 @@ MarkerSize ParseSize(const std::string& text) {
   return *size;
 }
 
+/// Metres. A bare number that looks like millimetres is taken as metres, as ever, and remarked upon.
+double ParseSide(const char* option, const std::string& typed) {
+  const double side_m = ParseLengthOption(option, typed);
+  if (const std::string hint = DidYouMeanMillimetres(typed); !hint.empty())
+    fmt::print(stderr, "chequer: warning: {} {} is {}{}\n", option, typed, LengthText(side_m), hint);
+  return side_m;
+}
+
 Variant ParseVariantOption(const char* option, const std::string& name) {
   const auto variant = ParseVariant(name);
-  if (!variant) throw CLI::ValidationError(option, "'" + name + "' is not a variant; known are " + VariantNames());
+  if (!variant) throw CLI::ValidationError(option, UnknownWord("a variant", name, KnownVariants()));
   return *variant;
 }
 
@@ -78,14 +81,14 @@ MarkerCode MakeCode(MarkerSize size, Variant variant, const std::string& table) 
 MarkerFamily ParseFamily(const std::string& text, const MarkerOptions& options) {
   const std::vector<std::string> parts = Split(text, ':');
   if (parts.size() > 3)
-    throw CLI::ValidationError("--marker", "'" + text + "' must be SIZE or SIZE:VARIANT:SIDE, such as 6x6:secded:0.12");
+    throw CLI::ValidationError("--marker",
+                               "'" + text + "' must be SIZE or SIZE:VARIANT:SIDE, such as 6x6:secded:120mm");
   const MarkerSize size = ParseSize(parts[0]);
   const Variant variant =
       parts.size() > 1 ? ParseVariantOption("--marker", parts[1]) : ParseVariantOption("--variant", options.variant);
   MarkerFamily family{.code = MakeCode(size, variant, options.table), .side_m = 0, .roster = {}};
   if (parts.size() > 2) {
-    family.side_m = ParseNumber<double>(parts[2]).value_or(-1);
-    CheckSide("--marker", family.side_m, "'" + parts[2] + "'");
+    family.side_m = ParseSide("--marker", parts[2]);
   } else if (options.side_m) {
     family.side_m = *options.side_m;
   }
@@ -119,7 +122,7 @@ void LimitToRoster(std::vector<MarkerFamily>& families, const std::vector<std::u
 
 }  // namespace
 
-void AddMarkerOptions(CLI::App& command, MarkerOptions& options, bool with_side) {
+void AddMarkerOptions(CLI::App& command, MarkerOptions& options) {
   command
       .add_option("--marker", options.markers,
                   "Size ROWSxCOLS, or SIZE:VARIANT:SIDE in one; repeat it to seek several kinds")
@@ -128,10 +131,14 @@ void AddMarkerOptions(CLI::App& command, MarkerOptions& options, bool with_side)
       ->expected(1)
       ->allow_extra_args(false)
       ->capture_default_str();
-  command.add_option("--variant", options.variant, "How ids are coded: " + VariantNames())->capture_default_str();
-  if (with_side)
-    command.add_option("--side", options.side_m, "Side of the whole board in metres (its longer side), cells included")
-        ->type_name("METRES");
+  command
+      .add_option("--variant", options.variant, fmt::format("How ids are coded: {}", fmt::join(KnownVariants(), ", ")))
+      ->capture_default_str();
+  const auto set_side = [&options](const std::string& typed) { options.side_m = ParseSide("--side", typed); };
+  command
+      .add_option_function<std::string>("--side", set_side,
+                                        "Longer side of the whole board, cells included: 60mm, 6cm or 0.06 (metres)")
+      ->type_name("LENGTH");
   command.add_option("--table", options.table, "File of kernels for the variant table: one a line, digits 0 and 1")
       ->type_name("FILE");
   command.add_option("--ids", options.ids, "Ids in use, such as 0-49,77; all others are not considered")
@@ -139,13 +146,14 @@ void AddMarkerOptions(CLI::App& command, MarkerOptions& options, bool with_side)
 }
 
 std::vector<MarkerFamily> ParseMarkerFamilies(const MarkerOptions& options, bool need_sides) {
-  if (options.side_m) CheckSide("--side", *options.side_m, fmt::format("{}", *options.side_m));
+  if (options.side_m && !(std::isfinite(*options.side_m) && *options.side_m > 0))
+    throw CLI::ValidationError("--side", fmt::format("{} is not a length; it must be above 0", *options.side_m));
   std::vector<MarkerFamily> families;
   for (const std::string& marker : options.markers) families.push_back(ParseFamily(marker, options));
   for (const MarkerFamily& family : families)
     if (need_sides && family.side_m == 0)
-      throw CLI::ValidationError("--side",
-                                 "a side is missing: poses need the side of the board in metres, such as --side 0.12");
+      throw CLI::ValidationError(
+          "--side", "a side is missing: poses need the side of the board, such as --side 0.12 or --side 120mm");
   const bool table_used = std::any_of(families.begin(), families.end(), [](const MarkerFamily& family) {
     return family.code.variant() == Variant::kTable;
   });

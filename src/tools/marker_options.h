@@ -23,8 +23,7 @@ struct MarkerOptions {
 };
 
 /// Adds --marker, --variant, --side, --table and --ids to a command. `options` must outlive the parsing.
-/// @param with_side whether --side is added; a command that takes lengths with units has its own.
-void AddMarkerOptions(CLI::App& command, MarkerOptions& options, bool with_side = true);
+void AddMarkerOptions(CLI::App& command, MarkerOptions& options);
 
 /// The families that the options describe. Throws CLI::ValidationError naming the option, what is wrong and what would
 /// be right; std::runtime_error where the table file cannot be read.

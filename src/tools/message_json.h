@@ -4,14 +4,17 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "core/printable.h"
+
 namespace chequer {
 
 /// In the order in which things are put in: it is read by people too.
 using Json = nlohmann::ordered_json;
 
 inline std::string Dump(const Json& json) {
-  // Names come from other programs, files have names of their own: any bytes; JSON may not hold those.
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  // Names come from other programs, files have names of their own: any bytes; JSON may not hold those, and a terminal
+  // obeys some that it may.
+  return PrintableJson(json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 /// The upper triangle of a symmetric matrix, row by row.

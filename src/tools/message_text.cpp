@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/printable.h"
 #include "tools/marker_json.h"
 #include "tools/message_json.h"
 
@@ -18,7 +19,8 @@ constexpr std::array kPublisherStates{"waiting", "ready", "failing"};
 
 template <typename Enum, typename Names>
 const char* Name(Enum value, const Names& names) {
-  return names.at(static_cast<std::size_t>(value));
+  const auto index = static_cast<std::size_t>(value);
+  return index < names.size() ? names[index] : "unknown";  // of a newer version
 }
 
 Json MarkerJson(const MarkerPose& marker) {
@@ -68,10 +70,11 @@ std::string CsvPose(const MarkerPose& marker) {
 }  // namespace
 
 std::string CsvField(const std::string& text) {
-  // Names come from other programs and may hold what separates fields.
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  // Names come from other programs and may hold what separates fields, and what a terminal obeys.
+  const std::string clean = Printable(text);
+  if (clean.find_first_of(",\"") == std::string::npos) return clean;
   std::string quoted = "\"";
-  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
+  for (const char c : clean) quoted.append(c == '"' ? 2 : 1, c);
   return quoted + "\"";
 }
 
@@ -135,22 +138,22 @@ std::string JsonLine(const std::string& channel, const StatusMessage& message) {
 }
 
 std::string PlainLine(const PosesMessage& message) {
-  std::string text = fmt::format("{} frame {}: {} marker{}", message.camera, message.sequence, message.markers.size(),
-                                 message.markers.size() == 1 ? "" : "s");
+  std::string text = fmt::format("{} frame {}: {} marker{}", Printable(message.camera), message.sequence,
+                                 message.markers.size(), message.markers.size() == 1 ? "" : "s");
   for (const MarkerPose& marker : message.markers) text.append("  ").append(MarkerText(marker));
   return text;
 }
 
 std::string PlainLine(const StatusMessage& message) {
   std::string text = fmt::format("{} status: camera {}, {:.1f} frames/s, {:.1f} markers a frame, {} frames dropped",
-                                 message.camera, Name(message.camera_state, kCameraStates), message.publish_rate_hz,
-                                 message.markers_mean, message.frames_dropped);
+                                 Printable(message.camera), Name(message.camera_state, kCameraStates),
+                                 message.publish_rate_hz, message.markers_mean, message.frames_dropped);
   for (const StageLatency& stage : message.stages)
     if (stage.stage == "total" && stage.frames > 0)
       text += fmt::format(", latency {:.1f} ms (worst {:.1f})", static_cast<double>(stage.median.count()) / 1000,
                           static_cast<double>(stage.worst.count()) / 1000);
   for (const std::string& trouble : {message.camera_message, message.publisher.message})
-    if (!trouble.empty()) text.append("; ").append(trouble);
+    if (!trouble.empty()) text.append("; ").append(Printable(trouble));
   return text;
 }
 

@@ -12,6 +12,8 @@
 
 #include "chequer/camera_file.h"
 #include "core/file.h"
+#include "core/length.h"
+#include "core/suggestion.h"
 #include "print/draw.h"
 #include "tools/commands.h"
 #include "tools/length_option.h"
@@ -55,7 +57,7 @@ SheetFormat FormatOf(const std::filesystem::path& out) {
 
 PrintInks PlanInks(const PrintRequest& request) {
   auto inks = NamedPrintInks(request.inks);
-  if (!inks) throw CLI::ValidationError("--inks", "'" + request.inks + "' is not known; known are " + PrintInkNames());
+  if (!inks) throw CLI::ValidationError("--inks", UnknownWord("known", request.inks, WordsOf(PrintInkNames())));
   const auto replace = [](const char* option, const std::string& text, PrintColour& colour) {
     if (text.empty()) return;
     const auto parsed = ParseColour(text);
@@ -71,22 +73,23 @@ PrintInks PlanInks(const PrintRequest& request) {
 
 SheetOptions PlanSheet(const PrintRequest& request) {
   SheetOptions sheet;
-  const double side_m = ParseLength("--side", request.side);
+  const double side_m = ParseLengthOption("--side", request.side);
   const MarkerOptions markers{{request.marker}, request.variant, side_m, request.table, request.ids};
   sheet.code = ParseMarkerFamilies(markers, true).front().code;
   sheet.ids = ParseRoster(request.ids);
   sheet.side_m = side_m;
   const auto paper = ParsePaper(request.paper);
-  if (!paper) throw CLI::ValidationError("--paper", "'" + request.paper + "' is not known; known are " + PaperNames());
+  if (!paper) throw CLI::ValidationError("--paper", UnknownWord("known", request.paper, WordsOf(PaperNames())));
   sheet.paper = *paper;
   if (request.landscape) std::swap(sheet.paper.width_m, sheet.paper.height_m);
-  sheet.border_m = ParseLength("--border", request.border);
-  sheet.gap_m = ParseLength("--gap", request.gap);
+  sheet.border_m = ParseLengthOption("--border", request.border);
+  sheet.gap_m = ParseLengthOption("--gap", request.gap);
   sheet.margin_cells = request.margin_cells;
   sheet.inks = PlanInks(request);
   if (!(request.dots_per_inch >= 30 && request.dots_per_inch <= 4800))
     throw CLI::ValidationError("--dpi", fmt::format("{} is outside 30 to 4800", request.dots_per_inch));
-  if (const std::string wrong = sheet.Check(); !wrong.empty()) throw CLI::ValidationError(wrong);
+  if (const std::string wrong = sheet.Check(); !wrong.empty())
+    throw CLI::ValidationError(wrong + DidYouMeanMillimetres(request.side));
   return sheet;
 }
 
@@ -136,7 +139,7 @@ void RunPrint(const PrintRequest& request) {
   fmt::print("{} marker{} of {:g} mm on {} page{}, {} x {} a page: {}\n", sheet.ids.size(),
              sheet.ids.size() == 1 ? "" : "s", sheet.side_m * 1000, layout.pages.size(),
              layout.pages.size() == 1 ? "" : "s", layout.columns, layout.rows, request.out);
-  if (focal_px) WarnOfSmallCells(sheet, *focal_px, ParseLength("--distance", request.distance));
+  if (focal_px) WarnOfSmallCells(sheet, *focal_px, ParseLengthOption("--distance", request.distance));
 }
 
 void AddOptions(CLI::App& command, PrintRequest& request) {

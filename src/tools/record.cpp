@@ -12,8 +12,9 @@
 #include "chequer/camera_file.h"
 #include "core/clock.h"
 #include "core/file.h"
-#include "tools/above_zero.h"
+#include "core/suggestion.h"
 #include "tools/commands.h"
+#include "tools/number_check.h"
 #include "tools/record_limit.h"
 #include "tools/source_options.h"
 #include "tools/undistort.h"
@@ -37,7 +38,8 @@ FrameFileKind KindNamed(const std::string& name) {
   if (name == "raw") return FrameFileKind::kRaw;
   if (name == "png") return FrameFileKind::kPng;
   if (name == "jpeg") return FrameFileKind::kJpeg;
-  throw CLI::ValidationError("--files", name + ": must be raw, png or jpeg");
+  throw CLI::ValidationError("--files",
+                             name + ": must be raw, png or jpeg" + DidYouMean(name, WordsOf("raw, png, jpeg")));
 }
 
 /// Whether someone wants it to end. The signals are blocked, so that what is being written is finished first.
@@ -197,7 +199,7 @@ void AddRecordCommand(CLI::App& app) {
   // Shared, as the callback outlives this function and std::function copies what it holds.
   const auto request = std::make_shared<RecordRequest>();
   command->add_option("--out", request->out, "Folder of the new recording")->type_name("DIR")->required();
-  command->add_option("--frames", request->frames, "End after so many")->check(IsAboveZero);
+  command->add_option("--frames", request->frames, "End after so many")->check(IsAboveZero)->check(IsWhole());
   command->add_option("--seconds", request->seconds, "End when they span so many")->check(IsAboveZero);
   command->add_option("--bytes", request->bytes, "End when their files have so many, such as 500M or 20G")
       ->type_name("N");

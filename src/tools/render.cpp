@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "capture/recording_writer.h"
 #include "chequer/camera_file.h"
@@ -11,18 +12,12 @@
 #include "simulate/truth.h"
 #include "tools/commands.h"
 #include "tools/marker_options.h"
+#include "tools/render_recording.h"
 #include "tools/render_request.h"
+#include "tools/render_scenario.h"
 
 namespace chequer {
 namespace {
-
-constexpr const char* kCameraFile = "camera.toml";
-constexpr const char* kTruthFile = "truth.jsonl";
-
-/// 2024-01-01T00:00:00Z: the same frames are to have the same times whenever they are rendered.
-constexpr UtcTime kFirstUtc{std::chrono::seconds(1704067200)};
-/// Not 0, which reads like a time that was forgotten.
-constexpr MonotonicTime kFirstMonotonic{std::chrono::seconds(1)};
 
 /// What was written, for the summary.
 struct Written {
@@ -30,24 +25,10 @@ struct Written {
   int markers_cut_off = 0;  ///< over all frames
 };
 
-RecordingInfo InfoOf(const RenderJob& job) {
-  RecordingInfo info;
-  info.camera = "simulated";
-  info.width = job.options.camera.width;
-  info.height = job.options.camera.height;
-  info.pixel_format = job.options.format;
-  info.tone_curve = job.options.tone_curve;
-  info.yuv_range = job.options.yuv_range;
-  info.fps = job.fps;
-  info.calibration = kCameraFile;
-  info.truth = kTruthFile;
-  return info;
-}
-
 Written WriteRecording(const RenderJob& job, const std::filesystem::path& folder) {
   const Renderer renderer(job.options, job.background);
-  RecordingWriter writer(folder, InfoOf(job), job.files);
-  WriteCamera(folder / kCameraFile, job.options.camera);
+  RecordingWriter writer(folder, RenderedInfo(job.options, job.fps), job.files);
+  WriteCamera(folder / kRenderedCamera, job.options.camera);
   Written written;
   for (int i = 0; i < job.frames; ++i) {
     const auto markers = job.markers_at(job.TimeOf(i));
@@ -55,13 +36,13 @@ Written WriteRecording(const RenderJob& job, const std::filesystem::path& folder
     const Image image = renderer.Render(markers, DeriveSeed(job.seed, number));
     const auto since_first = std::chrono::round<std::chrono::microseconds>(job.TimeOf(i));
     FrameTruth truth;
-    truth.file = writer.Add(image.view(), kFirstUtc + since_first, kFirstMonotonic + since_first, number);
+    truth.file = writer.Add(image.view(), kRenderedUtc + since_first, kRenderedMonotonic + since_first, number);
     truth.markers = TruthOf(markers, job.options.camera);
     written.markers_cut_off += static_cast<int>(markers.size() - truth.markers.size());
     written.truth.push_back(std::move(truth));
   }
   writer.Finish();
-  WriteTruth(folder / kTruthFile, written.truth);
+  WriteTruth(folder / kRenderedTruth, written.truth);
   return written;
 }
 
@@ -89,7 +70,33 @@ void RunRender(const RenderRequest& request) {
   PrintSummary(job, WriteRecording(job, request.out), request.out);
 }
 
+/// A scenario says it all itself, but for the seed that makes others of its kind.
+void RunScenario(const CLI::App& command, const RenderRequest& request) {
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string name = option->get_name();
+    const bool goes_with_it = name == "--scenario" || name == "--out" || name == "--seed";
+    if (option->count() > 0 && !goes_with_it)
+      throw CLI::ValidationError(name, "does not go with --scenario; say it in " + request.scenario);
+  }
+  const bool seeded = command.get_option("--seed")->count() > 0;
+  RenderScenario(request.scenario, seeded ? std::optional(request.seed) : std::nullopt, request.out);
+}
+
 }  // namespace
+
+RecordingInfo RenderedInfo(const RenderOptions& options, double fps) {
+  RecordingInfo info;
+  info.camera = "simulated";
+  info.width = options.camera.width;
+  info.height = options.camera.height;
+  info.pixel_format = options.format;
+  info.tone_curve = options.tone_curve;
+  info.yuv_range = options.yuv_range;
+  info.fps = fps;
+  info.calibration = kRenderedCamera;
+  info.truth = kRenderedTruth;
+  return info;
+}
 
 void AddRenderCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("render", "Renders markers as a camera would see them, with the truth");
@@ -100,8 +107,17 @@ void AddRenderCommand(CLI::App& app) {
       "Writes a recording: a file a frame, recording.toml, camera.toml and truth.jsonl.\n\n"
       "Will a 40 mm marker be read from 3 m with a 12 mm lens on pixels of 3.45 um?\n"
       "  chequer render --marker 6x6:secded:0.04 --swarm 20 --distance 3 --lens 12 --pixel-pitch 3.45 --out plan\n"
-      "  chequer detect --marker 6x6:secded:0.04 --calibration plan/camera.toml plan/*.png");
-  command->callback([request] { RunRender(*request); });
+      "  chequer detect --marker 6x6:secded:0.04 --calibration plan/camera.toml plan/*.png\n"
+      "A stream in which much happens, and how it fared:\n"
+      "  chequer render --scenario /usr/share/doc/chequer/examples/scenarios/reference.toml --out stream\n"
+      "  chequer detect --marker 6x6:secded:0.1 --calibration stream/camera.toml --json stream > stream.jsonl\n"
+      "  chequer evaluate --phases stream.jsonl --truth stream");
+  command->callback([request, command] {
+    if (request->scenario.empty())
+      RunRender(*request);
+    else
+      RunScenario(*command, *request);
+  });
 }
 
 }  // namespace chequer

@@ -1,3 +1,5 @@
+#include "tools/length_option.h"
+#include "tools/number_check.h"
 #include "tools/render_request.h"
 
 namespace chequer {
@@ -15,10 +17,11 @@ void AddCameraOptions(CLI::App& command, RenderRequest& request) {
   command.add_option("--focal", request.focal_px, "Focal length in pixels [0.75 of the width]")
       ->type_name("PX")
       ->group(group);
-  command.add_option("--lens", request.lens_mm, "Focal length in mm; needs --pixel-pitch")
-      ->type_name("MM")
+  AddLengthOption(command, "--lens", request.lens_mm, "Focal length, such as 12mm or 12 (mm); needs --pixel-pitch",
+                  1e-3)
       ->group(group);
-  command.add_option("--pixel-pitch", request.pixel_pitch_um, "Of the sensor, in um")->type_name("UM")->group(group);
+  AddLengthOption(command, "--pixel-pitch", request.pixel_pitch_um, "Of the sensor, such as 3.45um or 3.45 (um)", 1e-6)
+      ->group(group);
 }
 
 void AddSceneOptions(CLI::App& command, RenderRequest& request) {
@@ -26,26 +29,28 @@ void AddSceneOptions(CLI::App& command, RenderRequest& request) {
   command.add_option("--swarm", request.swarm, "So many markers that move, at random places under a camera above them")
       ->type_name("N")
       ->group(group);
-  command.add_option("--distance", request.distance_m, "From the camera, metres")
-      ->type_name("M")
-      ->capture_default_str()
-      ->group(group);
+  AddLengthOption(command, "--distance", request.distance_m, "From the camera")->default_str("3m")->group(group);
   command
-      .add_option("--position", request.position_m, "Of one marker, instead of --distance: metres right, down, away")
+      .add_option("--position", request.position,
+                  "Of one marker, instead of --distance: right, down, away, as 0.5,-20cm,3")
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)
       ->group(group);
   command.add_option("--heading", request.heading_deg, "Of one marker, degrees, clockwise")
+      ->check(IsWithin(-360, 360))
       ->type_name("DEG")
       ->group(group);
-  command.add_option("--tilt", request.tilt_deg, "Of one marker; of a swarm, the largest [5]")
+  command.add_option("--tilt", request.tilt_deg, "Of one marker, to 89; of a swarm the largest, to 68 [5]")
+      ->check(IsWithin(-89, 89))
       ->type_name("DEG")
       ->group(group);
   command.add_option("--tilt-axis", request.tilt_axis_deg, "About which one marker is tilted; 0 is the frame's x axis")
+      ->check(IsWithin(-360, 360))
       ->type_name("DEG")
       ->group(group);
   command.add_option("--speed", request.max_speed_m_s, "Largest speed in a swarm, m/s")
+      ->check(IsWithin(0, 1000))
       ->capture_default_str()
       ->group(group);
   command.add_option("--frames", request.frames, "How many")->capture_default_str()->group(group);
@@ -53,36 +58,42 @@ void AddSceneOptions(CLI::App& command, RenderRequest& request) {
   command.add_option("--peer", request.peer, "Draw tag36h11 or aruco4x4 instead; --side is of the black square")
       ->group(group);
   command.add_option("--ink", request.ink, "Of the print: " + InkNames())->capture_default_str()->group(group);
-  command.add_option("--margin", request.margin_cells, "White margin round each board, in cells")->group(group);
+  command.add_option("--margin", request.margin_cells, "White margin round each board, in cells")
+      ->check(IsWithin(0, 20))
+      ->group(group);
   command.add_option("--ink-spread", request.ink_spread_cells, "By which dark cells grow on each side, in cells")
+      ->check(IsWithin(0, 0.4))
       ->group(group);
   command.add_option("--background", request.background, "An image file, or one of " + BackgroundNames())
       ->capture_default_str()
       ->group(group);
-  command.add_option("--seed", request.seed, "Of everything random")->capture_default_str()->group(group);
+  command.add_option("--seed", request.seed, "Of everything random")
+      ->check(IsWhole())
+      ->capture_default_str()
+      ->group(group);
 }
 
 void AddOpticsOptions(CLI::App& command, RenderRequest& request) {
   const char* group = "Lens, light and sensor";
   RenderOptions& camera = request.camera;
-  const auto number = [&](const char* name, auto& value, const char* text) {
-    command.add_option(name, value, text)->capture_default_str()->group(group);
+  const auto number = [&](const char* name, auto& value, double min, double max, const char* text) {
+    command.add_option(name, value, text)->check(IsWithin(min, max))->capture_default_str()->group(group);
   };
-  number("--blur", camera.blur_sigma_px, "Of the lens: Gaussian sigma, pixels");
-  number("--motion", camera.motion_px, "During the exposure, pixels");
-  number("--motion-angle", request.motion_angle_deg, "Its direction: 0 right, 90 down");
-  number("--exposure", camera.sensor.exposure, "1 puts white paper at 85 % of full scale");
-  number("--gradient", camera.lighting.gradient, "Part of the light that is lost from side to side, 0..1");
-  number("--gradient-angle", request.gradient_angle_deg, "Where it gets darker: 0 right, 90 down");
-  number("--vignetting", camera.lighting.vignetting, "Part of the light that is lost in the corners, 0..1");
-  number("--haze", camera.lighting.haze, "Part of the light that is veil, 0..0.95");
+  number("--blur", camera.blur_sigma_px, 0, 20, "Of the lens: Gaussian sigma, pixels");
+  number("--motion", camera.motion_px, 0, 200, "During the exposure, pixels");
+  number("--motion-angle", request.motion_angle_deg, -360, 360, "Its direction: 0 right, 90 down");
+  number("--exposure", camera.sensor.exposure, 1e-6, 1000, "1 puts white paper at 85 % of full scale");
+  number("--gradient", camera.lighting.gradient, 0, 1, "Part of the light that is lost from side to side, 0..1");
+  number("--gradient-angle", request.gradient_angle_deg, -360, 360, "Where it gets darker: 0 right, 90 down");
+  number("--vignetting", camera.lighting.vignetting, 0, 1, "Part of the light that is lost in the corners, 0..1");
+  number("--haze", camera.lighting.haze, 0, 0.95, "Part of the light that is veil, 0..0.95");
   command.add_option("--white-balance", request.white_balance, "Wrong factors of red, green and blue")
       ->type_name("R,G,B")
       ->delimiter(',')
       ->expected(3)
       ->group(group);
-  number("--full-well", camera.sensor.full_well_electrons, "Electrons at full scale: fewer make more noise");
-  number("--read-noise", camera.sensor.read_noise_electrons, "Electrons");
+  number("--full-well", camera.sensor.full_well_electrons, 1, 1e9, "Electrons at full scale: fewer make more noise");
+  number("--read-noise", camera.sensor.read_noise_electrons, 0, 1e6, "Electrons");
   command.add_option("--gamma", request.gamma, "Curve of the values instead of sRGB; 1 is linear")->group(group);
   command.add_option("--pixel-format", request.pixel_format, "Of the frames: " + PixelFormatNames())
       ->capture_default_str()
@@ -95,6 +106,9 @@ void AddOpticsOptions(CLI::App& command, RenderRequest& request) {
 }  // namespace
 
 void AddRenderOptions(CLI::App& command, RenderRequest& request) {
+  command
+      .add_option("--scenario", request.scenario, "A stream (TOML) in phases; all but --seed and --out is said there")
+      ->type_name("FILE");
   AddMarkerOptions(command, request.markers);
   AddCameraOptions(command, request);
   AddSceneOptions(command, request);

@@ -1,5 +1,7 @@
 #include "tools/render_request.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -10,10 +12,15 @@
 #include <utility>
 
 #include "chequer/camera_file.h"
+#include "core/length.h"
+#include "core/suggestion.h"
 #include "simulate/layouts.h"
 
 namespace chequer {
 namespace {
+
+/// Markers that lean more can hide behind their neighbours; SwarmOptions has the same limit in radians.
+constexpr double kMostSwarmTiltDeg = 68;
 
 double Radians(double degrees) { return degrees * M_PI / 180; }
 
@@ -68,7 +75,8 @@ Background PlanBackground(const std::string& text, std::uint64_t seed) {
     return background;
   }
   if (!std::filesystem::exists(text))
-    Refuse("--background", "'" + text + "' is neither a file nor one of " + BackgroundNames());
+    Refuse("--background", "'" + text + "' is neither a file nor one of " + BackgroundNames() +
+                               DidYouMean(text, WordsOf(BackgroundNames())));
   background.kind = BackgroundKind::kImage;
   background.file = text;
   return background;
@@ -103,7 +111,8 @@ std::vector<Print> CheckerboardPrints(const RenderRequest& request, int count) {
 
 std::vector<Print> PeerPrints(const RenderRequest& request, int count) {
   if (request.peer != "tag36h11" && request.peer != "aruco4x4")
-    Refuse("--peer", "'" + request.peer + "' must be tag36h11 or aruco4x4");
+    Refuse("--peer", "'" + request.peer + "' must be tag36h11 or aruco4x4" +
+                         DidYouMean(request.peer, WordsOf("tag36h11, aruco4x4")));
   if (!request.markers.side_m || !(*request.markers.side_m > 0))
     Refuse("--side", "is missing: --peer needs the side of the black square in metres, such as --side 0.12");
   std::vector<std::uint64_t> ids;
@@ -123,8 +132,19 @@ std::vector<Print> PeerPrints(const RenderRequest& request, int count) {
 
 InkSet PlanInks(const RenderRequest& request) {
   const auto inks = NamedInks(request.ink);
-  if (!inks) Refuse("--ink", "'" + request.ink + "' is not known; known are " + InkNames());
+  if (!inks) Refuse("--ink", UnknownWord("known", request.ink, WordsOf(InkNames())));
   return *inks;
+}
+
+Eigen::Vector3d ParsePosition(const std::vector<std::string>& typed) {
+  Eigen::Vector3d position;
+  for (int i = 0; i < 3; ++i) {
+    const std::string& text = typed[static_cast<std::size_t>(i)];
+    const auto metres = ParseLength(text);
+    if (!metres) Refuse("--position", "'" + text + "' is not a length; write it as " + std::string(kLengthForms));
+    position[i] = *metres;
+  }
+  return position;
 }
 
 /// One marker that stands still.
@@ -136,8 +156,7 @@ RenderJob PlanOne(const RenderRequest& request, RenderJob job, Print print) {
   marker.margin_cells = request.margin_cells;
   marker.ink_spread_cells = request.ink_spread_cells;
   const Eigen::Vector3d position =
-      request.position_m.empty() ? Eigen::Vector3d(0, 0, request.distance_m)
-                                 : Eigen::Vector3d(request.position_m[0], request.position_m[1], request.position_m[2]);
+      request.position.empty() ? Eigen::Vector3d(0, 0, request.distance_m) : ParsePosition(request.position);
   marker.camera_from_marker =
       FacingPose(position, Radians(request.heading_deg), Radians(request.tilt_deg), Radians(request.tilt_axis_deg));
   if (!IsDrawable(marker, job.options.camera))
@@ -147,7 +166,7 @@ RenderJob PlanOne(const RenderRequest& request, RenderJob job, Print print) {
 }
 
 RenderJob PlanSwarm(const RenderRequest& request, RenderJob job, std::vector<Print> prints) {
-  if (!request.position_m.empty()) Refuse("--position", "is for one marker; a swarm has --distance");
+  if (!request.position.empty()) Refuse("--position", "is for one marker; a swarm has --distance");
   SwarmOptions options;
   options.camera = job.options.camera;
   for (Print& print : prints) {
@@ -180,7 +199,7 @@ RenderOptions PlanOptions(const RenderRequest& request) {
     options.tone_curve = ToneCurve::Gamma(*request.gamma);
   }
   const auto format = ParsePixelFormat(request.pixel_format);
-  if (!format) Refuse("--pixel-format", "'" + request.pixel_format + "' is not known; known are " + PixelFormatNames());
+  if (!format) Refuse("--pixel-format", UnknownWord("known", request.pixel_format, WordsOf(PixelFormatNames())));
   options.format = *format;
   if (std::string wrong = options.Check(); !wrong.empty()) throw CLI::ValidationError(wrong);
   return options;
@@ -207,6 +226,9 @@ RenderJob PlanRender(const RenderRequest& request) {
   if (request.frames < 1) Refuse("--frames", "must be at least 1");
   if (!(request.fps > 0 && request.fps <= 10000)) Refuse("--fps", "must be above 0, at most 10000");
   if (!(request.distance_m > 0)) Refuse("--distance", "must be above 0");
+  if (request.swarm > 0 && !(request.tilt_deg >= 0 && request.tilt_deg <= kMostSwarmTiltDeg))
+    Refuse("--tilt",
+           fmt::format("{:g} must be a number from 0 to {:g} in a swarm", request.tilt_deg, kMostSwarmTiltDeg));
   if (request.swarm < 0) Refuse("--swarm", "must be at least 0");
   RenderJob job;
   job.options = PlanOptions(request);

@@ -16,6 +16,8 @@ namespace chequer {
 
 /// What `chequer render` is asked for, as typed.
 struct RenderRequest {
+  std::string scenario;  ///< file of a stream, instead of all but seed and folder
+
   // The camera.
   std::string camera_file;
   std::string size = "1920x1080";
@@ -25,8 +27,8 @@ struct RenderRequest {
 
   // What stands before it.
   MarkerOptions markers;
-  std::string peer;  ///< "tag36h11" or "aruco4x4" instead of colour checkerboards
-  std::vector<double> position_m;
+  std::string peer;                   ///< "tag36h11" or "aruco4x4" instead of colour checkerboards
+  std::vector<std::string> position;  ///< lengths: right, down, away
   double distance_m = 3;
   double heading_deg = 0;
   double tilt_deg = 0;

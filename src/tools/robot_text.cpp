@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/printable.h"
 #include "tools/message_json.h"
 #include "tools/message_text.h"
 
@@ -97,7 +98,7 @@ std::string CsvFloor(const std::optional<FloorPose>& floor) {
 }
 
 /// Who a track is for people: its name, else its id.
-std::string NameOf(const TrackKey& key) { return key.robot.empty() ? std::to_string(key.id) : key.robot; }
+std::string NameOf(const TrackKey& key) { return key.robot.empty() ? std::to_string(key.id) : Printable(key.robot); }
 
 }  // namespace
 
@@ -118,24 +119,24 @@ std::string JsonLine(const std::string& channel, const TracksMessage& message) {
 }
 
 std::string PlainLine(const RobotsMessage& message) {
-  std::string text = fmt::format("{} frame {}: {} robot{}", message.header.camera, message.header.sequence,
+  std::string text = fmt::format("{} frame {}: {} robot{}", Printable(message.header.camera), message.header.sequence,
                                  message.robots.size(), message.robots.size() == 1 ? "" : "s");
   for (const RobotPose& robot : message.robots) {
     const Eigen::Vector3d& t = robot.frame_from_body.translation;
     const bool on_floor = robot.floor && !robot.floor->off_floor;
     const double heading = on_floor ? robot.floor->heading_rad : HeadingRad(robot.frame_from_body.rotation);
     if (on_floor)
-      text += fmt::format("  {} ({:.4f}, {:.4f}) m {:.2f} deg", robot.name, robot.floor->position.x(),
+      text += fmt::format("  {} ({:.4f}, {:.4f}) m {:.2f} deg", Printable(robot.name), robot.floor->position.x(),
                           robot.floor->position.y(), heading * kDegreesPerRadian);
     else
-      text += fmt::format("  {} ({:.4f}, {:.4f}, {:.4f}) m {:.2f} deg{}", robot.name, t.x(), t.y(), t.z(),
+      text += fmt::format("  {} ({:.4f}, {:.4f}, {:.4f}) m {:.2f} deg{}", Printable(robot.name), t.x(), t.y(), t.z(),
                           heading * kDegreesPerRadian, robot.floor ? " off the floor" : "");
   }
   return text;
 }
 
 std::string PlainLine(const TracksMessage& message) {
-  std::string text = fmt::format("{} frame {}: {} track{}", message.header.camera, message.header.sequence,
+  std::string text = fmt::format("{} frame {}: {} track{}", Printable(message.header.camera), message.header.sequence,
                                  message.tracks.size(), message.tracks.size() == 1 ? "" : "s");
   for (const TrackState& track : message.tracks) {
     const Eigen::Vector3d& t = track.frame_from_body.translation;

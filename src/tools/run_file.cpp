@@ -4,12 +4,13 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <variant>
 
+#include "core/file.h"
 #include "publish/lcm_log.h"
 #include "tools/convert_log.h"
 
@@ -44,16 +45,31 @@ SeenMarker ReadMarker(const nlohmann::json& found) {
   return marker;
 }
 
+/// Far more than a frame with all markers that fit into it takes.
+constexpr std::size_t kLongestLine = 16u << 20;
+
+/// The next line without its end; false at the end of the file. Throws where it is no text that ends.
+bool NextLine(std::istream& file, std::string& line) {
+  line.clear();
+  std::streambuf& bytes = *file.rdbuf();
+  for (int c = bytes.sbumpc(); c != std::char_traits<char>::eof(); c = bytes.sbumpc()) {
+    if (c == '\n') return true;
+    if (line.size() == kLongestLine) throw std::runtime_error("is no text: the line has no end");
+    line.push_back(static_cast<char>(c));
+  }
+  return !line.empty();
+}
+
 std::vector<SeenFrame> ReadJsonLines(const std::filesystem::path& path, const std::string& channel) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(path.string() + " cannot be read");
+  std::istringstream file(ReadFile(path, kMaxTextBytes));
   std::vector<SeenFrame> frames;
   std::set<std::string> channels;
   int number = 0;
-  for (std::string line; std::getline(file, line);) {
+  for (std::string line;;) {
     ++number;
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     try {
+      if (!NextLine(file, line)) break;
+      if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
       const nlohmann::json frame = nlohmann::json::parse(line);
       if (!frame.is_object()) throw std::runtime_error("is not an object");
       if (frame.value("type", "poses") != "poses") continue;
@@ -68,7 +84,6 @@ std::vector<SeenFrame> ReadJsonLines(const std::filesystem::path& path, const st
                                            path.string(), number, error.what()));
     }
   }
-  if (file.bad()) throw std::runtime_error(path.string() + " cannot be read to its end");
   if (channels.size() > 1)
     throw std::runtime_error(fmt::format("{} holds the poses of several cameras; choose one with --channel: {}",
                                          path.string(), fmt::join(channels, ", ")));
@@ -100,6 +115,9 @@ std::vector<SeenFrame> ReadLog(const std::filesystem::path& path, const std::str
 }  // namespace
 
 Run ReadRun(const std::filesystem::path& path, const std::string& channel) {
+  if (std::filesystem::is_directory(path))
+    throw std::runtime_error(
+        path.string() + " is a folder, not a run; of frames, `chequer detect --json FOLDER > run.jsonl` makes a run");
   Run run{path.stem().string(), IsLcmLog(path) ? ReadLog(path, channel) : ReadJsonLines(path, channel)};
   if (run.frames.empty())
     throw std::runtime_error(path.string() + " holds no frames" +

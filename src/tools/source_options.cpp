@@ -9,7 +9,9 @@
 
 #include "chequer/camera_file.h"
 #include "core/number_text.h"
+#include "core/suggestion.h"
 #include "core/toml_reader.h"
+#include "publish/channels.h"
 
 namespace chequer {
 namespace {
@@ -120,7 +122,8 @@ ChosenSource ChooseSource(const SourceRequest& request) {
                                "and --set");
   if (!request.source.empty() && request.source != "v4l2" && request.source != "aravis")
     throw CLI::ValidationError(
-        "--source", "'" + request.source + "' must be v4l2 or aravis; other sources need a configuration (--config)");
+        "--source", "'" + request.source + "' must be v4l2 or aravis; other sources need a configuration (--config)" +
+                        DidYouMean(request.source, WordsOf("v4l2, aravis")));
   ChosenSource chosen;
   if (request.config.empty()) {
     TomlFile file = TomlFile::Parse(CaptureText(request), "");
@@ -131,6 +134,7 @@ ChosenSource ChooseSource(const SourceRequest& request) {
     TomlFile file = TomlFile::Load(request.config);
     const std::filesystem::path base = std::filesystem::path(request.config).parent_path();
     TomlTable camera = file.root().Table("camera");
+    chosen.camera = CameraNameOf(request.config);
     camera.Read("name", chosen.camera);
     std::string calibration;
     if (camera.Read("calibration", calibration)) chosen.calibration = base / calibration;

@@ -3,11 +3,14 @@
 #include <memory>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "core/clock.h"
+#include "core/suggestion.h"
 #include "publish/lcm_subscriber.h"
 #include "tools/commands.h"
 #include "tools/message_text.h"
+#include "tools/number_check.h"
 #include "tools/status_board.h"
 
 namespace chequer {
@@ -28,9 +31,20 @@ void PrintBoard(const StatusBoard& board, bool json, MonotonicTime now) {
   if (!json) {
     std::fputs(board.Text(now).c_str(), stdout);
   } else {
-    for (const auto& [channel, entry] : board.entries()) std::printf("%s\n", JsonLine(channel, entry.status).c_str());
+    for (const StatusBoard::Row& row : board.Rows(now))
+      std::printf("%s\n", JsonLine(row.key.channel, row.entry.status).c_str());
   }
   if (std::fflush(stdout) != 0) throw std::runtime_error("standard output cannot be written");
+}
+
+/// What was heard instead, and which of it was probably meant.
+std::string OthersText(const std::string& name, const std::vector<std::string>& others) {
+  if (name.empty()) return "; is chequerd running, and is there a multicast route? chequerd(8) tells how to look";
+  if (others.empty()) return ", nor any other";
+  std::string heard;
+  for (const std::string& other : others) heard += (heard.empty() ? "" : ", ") + other;
+  const std::string nearest = DidYouMean(name, others);
+  return nearest.empty() ? "; heard were " + heard : nearest + " Heard were " + heard;
 }
 
 void ShowStatus(const StatusRequest& request) {
@@ -46,9 +60,9 @@ void ShowStatus(const StatusRequest& request) {
     if (left.count() <= 0 || subscriber.Wait(left) == LcmSubscriber::Outcome::kClosed) break;
   }
   if (board.IsEmpty()) {
-    std::fprintf(stderr, "chequer status: %s was heard at %s within %g s\n",
+    std::fprintf(stderr, "chequer status: %s was heard at %s within %g s%s\n",
                  request.name.empty() ? "no camera" : ("no camera named " + request.name).c_str(), request.url.c_str(),
-                 request.seconds);
+                 request.seconds, OthersText(request.name, board.OthersHeard()).c_str());
     throw CLI::RuntimeError(kExitNotHeard);
   }
   const MonotonicTime now = clock.monotonic();
@@ -68,16 +82,15 @@ void AddStatusCommand(CLI::App& app) {
       ->type_name("URL")
       ->capture_default_str();
   command->add_option("--seconds", request->seconds, "Listen for so long; each service tells of itself once a second")
-      ->check(CLI::Range(0.01, 86400.0))
+      ->check(IsWithin(0.01, 86400))
       ->capture_default_str();
   command->add_flag("--json", request->json, "One JSON object a line and camera instead of a table");
   command->footer(
       "Every camera that is heard on the network: its state, frames published a second, markers a frame, latency from\n"
       "capture to publishing (median and 99th percentile), frames dropped since it started, version, and the time\n"
       "since it was heard; then what is wrong with it, and warnings about the quality of what it sees.\n\n"
-      "Exit status: 0 where all do what they are for, 3 where one does not, 4 where none was heard, 1 where LCM "
-      "cannot\n"
-      "be opened.\n\n"
+      "Exit status: 0 where all do what they are for, 3 where one does not or several publish as one camera, 4 where\n"
+      "none was heard, 1 where LCM cannot be opened.\n\n"
       "In a script:\n"
       "  chequer status north >/dev/null || echo 'look after the camera north'");
   command->callback([request] { ShowStatus(*request); });

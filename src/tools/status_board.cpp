@@ -3,7 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <map>
+#include <string_view>
+#include <utility>
 #include <vector>
+
+#include "core/printable.h"
+#include "publish/instance.h"
 
 namespace chequer {
 namespace {
@@ -13,6 +20,8 @@ using std::chrono::seconds;
 
 /// The daemon sends one a second; a third one missed is no accident.
 constexpr seconds kStale{3};
+/// Cameras of other names that are remembered, to be named where the wanted one is not heard.
+constexpr std::size_t kMostOthers = 100;
 
 std::string State(CameraState state) {
   switch (state) {
@@ -20,7 +29,7 @@ std::string State(CameraState state) {
     case CameraState::kRunning: return "running";
     case CameraState::kEnded: return "ended";
   }
-  return "?";
+  return "unknown";  // of a newer version
 }
 
 double Milliseconds(microseconds time) { return static_cast<double>(time.count()) / 1000; }
@@ -32,23 +41,47 @@ std::string Latency(const StatusMessage& status) {
   return fmt::format("{:.1f} ({:.1f})", Milliseconds(total->median), Milliseconds(total->p99));
 }
 
-/// Names come from other programs: no control characters reach the terminal.
-std::string Printable(std::string text) {
-  for (char& c : text)
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  return text;
+using Line = std::vector<std::string>;
+
+/// What the daemon's hints mean. lcmtypes/status_t.lcm lists them, too.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kHints{
+    {{"black", "black: there is no light in the picture (is the cap on the lens, is the exposure long enough?)"},
+     {"white", "white: nothing but full scale (the exposure is too long, or the gain too high)"},
+     {"no_contrast", "no contrast: is the lens in focus, is something in front of it?"},
+     {"blurred",
+      "blurred: even the sharpest edges of the picture are wide (focus the lens; expose for a shorter time)"},
+     {"no_board", "nothing that looks like a board is in view"},
+     {"no_border",
+      "patterns are in view, but none with the border of a marker that is sought: another size? `chequer "
+      "explain` on a snapshot tries them all"},
+     {"mirrored",
+      "mirrored: boards have their inks the other way round (a mirrored print, or the camera's picture is "
+      "flipped)"},
+     {"outside_roster", "markers are in view whose ids the configuration's roster leaves out"}}};
+constexpr std::string_view kLooksLike = "looks_like_";
+
+std::string HintText(const NamedCount& count) {
+  const std::string name = count.name.substr(kHintPrefix.size());
+  for (const auto& [known, text] : kHints)
+    if (name == known) return std::string(text);
+  if (name.starts_with(kLooksLike)) {
+    const std::string variant = name.substr(kLooksLike.size());
+    return fmt::format(
+        "these look like {}: {} different boards fit it far better than the variant that is sought; ids "
+        "are wrong until variant = \"{}\"",
+        variant, count.count, variant);
+  }
+  return "hint: " + name;  // of a newer daemon
 }
 
-using Row = std::vector<std::string>;
-
-std::string Aligned(const std::vector<Row>& rows) {
+std::string Aligned(const std::vector<Line>& lines) {
   std::string text;
-  for (const Row& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
+  for (const Line& line : lines) {
+    for (std::size_t i = 0; i < line.size(); ++i) {
       std::size_t width = 0;
-      for (const Row& other : rows) width = std::max(width, other[i].size());
-      const bool last = i + 1 == row.size();
-      text += last ? row[i] : fmt::format("{:<{}}  ", row[i], width);
+      for (const Line& other : lines) width = std::max(width, other[i].size());
+      const bool last = i + 1 == line.size();
+      text += last ? line[i] : fmt::format("{:<{}}  ", line[i], width);
     }
     text += "\n";
   }
@@ -64,8 +97,31 @@ std::string Trouble(const StatusMessage& status, microseconds age) {
     return status.camera_message.empty() ? "waiting for the camera" : status.camera_message;
   if (!status.publisher.message.empty()) return status.publisher.message;
   if (!status.camera_message.empty()) return status.camera_message;
-  if (status.publish_rate_hz <= 0) return "no frame is published";
+  if (status.publish_rate_hz <= 0) {
+    const auto wrong_size = std::find_if(status.drops.begin(), status.drops.end(),
+                                         [](const NamedCount& drop) { return drop.name == "wrong_size"; });
+    if (wrong_size != status.drops.end() && wrong_size->count > 0)
+      return fmt::format("wrong size: {} frames were not of the calibration's size, and none is published",
+                         wrong_size->count);
+    return "no frame is published";
+  }
   return {};
+}
+
+std::vector<std::string> HintsOf(const StatusMessage& status) {
+  std::vector<std::string> hints;
+  std::uint64_t robots = 0, off_floor = 0;
+  for (const NamedCount& count : status.detections) {
+    if (count.name == "robots") robots = count.count;
+    if (count.name == "off_floor") off_floor = count.count;
+    if (count.count > 0 && count.name.starts_with(kHintPrefix)) hints.push_back(HintText(count));
+  }
+  if (off_floor > 0)
+    hints.push_back(
+        fmt::format("off the floor: {:.0f} % of the robots' poses{}",
+                    100 * static_cast<double>(off_floor) / static_cast<double>(std::max(robots, off_floor)),
+                    2 * off_floor > robots ? ": are the roster's heights, the side and the world right?" : ""));
+  return hints;
 }
 
 std::string QualityRemark(const StatusMessage& status) {
@@ -81,31 +137,59 @@ std::string QualityRemark(const StatusMessage& status) {
 }
 
 void StatusBoard::Add(const std::string& channel, const StatusMessage& status, MonotonicTime now) {
-  if (name_.empty() || status.camera == name_) entries_[channel] = {status, now};
+  if (!name_.empty() && status.camera != name_) {
+    if (others_.size() < kMostOthers) others_.insert(Printable(status.camera));
+    return;
+  }
+  Entry& entry = entries_[{channel, InstanceOf(status).value_or(0)}];
+  entry.first = entry.arrived == MonotonicTime{} ? now : entry.first;
+  entry.status = status;
+  entry.arrived = now;
+}
+
+std::vector<StatusBoard::Row> StatusBoard::Rows(MonotonicTime now) const {
+  std::vector<Row> rows;
+  std::map<std::string, MonotonicTime> last_begun;
+  std::map<std::string, int> senders;
+  entries_.ForEach([&](const Key& key, const Entry& entry) {
+    MonotonicTime& begun = last_begun[key.channel];
+    begun = std::max(begun, entry.first);
+    return true;
+  });
+  entries_.ForEach([&](const Key& key, const Entry& entry) {
+    if (entry.arrived < last_begun[key.channel]) return true;
+    ++senders[key.channel];
+    rows.push_back({key, entry, Trouble(entry.status, now - entry.arrived)});
+    return true;
+  });
+  for (Row& row : rows)
+    if (const int count = senders[row.key.channel]; count > 1)
+      row.trouble = fmt::format("{} programs publish as {}: give each camera a name of its own ([camera] name)", count,
+                                row.key.channel);
+  return rows;
 }
 
 bool StatusBoard::AllWell(MonotonicTime now) const {
-  return std::all_of(entries_.begin(), entries_.end(), [&](const auto& entry) {
-    return Trouble(entry.second.status, now - entry.second.arrived).empty();
-  });
+  const std::vector<Row> rows = Rows(now);
+  return std::all_of(rows.begin(), rows.end(), [](const Row& row) { return row.trouble.empty(); });
 }
 
 std::string StatusBoard::Text(MonotonicTime now) const {
-  std::vector<Row> rows{{"camera", "state", "frames/s", "markers", "latency ms (99 %)", "dropped", "version", "age s"}};
+  std::vector<Line> lines{
+      {"camera", "state", "frames/s", "markers", "latency ms (99 %)", "dropped", "version", "age s"}};
   std::string remarks;
-  for (const auto& [channel, entry] : entries_) {
-    const StatusMessage& status = entry.status;
-    const microseconds age = now - entry.arrived;
+  for (const Row& row : Rows(now)) {
+    const StatusMessage& status = row.entry.status;
     const std::string name = Printable(status.camera);
-    rows.push_back({name, State(status.camera_state), fmt::format("{:.1f}", status.publish_rate_hz),
-                    fmt::format("{:.1f}", status.markers_mean), Latency(status), std::to_string(status.frames_dropped),
-                    Printable(status.version), fmt::format("{:.1f}", Milliseconds(age) / 1000)});
-    if (const std::string trouble = Trouble(status, age); !trouble.empty())
-      remarks += name + ": " + Printable(trouble) + "\n";
+    lines.push_back({name, State(status.camera_state), fmt::format("{:.1f}", status.publish_rate_hz),
+                     fmt::format("{:.1f}", status.markers_mean), Latency(status), std::to_string(status.frames_dropped),
+                     Printable(status.version), fmt::format("{:.1f}", Milliseconds(now - row.entry.arrived) / 1000)});
+    if (!row.trouble.empty()) remarks += name + ": " + Printable(row.trouble) + "\n";
+    for (const std::string& hint : HintsOf(status)) remarks += name + ": " + Printable(hint) + "\n";
     if (const std::string quality = QualityRemark(status); !quality.empty())
       remarks += name + ": quality: " + Printable(quality) + " of the markers\n";
   }
-  return Aligned(rows) + remarks;
+  return Aligned(lines) + remarks;
 }
 
 }  // namespace chequer

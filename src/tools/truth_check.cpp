@@ -16,6 +16,9 @@ double Ratio(std::size_t part, std::size_t whole) {
   return whole == 0 ? 1.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
+/// Streams have boards too that hands occlude or the image cuts off. Whether these are found or missed, both is right.
+bool IsWhole(const TrueMarker& marker) { return marker.visible == 1; }
+
 }  // namespace
 
 TruthCheck::TruthCheck(const std::filesystem::path& folder, TruthTolerance tolerance) : tolerance_(tolerance) {
@@ -42,7 +45,7 @@ void TruthCheck::Add(const PosesMessage& message) {
   std::vector<TrueMarker> truth = std::move(frame->second);
   unseen_frames_.erase(frame);
   ++frames_;
-  markers_in_frames_ += truth.size();
+  for (const TrueMarker& marker : truth) markers_in_frames_ += IsWhole(marker);
   for (const MarkerPose& found : message.markers) {
     if (!found.id) continue;  // undecided is no claim; it shows as not found
     const auto match = std::find_if(truth.begin(), truth.end(), [&](const TrueMarker& marker) {
@@ -58,7 +61,7 @@ void TruthCheck::Add(const PosesMessage& message) {
 }
 
 void TruthCheck::Compare(const MarkerPose& found, const TrueMarker& truth) {
-  ++found_;
+  found_ += IsWhole(truth);
   if (!found.has_pose) {
     ++wrong_poses_;
     return;
@@ -68,6 +71,7 @@ void TruthCheck::Compare(const MarkerPose& found, const TrueMarker& truth) {
   const double angle_deg =
       found.camera_from_marker.rotation.angularDistance(truth.camera_from_marker.rotation) * 180 / std::numbers::pi;
   if (!(error_m <= tolerance_.position * distance_m && angle_deg <= tolerance_.angle_deg)) ++wrong_poses_;
+  ++compared_;
   sum_squared_error_m_ += error_m * error_m;
   worst_error_m_ = std::max(worst_error_m_, error_m);
   worst_relative_error_ = std::max(worst_relative_error_, error_m / distance_m);
@@ -91,7 +95,7 @@ std::vector<std::string> TruthCheck::Failures() const {
 bool TruthCheck::Passed() const { return Failures().empty(); }
 
 std::string TruthCheck::Summary() const {
-  const double rms_mm = found_ == 0 ? 0 : 1000 * std::sqrt(sum_squared_error_m_ / static_cast<double>(found_));
+  const double rms_mm = compared_ == 0 ? 0 : 1000 * std::sqrt(sum_squared_error_m_ / static_cast<double>(compared_));
   std::string text = fmt::format(
       "{} of {} frames, {} of {} markers found, {} wrong ids; position error {:.2f} mm rms, {:.2f} mm worst ({:.2f} % "
       "of the distance); worst angle {:.2f} deg: ",

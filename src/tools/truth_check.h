@@ -42,8 +42,9 @@ class TruthCheck {
   std::map<std::uint64_t, std::vector<TrueMarker>> unseen_frames_;  ///< by sequence number
   std::size_t frames_ = 0;
   std::size_t strange_frames_ = 0;  ///< that are not in the recording, or came twice
-  std::size_t markers_in_frames_ = 0;
-  std::size_t found_ = 0;
+  std::size_t markers_in_frames_ = 0;  ///< whole ones
+  std::size_t found_ = 0;              ///< of these
+  std::size_t compared_ = 0;           ///< poses
   std::size_t wrong_ids_ = 0;    ///< not in that frame, or twice
   std::size_t wrong_poses_ = 0;  ///< beyond the tolerance, or missing
   double sum_squared_error_m_ = 0;

@@ -7,6 +7,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/length.h"
+#include "core/number_text.h"
+
 namespace chequer {
 namespace {
 
@@ -17,6 +20,14 @@ constexpr double kBack = 0.7;
 constexpr double kMostOffset = 3;
 /// Most that one frame counts in the average, however long the frames are apart.
 constexpr double kMostShare = 0.2;
+/// Distances that are off by less may be the poses' noise, or a lens that was focused anew.
+constexpr double kLeastWrongScale = 0.03;
+/// References that look nearer by one cause do so by the same factor: most spread of its logarithm, as a share of it.
+constexpr double kMostScaleSpread = 0.25;
+/// Share of the average that frames have filled, before its scale is believed.
+constexpr double kLeastWeight = 0.3;
+/// Fewer may have been lifted.
+constexpr std::size_t kFewestScaled = 2;
 
 std::array<Eigen::Vector3d, 4> OuterCorners(const WorldReference& reference) {
   const double cell = reference.side_m / std::max(reference.size.rows, reference.size.cols);
@@ -54,6 +65,7 @@ DriftMonitor::DriftMonitor(WorldCalibration world, DriftOptions options)
   if (const std::string wrong = options_.Check(); !wrong.empty()) throw std::runtime_error(wrong);
   for (const WorldReference& reference : world_.references) drifts_.push_back({.id = reference.id});
   last_seen_.resize(drifts_.size());
+  scale_weights_.resize(drifts_.size());
 }
 
 std::optional<std::string> DriftMonitor::Take(std::span<const MarkerPose> markers, MonotonicTime captured) {
@@ -63,21 +75,36 @@ std::optional<std::string> DriftMonitor::Take(std::span<const MarkerPose> marker
       const WorldReference& reference = world_.references[i];
       if (reference.id != *marker.id || !(reference.size == marker.size) || reference.variant != marker.variant)
         continue;
-      const RigidTransform expected = camera_from_world_ * reference.world_from_marker;
-      Average(i, OffsetAcrossSight(reference, expected, marker.camera_from_marker), captured);
+      Average(i, Measure(reference, marker.camera_from_marker), captured);
     }
   }
   return Judge(captured);
 }
 
-void DriftMonitor::Average(std::size_t reference, double offset_m, MonotonicTime captured) {
+DriftMonitor::Sample DriftMonitor::Measure(const WorldReference& reference, const RigidTransform& seen) const {
+  const RigidTransform expected = camera_from_world_ * reference.world_from_marker;
+  const double was_m = expected.translation.norm(), is_m = seen.translation.norm();
+  if (!(was_m > 0 && is_m > 0)) return {};
+  return {OffsetAcrossSight(reference, expected, seen), std::log(is_m / was_m),
+          (seen.translation * (was_m / is_m) - expected.translation).norm()};
+}
+
+void DriftMonitor::Average(std::size_t reference, const Sample& sample, MonotonicTime captured) {
   const std::chrono::duration<double> window = options_.window;
   // The first frame counts as one of many: the monitor starts from "all is well".
   const std::chrono::duration<double> since =
       last_seen_[reference] ? captured - *last_seen_[reference] : std::chrono::duration<double>(0);
   const double share = std::clamp(1 - std::exp(-since / window), 0.0, kMostShare);
-  double& mean = drifts_[reference].offset_m;
-  mean += share * (std::min(offset_m, kMostOffset * options_.limit_m) - mean);
+  ReferenceDrift& drift = drifts_[reference];
+  const double most_m = kMostOffset * options_.limit_m;
+  drift.offset_m += share * (std::min(sample.offset_m, most_m) - drift.offset_m);
+  // From its first frame on the mean of what was seen: a warning names it.
+  double& weight = scale_weights_[reference];
+  weight += share * (1 - weight);
+  if (weight > 0) {
+    drift.beside_m += share / weight * (std::min(sample.beside_m, most_m) - drift.beside_m);
+    drift.farther_log += share / weight * (std::clamp(sample.farther_log, -1.0, 1.0) - drift.farther_log);
+  }
   last_seen_[reference] = captured;
 }
 
@@ -93,10 +120,47 @@ std::optional<std::string> DriftMonitor::Judge(MonotonicTime now) {
     if (drift.has_moved) moved.push_back(i);
   }
   // Where none is in view nothing is known, so nothing has changed.
-  if (in_view == 0 || moved == moved_) return std::nullopt;
+  const double scale = CommonScale();
+  const bool has_wrong_side = scale != 1;
+  if (in_view == 0 || (moved == moved_ && has_wrong_side == has_wrong_side_)) return std::nullopt;
+  const bool said_so = has_wrong_side && has_wrong_side_;
   moved_ = std::move(moved);
+  has_wrong_side_ = has_wrong_side;
+  // With a wrong side they seem to move, too, the farther from the middle of their board: that says nothing more.
+  if (said_so) return std::nullopt;
+  if (has_wrong_side_) return SideWarning(scale);
   if (moved_.empty()) return "all world references in view are where they were when the world was set";
   return Warning();
+}
+
+double DriftMonitor::CommonScale() const {
+  double sum = 0, least = 0, most = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < drifts_.size(); ++i) {
+    const ReferenceDrift& drift = drifts_[i];
+    // A wild pose or two in the first frames say nothing.
+    if (!drift.in_view || scale_weights_[i] < kLeastWeight) continue;
+    if (drift.beside_m > options_.limit_m) return 1;
+    least = count == 0 ? drift.farther_log : std::min(least, drift.farther_log);
+    most = count == 0 ? drift.farther_log : std::max(most, drift.farther_log);
+    sum += drift.farther_log;
+    ++count;
+  }
+  if (count < kFewestScaled) return 1;
+  const double mean = sum / static_cast<double>(count);
+  const double needed = std::log1p(kLeastWrongScale) * (has_wrong_side_ ? kBack : 1.0);
+  return std::abs(mean) < needed || most - least > kMostScaleSpread * std::abs(mean) ? 1 : std::exp(mean);
+}
+
+std::string DriftMonitor::SideWarning(double scale) const {
+  const auto seen = std::find_if(drifts_.begin(), drifts_.end(), [](const auto& drift) { return drift.in_view; });
+  const double side_m = world_.references[static_cast<std::size_t>(seen - drifts_.begin())].side_m;
+  std::array<char, 32> times{};
+  std::snprintf(times.data(), times.size(), "%.2f", scale);
+  return std::string("the side of the markers is wrong: all world references in view look ") + times.data() +
+         " times as far away as when the world was set, each in its old direction, so nothing moved; prints of " +
+         LengthText(side_m / scale) + ", not of " + LengthText(side_m) +
+         " as in the world file, would look so: measure one, correct the side, and run chequer calibrate world again";
 }
 
 std::string DriftMonitor::Warning() const {
@@ -108,10 +172,14 @@ std::string DriftMonitor::Warning() const {
   std::string text = "world references have moved since the world was set: " + who + "; ";
   if (moved_.size() == in_view && in_view > 1)
     return text + "all that are in view, so the camera was moved: run chequer calibrate world again";
-  if (moved_.size() == in_view)
-    return text +
-           "it is the only one in view, so it or the camera was moved: put it back, or run chequer calibrate "
-           "world again";
+  if (moved_.size() == in_view) {
+    const double scale = std::exp(drifts_[moved_.front()].farther_log);
+    return text + "it is the only one in view, so it or the camera was moved" +
+           (std::abs(std::log(scale)) > std::log1p(kLeastWrongScale)
+                ? ", or, as it looks " + RoundText(scale, 2) + " times as far away, the side of the markers is wrong"
+                : "") +
+           ": put it back, or run chequer calibrate world again";
+  }
   return text + std::to_string(in_view - moved_.size()) + " of " + std::to_string(in_view) +
          " in view are where they were: put the others back, or run chequer calibrate world again";
 }

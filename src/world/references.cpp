@@ -18,7 +18,7 @@ Reference ReadPlacedMarker(TomlTable& table) {
   table.Require("id", reference.id, IntegerRange{0, std::numeric_limits<std::int64_t>::max()});
   table.Read("family", reference.family, IntegerRange{0, 63});
   std::vector<double> position;
-  table.Require("position", position, LengthRange{2, 3}, kFloorPlace);
+  if (!table.ReadLengths("position", position, LengthRange{2, 3}, kFloorPlace)) table.FailMissing("position");
   reference.position_in_world = {position[0], position[1], position.size() == 3 ? position[2] : 0};
   table.Read("lies_flat", reference.lies_flat);
   double heading_deg = 0;
@@ -41,7 +41,7 @@ void CheckAgainst(const std::vector<Reference>& others, const Reference& referen
 ReferenceList ReadReferences(TomlFile file) {
   ReferenceList list;
   TomlTable root = file.root();
-  root.Read("sigma", list.sigma_m, NumberRange{1e-6, 1});
+  root.ReadLength("sigma", list.sigma_m, NumberRange{1e-6, 1});
   for (TomlTable& table : root.Tables("reference", kMaxReferences)) {
     const Reference reference = ReadPlacedMarker(table);
     CheckAgainst(list.references, reference, table);

@@ -76,7 +76,8 @@ void AddOrientation(const Tie& tie, const RigidTransform& world_from_camera, Nor
 
 struct Centered {
   Eigen::Matrix3Xd seen, said;
-  Eigen::Vector3d seen_mean, said_mean;
+  Eigen::Vector3d seen_mean = Eigen::Vector3d::Zero();
+  Eigen::Vector3d said_mean = Eigen::Vector3d::Zero();
 };
 
 Centered Center(std::span<const Tie> ties) {

@@ -9,6 +9,7 @@
 #include "core/file.h"
 #include "core/number_text.h"
 #include "core/toml_reader.h"
+#include "marker/variants.h"
 
 namespace chequer {
 namespace {
@@ -18,20 +19,10 @@ constexpr NumberRange kPlace{-1e5, 1e5};
 constexpr NumberRange kSide{0.001, 99.0};
 constexpr IntegerRange kId{0, std::numeric_limits<std::int64_t>::max()};
 
-constexpr std::array<std::pair<std::string_view, Variant>, 8> kVariants{
-    {{"unconstrained", Variant::kUnconstrained},
-     {"saturation_constrained", Variant::kSaturationConstrained},
-     {"color_constrained", Variant::kColorConstrained},
-     {"secded", Variant::kSecded},
-     {"golay", Variant::kGolay},
-     {"nordstrom_robinson", Variant::kNordstromRobinson},
-     {"reed_muller", Variant::kReedMuller},
-     {"table", Variant::kTable}}};
-
 /// @param required whether the key must be there; 0 0 0 where it is not.
 Eigen::Vector3d ReadVector(TomlTable& table, std::string_view key, bool required) {
   std::vector<double> numbers;
-  if (!table.Read(key, numbers, LengthRange{3, 3}, kPlace)) {
+  if (!table.ReadLengths(key, numbers, LengthRange{3, 3}, kPlace)) {
     if (required) table.FailMissing(key);
     return Eigen::Vector3d::Zero();
   }
@@ -76,7 +67,7 @@ WorldReference ReadReference(TomlTable& table) {
   table.Require("id", reference.id, kId);
   reference.size = ReadSize(table);
   table.Require("variant", reference.variant, kVariants);
-  table.Require("side", reference.side_m, kSide);
+  if (!table.ReadLength("side", reference.side_m, kSide)) table.FailMissing("side");
   reference.world_from_marker = ReadPose(table);
   reference.residual_m = ReadVector(table, "residual", false);
   return reference;
@@ -90,7 +81,7 @@ WorldCalibration ReadWorld(TomlFile file) {
   world.world_from_camera = ReadPose(table);
   world.covariance = ReadCovariance(table);
   double rms = 0;
-  if (table.Read("rms", rms, NumberRange{0, 1e5})) world.rms_m = rms;
+  if (table.ReadLength("rms", rms, NumberRange{0, 1e5})) world.rms_m = rms;
   table.Read("date", world.date, LengthRange{1, 64});
   if (!IsDateText(world.date)) table.Fail("date", "must be a date, such as \"2024-05-01T12:00:00Z\"");
   for (TomlTable& reference : table.Tables("reference", kMaxReferences))

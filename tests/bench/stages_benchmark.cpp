@@ -81,7 +81,8 @@ struct Stages {
   }
 
   void FindBoards() {
-    finder.Start(linked.size(), boards);
+    finder.Start(linked.size());
+    boards.clear();
     for (const Grid& grid : grids.grids)
       finder.Find(grid, grids.Of(grid), linked, &linker.search(), reader, lens, boards);
   }

@@ -13,6 +13,7 @@ seconds=${2:-20}
 targets=("${@:3}")
 if [[ ${#targets[@]} -eq 0 ]]; then
   for binary in "$build"/fuzz/fuzz_*; do targets+=("$(basename "$binary" | sed 's/^fuzz_//')"); done
+  targets+=(lcm_python)
 fi
 
 mkdir -p "$build/fuzz/found"
@@ -22,6 +23,14 @@ for target in "${targets[@]}"; do
   mkdir -p "$build/fuzz/corpus/$target"
   printf '%s: %s s\n' "$target" "$seconds"
   log=$build/fuzz/$target.log
+  if [[ $target == lcm_python ]]; then
+    # No library is instrumented for it: what breaks a decoder is printed.
+    if python3 "$here/python_types.py" "$build/lcmtypes/python" "$seconds" >"$log" 2>&1; then tail -n 1 "$log"; else
+      cat "$log"
+      status=1
+    fi
+    continue
+  fi
   if "$build/fuzz/fuzz_$target" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -max_len=65536 \
     -artifact_prefix="$build/fuzz/found/$target-" "$build/fuzz/corpus/$target" "$here/corpus/$target" >"$log" 2>&1; then
     tail -n 1 "$log"

@@ -43,6 +43,7 @@ TEST(CalibrateLensCommand, TakesPhotographsOfAChessboard) {
   ASSERT_EQ(result.status, 0) << result.output;
   EXPECT_THAT(result.output, HasSubstr("coverage"));
   EXPECT_THAT(result.output, HasSubstr("edges"));
+  EXPECT_THAT(result.output, ::testing::AnyOf(HasSubstr("These views are enough"), HasSubstr("More views would")));
   const CameraModel camera = LoadCamera(out);
   EXPECT_NEAR(camera.fx, 535, 8);
   const auto record = LoadCalibrationRecord(out);
@@ -90,6 +91,9 @@ TEST(CalibrateLensCommand, SaysWhatIsWrongAndWritesNothing) {
   ExpectFails({"lens", "--chessboard", "9x6", photos, "--out", "/nowhere/camera.toml"}, 2, "/nowhere");
   ExpectFails({"lens", "--chessboard", "7x5", photos, "--out", out}, 1, "at least 4 are needed");
   ExpectFails({"lens", "--side", "60mm", "/nowhere", "--out", out}, 1, "/nowhere");
+  ExpectFails({"lens", "--chessboard", "9x6", demo, "--out", out}, 1, "show chequer's markers, and no chessboard");
+  ExpectFails({"lens", "--side", "60mm", "--marker", "8x8", "--variant", "golay", photos, "--out", out}, 1,
+              "no marker of the sheet was seen");
   // Robots that drive are no sheet.
   ExpectFails({"lens", "--side", "12cm", demo, "--out", out}, 1, "sheet");
   EXPECT_FALSE(fs::exists(out));

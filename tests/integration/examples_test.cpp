@@ -14,6 +14,7 @@
 #include "cpp/chequer_client.h"
 #include "example/drive_t.hpp"
 #include "publish/lcm_publisher.h"
+#include "publish/wire.h"
 #include "support/process.h"
 #include "support/temporary_directory.h"
 
@@ -182,6 +183,63 @@ TEST(Watch, PrintsTheRawPoseOfAMarkerToo) {
     EXPECT_TRUE(SendUntil([&] { publisher.Publish(PosesOf(17, 0.25)); },
                           [&] { return watch.WaitForOutput("17 0.2500 2.0000 m", milliseconds(100)); }))
         << command[0] << watch.output();
+  }
+}
+
+/// A message of nothing but its head, whose count of elements, which comes last, is what an attacker wishes.
+template <typename Message>
+std::vector<std::uint8_t> WithCount(const Message& empty, std::uint32_t count) {
+  WireEncoder encoder;
+  const auto encoded = encoder.Encode(empty);
+  std::vector<std::uint8_t> bytes(encoded.begin(), encoded.end());
+  for (std::size_t i = 0; i < 4; ++i) bytes[bytes.size() - 1 - i] = static_cast<std::uint8_t>(count >> (8 * i));
+  return bytes;
+}
+
+/// What plain lcm-gen's decoders end a program with: counts that are negative, or far beyond the message's bytes; texts
+/// of no, of negative and of endless length.
+std::vector<std::vector<std::uint8_t>> HostileMessages() {
+  std::vector<std::vector<std::uint8_t>> messages;
+  for (const std::uint32_t count : {0xffffffffu, 0x80000000u, 0x7fffffffu, 1u, 100'000u}) {
+    messages.push_back(WithCount(TracksMessage{}, count));
+    messages.push_back(WithCount(PosesMessage{}, count));
+  }
+  const std::vector<std::uint8_t> tracks = WithCount(TracksMessage{}, 0);
+  constexpr std::size_t kLengthOfCamera = 8 + 7 * 8 + 1;  // after the fingerprint, the times, and the sequence
+  for (const int length : {0x00, 0x7f, 0x80, 0xff}) {
+    messages.push_back(tracks);
+    std::fill_n(messages.back().begin() + kLengthOfCamera, 4, static_cast<std::uint8_t>(length));
+  }
+  for (std::vector<std::uint8_t> cut = tracks; !cut.empty(); messages.push_back(cut)) cut.pop_back();
+  return messages;
+}
+
+TEST(Watch, LivesOnAfterHostileMessagesInEachLanguage) {
+  const std::vector<std::vector<std::uint8_t>> hostile = HostileMessages();
+  lcm::LCM attacker;
+  LcmPublisher publisher = ArenaPublisher();
+  const std::vector<std::vector<std::string>> commands{{Example("example_watch_cpp"), "ARENA", "alice"},
+                                                       {Example("example_watch_c"), "ARENA", "alice"},
+                                                       {"/usr/bin/python3", Script("watch.py"), "ARENA", "alice"}};
+  for (const auto& command : commands) {
+    Process watch(command, PythonPath(true));
+    ASSERT_TRUE(watch.WaitForOutput("watching")) << command[0] << watch.output();
+    const auto understood = [&](double x) {
+      char text[64];
+      std::snprintf(text, sizeof text, "alice %.4f 0.0000 m", x);
+      return SendUntil([&] { publisher.Publish(Message({TrackOf("alice", {.x = x})})); },
+                       [&] { return watch.WaitForOutput(text, milliseconds(100)); });
+    };
+    ASSERT_TRUE(understood(1)) << "before the attack: " << command[0] << watch.output();
+    for (std::size_t i = 0; i < hostile.size(); ++i) {
+      for (const char* channel : {"ARENA_TRACKS", "ARENA_POSES"})
+        attacker.publish(channel, hostile[i].data(), static_cast<unsigned>(hostile[i].size()));
+      // LCM keeps 30 messages; more would be dropped before they were decoded.
+      if (i % 10 == 9) {
+        ASSERT_TRUE(understood(2 + static_cast<double>(i))) << i << command[0] << watch.output();
+      }
+    }
+    EXPECT_TRUE(understood(1000)) << command[0] << watch.output();
   }
 }
 

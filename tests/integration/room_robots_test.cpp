@@ -116,6 +116,15 @@ TEST_F(Room, RobotsHeightsAreMeasuredFromFrames) {
   std::cout << "heights: " << millimetres << " mm\n";
 }
 
+TEST_F(Room, ASideThatTheWorldContradictsMeasuresNoHeights) {
+  const std::string output =
+      Run({"calibrate", "robots", "--calibration", At("camera.toml"), "--world", At("world.toml"), "--side", "10cm",
+           "--frames", "3", At("drive"), "--out", At("wrong_side.toml")},
+          1);
+  EXPECT_THAT(output, ::testing::HasSubstr("100 mm here, but 120 mm in the world file"));
+  EXPECT_FALSE(std::filesystem::exists(At("wrong_side.toml")));
+}
+
 TEST_F(Room, ARosterIsMeasuredAnewAndKeepsTheRest) {
   const std::vector<std::string> command{"calibrate",      "robots", "--calibration", At("camera.toml"), "--world",
                                          At("world.toml"), "--side", "12cm",          "--frames",        "3",
@@ -143,6 +152,31 @@ TEST_F(Room, ARosterIsMeasuredAnewAndKeepsTheRest) {
   EXPECT_NEAR(body_from_marker.translation.z(), RobotHeightM(3), 0.001);
   EXPECT_NEAR(HeadingRad(body_from_marker.rotation), std::numbers::pi / 2, 1e-9);
   EXPECT_EQ(roster.robots[1].markers[0].body_from_marker.translation.z(), 0.1);
+}
+
+TEST_F(Room, AnEditedRosterKeepsItsNames) {
+  const std::vector<std::string> command{"calibrate",      "robots", "--calibration",  At("camera.toml"), "--world",
+                                         At("world.toml"), "--side", "12cm",           "--frames",        "3",
+                                         At("drive"),      "--out",  At("edited.toml")};
+  std::vector<MarkerFamily> families{
+      {.code = MarkerCode({6, 6}, Variant::kSecded), .side_m = kRoomSideM, .roster = {}}};
+  Run(command);
+  const std::size_t robots = LoadRobotRoster(At("edited.toml"), families).robots.size();
+  EXPECT_THAT(Run(command), ::testing::Not(::testing::HasSubstr("edited:"))) << "what nobody edited is written anew";
+  const std::string edited = "# ours\n[[robot]]\nname = \"alice\"\nid = 3\nposition = [0.01, 0, 0.5]\nheading = 90\n";
+  std::ofstream(At("edited.toml")) << edited;
+  EXPECT_THAT(Run(command), ::testing::HasSubstr("is kept as"));
+  const RobotRoster roster = LoadRobotRoster(At("edited.toml"), families);
+  ASSERT_EQ(roster.robots.size(), robots);
+  EXPECT_EQ(roster.robots[0].name, "alice");
+  EXPECT_EQ(roster.robots[0].markers[0].body_from_marker.translation.x(), 0.01);
+  EXPECT_NEAR(roster.robots[0].markers[0].body_from_marker.translation.z(), RobotHeightM(3), 0.001);
+  bool kept = false;
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(At("edited.toml")).parent_path()))
+    kept = kept || (entry.is_regular_file() && entry.file_size() == edited.size());
+  EXPECT_TRUE(kept) << "with its comments";
+  std::ofstream(At("edited.toml")) << "no roster\n";
+  EXPECT_THAT(Run(command, 2), ::testing::HasSubstr("--force replaces it"));
 }
 
 TEST_F(Room, RobotsArePublishedInEveryFrame) {

@@ -53,7 +53,7 @@ class RecordingPublisher final : public Publisher {
     published_->AddInCamera(message);
     return true;
   }
-  const PublisherHealth& health() const override { return health_; }
+  PublisherHealth health() const override { return health_; }
 
  private:
   template <typename Message>

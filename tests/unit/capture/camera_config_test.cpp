@@ -101,7 +101,8 @@ TEST(CameraConfig, SaysWhatWouldBeRight) {
   EXPECT_THAT(ReadCaptureError("source = 'v4l2'\nwidth = 640"),
               HasSubstr("capture.height: is missing: a size needs both"));
   EXPECT_THAT(ReadCaptureError("source = 'v4l2'\nbuffers = 1"), HasSubstr("must be from 2 to 32"));
-  EXPECT_THAT(ReadCaptureError("source = 'v4l2'\nexposure_us = 3"), HasSubstr("capture.exposure_us: unknown key"));
+  EXPECT_THAT(ReadCaptureError("source = 'v4l2'\nexposure_us = 3"),
+              HasSubstr("capture.exposure_us: unknown key with source = \"v4l2\"; it is for source = \"aravis\""));
   EXPECT_THAT(ReadCaptureError("source = 'aravis'\nyuv_range = 'full'"), HasSubstr("capture.yuv_range: unknown key"));
   EXPECT_THAT(ReadCaptureError("source = 'aravis'\npath = 'x'"), HasSubstr("capture.path: unknown key"));
   EXPECT_THAT(ReadCaptureError("source = 'aravis'\ntrigger = 'now'"),

@@ -248,9 +248,9 @@ TEST(LoadImage, NamesFileAndCause) {
   EXPECT_THAT(error_of("empty.png"), HasSubstr("empty.png: the file is empty"));
   WriteFileAtomically(folder / "text.png", "hello");
   EXPECT_THAT(error_of("text.png"), HasSubstr("text.png: not an image of a kind that is read here"));
-  EXPECT_THAT(error_of("."), HasSubstr("is not an ordinary file"));
+  EXPECT_THAT(error_of("."), HasSubstr("is a folder, not a file"));
   ASSERT_EQ(::mkfifo((folder / "pipe.png").c_str(), 0600), 0);
-  EXPECT_THAT(error_of("pipe.png"), HasSubstr("pipe.png: is not an ordinary file"));
+  EXPECT_THAT(error_of("pipe.png"), HasSubstr("pipe.png: is a pipe, not a file"));
 }
 
 TEST(LoadRawImage, NeedsExactlyItsBytes) {

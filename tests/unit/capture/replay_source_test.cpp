@@ -67,6 +67,18 @@ TEST_F(ReplaySourceTest, PlaysAtAFixedRate) {
   EXPECT_EQ(source->Next(1s).frame.captured_monotonic, first + 1s);
 }
 
+TEST_F(ReplaySourceTest, SaysHowManyFramesASecondToExpect) {
+  test::WriteSmallRecording(folder_.path(), 3);
+  options_.fps = 2;
+  options_.pace = ReplayPace::kRecorded;
+  EXPECT_EQ(Open()->expected_rate_hz(), 100);
+  options_.pace = ReplayPace::kFixedRate;
+  EXPECT_EQ(Open()->expected_rate_hz(), 2);
+  EXPECT_EQ(Open()->rate_hz(), 0) << "none is lost while it is away";
+  options_.pace = ReplayPace::kUnlimited;
+  EXPECT_EQ(Open()->expected_rate_hz(), 0);
+}
+
 TEST_F(ReplaySourceTest, PlaysAsFastAsItGoes) {
   test::WriteSmallRecording(folder_.path(), 3);
   options_.pace = ReplayPace::kUnlimited;

@@ -3,6 +3,9 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 
 #include "core/unique_fd.h"
 #include "support/error_of.h"
@@ -33,9 +36,30 @@ TEST(File, NamesFileAndCause) {
   EXPECT_EQ(ErrorOf([&] { ReadFile(folder.path(), 5); }), folder.path().string() + ": is a folder, not a file");
   EXPECT_EQ(ErrorOf([&] { ReadFile(folder / "y", 5); }),
             (folder / "y").string() + ": cannot be opened: No such file or directory");
-  EXPECT_EQ(ErrorOf([&] { ReadFile("/dev/zero", 5); }), "/dev/zero: longer than the 5 bytes allowed here");
   EXPECT_EQ(ErrorOf([&] { WriteFileAtomically(folder / "no/x", "1"); }),
             (folder / "no/x").string() + ": cannot be written: No such file or directory");
+}
+
+// With nobody at its other end, opening a pipe waits for ever; so may reading a terminal.
+TEST(File, DoesNotWaitForWhatIsNoFile) {
+  const test::TemporaryDirectory folder;
+  const std::string pipe = (folder / "pipe").string();
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(ErrorOf([&] { ReadFile(pipe, 5); }), pipe + ": is a pipe, not a file");
+  // Nor with somebody there who says nothing.
+  const UniqueFd silent(::open(pipe.c_str(), O_RDWR | O_CLOEXEC));
+  EXPECT_EQ(ErrorOf([&] { ReadFile(pipe, 5); }), pipe + ": is a pipe, not a file");
+  std::filesystem::create_symlink(pipe, folder / "link");
+  EXPECT_THAT(ErrorOf([&] { ReadFile(folder / "link", 5); }), HasSubstr("is a pipe"));
+  EXPECT_EQ(ErrorOf([&] { ReadFile("/dev/zero", 5); }), "/dev/zero: is a device, not a file");
+  EXPECT_EQ(ErrorOf([&] { ReadFile("/dev/tty", 5); }), "/dev/tty: is a device, not a file");
+  const UniqueFd listening(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  const std::string name = (folder / "socket").string();
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  name.copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(::bind(listening.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  EXPECT_EQ(ErrorOf([&] { ReadFile(name, 5); }), name + ": is a socket, not a file");
 }
 
 TEST(File, ANameThatCannotBeReplacedLeavesNothingBehind) {

@@ -173,7 +173,7 @@ TEST(TomlReader, RefusesTheFirstKeyNobodyAskedFor) {
     capture.Read("threads", threads, IntegerRange{0, 100});
   };
   EXPECT_EQ(ErrorOfText("[capture]\nfps = 1\nfsp = 2\n[other]\n", read),
-            "swarm.toml:3: capture.fsp: unknown key; known here: fps, threads");
+            "swarm.toml:3: capture.fsp: unknown key (did you mean 'fps'?); known here: fps, threads");
   EXPECT_EQ(ErrorOfText("[capture]\nfps = 1\n[other]\nx = 1\n", read),
             "swarm.toml:3: other: unknown key; known here: capture");
 }
@@ -253,6 +253,55 @@ TEST(PrepareToml, RefusesThreeQuotes) {
   EXPECT_EQ(WrongLine("b = '''x'''"), 1);
   EXPECT_EQ(WrongLine("b = ['', \"\"] # '''"), 0);
   EXPECT_EQ(ErrorOfText("b = '''x'''"), "swarm.toml:1: texts in three quotes are not read here: use one");
+}
+
+TEST(TomlReader, ReadsLengthsWithAndWithoutUnits) {
+  TomlFile file = TomlFile::Parse("a = \"60mm\"\nb = 0.06\nc = \"6 cm\"\nd = [\"1.2m\", -0.3, \"45mm\"]", "");
+  TomlTable root = file.root();
+  double metres = 0;
+  for (const char* key : {"a", "b", "c"}) {
+    ASSERT_TRUE(root.ReadLength(key, metres, {0.001, 99}));
+    EXPECT_EQ(metres, 0.06) << key;
+  }
+  EXPECT_FALSE(root.ReadLength("none", metres, {0, 1}));
+  std::vector<double> list;
+  ASSERT_TRUE(root.ReadLengths("d", list, {1, 3}, {-10, 10}));
+  EXPECT_EQ(list, (std::vector{1.2, -0.3, 0.045}));
+}
+
+TEST(TomlReader, RefusesLengthsWithAHint) {
+  const auto wrong = [](const std::string& value) {
+    return ErrorOfText("side = " + value, [](TomlTable root) {
+      double metres = 0;
+      root.ReadLength("side", metres, {0.001, 99});
+    });
+  };
+  EXPECT_EQ(
+      wrong("120"),
+      "swarm.toml:1: side = 120: must be from 0.001 to 99 m; a bare number is in metres: did you mean \"120mm\"?");
+  EXPECT_EQ(wrong("0.0001"), "swarm.toml:1: side = 0.0001: must be from 0.001 to 99 m");
+  EXPECT_THAT(wrong("\"60 miles\""), ::testing::HasSubstr("must be a length from 0.001 to 99 m, written \"60mm\""));
+  EXPECT_THAT(wrong("nan"), ::testing::HasSubstr("must be"));
+  EXPECT_THAT(wrong("true"), ::testing::HasSubstr("must be a length"));
+}
+
+TEST(TomlReader, SuggestsTheWordThatWasMeant) {
+  const auto read = [](TomlTable root) {
+    int value = 0;
+    constexpr std::array<std::pair<std::string_view, int>, 2> kWords{{{"newest", 1}, {"wait", 2}}};
+    root.Read("when", value, kWords);
+  };
+  EXPECT_EQ(ErrorOfText("when = 'newset'", read),
+            "swarm.toml:1: when = 'newset': must be \"newest\" or \"wait\"; did you mean 'newest'?");
+}
+
+TEST(TomlReader, NamesTheKeyThatLooksLikeAMissingOne) {
+  const auto read = [](TomlTable root) {
+    std::string value;
+    root.Table("a").Require("position", value);
+  };
+  EXPECT_EQ(ErrorOfText("[a]\nx = 1\npostion = 2", read),
+            "swarm.toml:1: a.position: is missing and has no default (line 3 has 'postion'; did you mean that?)");
 }
 
 }  // namespace

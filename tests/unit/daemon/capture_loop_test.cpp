@@ -95,6 +95,16 @@ TEST_F(CaptureLoopTest, CountsCorruptFramesOnceAndGoesOn) {
   EXPECT_THAT(log_.lines(), ElementsAre(HasSubstr("b.png is cut off")));
 }
 
+TEST_F(CaptureLoopTest, SaysWhatIsWrongWhileEveryFrameIsUnusable) {
+  const Step corrupt = Gives(CaptureStatus::kCorrupt, "is cut off");
+  Run({FrameNumber(1), corrupt, kEnd});
+  EXPECT_EQ(report_.Get().message, "");  // one alone
+  Run({corrupt, corrupt, kEnd});
+  EXPECT_EQ(report_.Get().message, "frames are unusable: is cut off");
+  Run({corrupt, corrupt, FrameNumber(2), corrupt, kEnd});
+  EXPECT_EQ(report_.Get().message, "");
+}
+
 TEST_F(CaptureLoopTest, OpensAgainAfterADisconnection) {
   Run({FrameNumber(1), kGone, OpenFails("not there"), OpenFails("not there"), Opens(), FrameNumber(0), kEnd});
   EXPECT_THAT(sequences_, ElementsAre(1, 2));

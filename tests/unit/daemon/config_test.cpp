@@ -57,6 +57,7 @@ void ExpectSameOptions(const DaemonConfig& config, const DaemonConfig& defaults)
   EXPECT_EQ(config.detector.max_luminance_overlap, defaults.detector.max_luminance_overlap);
   EXPECT_EQ(config.detector.max_saturation_overlap, defaults.detector.max_saturation_overlap);
   EXPECT_EQ(config.detector.threads, defaults.detector.threads);
+  EXPECT_EQ(config.budget.choice, defaults.budget.choice);
   EXPECT_EQ(config.workers, defaults.workers);
   EXPECT_EQ(config.when_busy, defaults.when_busy);
   EXPECT_EQ(config.scheduling.cpus, defaults.scheduling.cpus);
@@ -81,7 +82,30 @@ void ExpectSameOptions(const DaemonConfig& config, const DaemonConfig& defaults)
   EXPECT_EQ(config.capture.replay.times, defaults.capture.replay.times);
 }
 
-TEST(Config, ShippedFileHoldsTheDefaults) { ExpectSameOptions(LoadDaemonConfig(Shipped()), {}); }
+TEST(Config, ShippedFileHoldsTheDefaults) {
+  ExpectSameOptions(ParseDaemonConfig(ShippedText(), "shipped.toml", Shipped().parent_path()), {});
+}
+
+TEST(Config, RemarksOnMessagesThatLeaveTheHost) {
+  EXPECT_THAT(Parse(kMinimal).remarks, IsEmpty());
+  EXPECT_THAT(Parse(kMinimal + "[publish]\nurl = \"udpm://239.255.76.67:7667?ttl=1\"\n").remarks,
+              ElementsAre(AllOf(StartsWith("a.toml:7: publish.url = "), HasSubstr("forge"))));
+}
+
+TEST(Config, ACameraWithoutANameHasTheOneOfItsFile) {
+  const test::TemporaryDirectory folder;
+  const auto name_of = [&](const std::string& file, const std::string& text) {
+    std::ofstream(folder / file) << text;
+    const DaemonConfig config = LoadDaemonConfig(folder / file);
+    EXPECT_EQ(config.publish.prefix, "CHEQUER_" + config.camera_name);
+    return config.camera_name;
+  };
+  EXPECT_EQ(name_of("north.toml", ShippedText()), "north") << "the example, copied for an instance of the service";
+  EXPECT_EQ(name_of("south-2.toml", kMinimal), "south-2");
+  EXPECT_EQ(name_of("north.toml", "[camera]\nname = \"ceiling\"\n" + kMinimal), "ceiling");
+  EXPECT_EQ(name_of("two words.toml", kMinimal), "camera");
+  EXPECT_EQ(name_of(std::string(49, 'x') + ".toml", kMinimal), "camera") << "too long for a channel";
+}
 
 TEST(Config, LeavingEverythingOutGivesTheDefaults) { ExpectSameOptions(Parse(kMinimal), {}); }
 
@@ -130,6 +154,40 @@ TEST(Config, ShippedFileNamesEveryKeyOfCameras) {
   }
 }
 
+// Under the heading of another kind of source, each key is refused as that kind's.
+TEST(Config, NamesTheSourceThatAKeyIsFor) {
+  std::istringstream lines(ShippedText());
+  std::string heading;
+  int keys = 0;
+  for (std::string line; std::getline(lines, line) && line != "[world]";) {
+    if (line.starts_with("# With ")) heading = line;
+    std::smatch key;
+    if (heading.find("source = ") == std::string::npos || !std::regex_match(line, key, std::regex("#?(\\w+) = (.*)")))
+      continue;
+    if (line.starts_with("[[marker]]")) break;
+    ++keys;
+    for (const std::string source : {"replay", "v4l2", "aravis"}) {
+      const bool its_own = heading.find("\"" + source + "\"") != std::string::npos;
+      const std::string path = source == "replay" && key[1] != "path" && key[1] != "images" ? "path = \"swarm\"\n" : "";
+      const std::string refusal = Refusal("[capture]\nsource = \"" + source + "\"\n" + path + key.str(1) + " = " +
+                                          key.str(2) + "\n[[marker]]\nsize = \"6x6\"\nvariant = \"secded\"\n");
+      if (its_own)
+        EXPECT_THAT(refusal, ::testing::Not(HasSubstr("is for source"))) << source << ": " << line;
+      else
+        EXPECT_THAT(refusal, HasSubstr("it is for source = ")) << source << ": " << line;
+    }
+  }
+  EXPECT_GE(keys, 25);
+}
+
+TEST(Config, TellsASideThatLooksLikeMillimetres) {
+  const DaemonConfig config =
+      Parse("[capture]\npath = \"swarm\"\n[[marker]]\nsize = \"6x6\"\nvariant = \"secded\"\nside = 60\n");
+  ASSERT_EQ(config.remarks.size(), 1u);
+  EXPECT_THAT(config.remarks[0], HasSubstr("did you mean \"60mm\"?"));
+  EXPECT_TRUE(Parse(kMinimal).remarks.empty());
+}
+
 TEST(Config, ShippedFileNamesNoOtherKey) {
   // With every left-out line put in, only those may be refused that exclude each other, each for that reason.
   const std::string text = ShippedText();
@@ -166,6 +224,11 @@ TEST(Config, RefusesWithFileLineKeyAndRange) {
   EXPECT_THAT(Refusal(kMinimal + "[detect]\nmax_luminance_overlap = 0.6\n"), HasSubstr("0 to 0.5"));
   EXPECT_THAT(Refusal(kMinimal + "[detect]\nmax_saturation_overlap = -0.1\n"), HasSubstr("0 to 0.5"));
   EXPECT_THAT(Refusal(kMinimal + "[detect]\ncolor_space = \"rgb\"\n"), AllOf(HasSubstr("lab"), HasSubstr("hsv")));
+  EXPECT_THAT(Refusal(kMinimal + "[detect]\nbudget = \"some\"\n"),
+              AllOf(HasSubstr("\"auto\""), HasSubstr("\"unlimited\""), HasSubstr("1000 to 1000000000")));
+  EXPECT_THAT(Refusal(kMinimal + "[detect]\nbudget = 999\n"),
+              AllOf(StartsWith("a.toml:7: detect.budget = 999"), HasSubstr("1000 to 1000000000")));
+  EXPECT_THAT(Refusal(kMinimal + "[detect]\nbudget = 1e6\n"), HasSubstr("whole number"));
   EXPECT_THAT(Refusal(kMinimal + "[pipeline]\nworkers = -1\n"), HasSubstr("0 to 64"));
   EXPECT_THAT(Refusal(kMinimal + "[pipeline]\nwhen_busy = \"drop\"\n"), HasSubstr("newest"));
   EXPECT_THAT(Refusal(kMinimal + "[pipeline]\ncpus = [0, 1024]\n"), HasSubstr("0 to 1023"));
@@ -188,6 +251,14 @@ TEST(Config, RefusesWithFileLineKeyAndRange) {
 
 /// kMinimal's marker with other lines.
 std::string WithMarker(const std::string& lines) { return "[capture]\npath = \"swarm\"\n[[marker]]\n" + lines; }
+
+TEST(Config, ReadsABudgetAsAWordOrANumber) {
+  EXPECT_EQ(Parse(kMinimal).budget.choice, BudgetChoice::kAuto);
+  EXPECT_EQ(Parse(kMinimal + "[detect]\nbudget = \"unlimited\"\n").budget.choice, BudgetChoice::kUnlimited);
+  const BudgetOptions budget = Parse(kMinimal + "[detect]\nbudget = 50000\n").budget;
+  EXPECT_EQ(budget.choice, BudgetChoice::kUnits);
+  EXPECT_EQ(budget.units, 50'000u);
+}
 
 TEST(Config, ReadsSeveralKindsOfMarkers) {
   const DaemonConfig config =

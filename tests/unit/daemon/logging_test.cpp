@@ -45,6 +45,14 @@ TEST_F(LoggingTest, LogsFromTheConfiguredLevelOn) {
   EXPECT_TRUE(spdlog::should_log(spdlog::level::debug));
 }
 
+TEST_F(LoggingTest, LetsNoTextSpeakToTheTerminal) {
+  SetUpLogging({LogLevel::kInfo, LogTarget::kConsole}, "north", "1.0");
+  ::testing::internal::CaptureStderr();
+  spdlog::info("camera {}", "evil\x1b[2J\u009b");
+  spdlog::default_logger()->flush();
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(), ::testing::EndsWith(" info camera evil?[2J?\n"));
+}
+
 TEST(Journal, RecordsSayWhoAndHowUrgent) {
   const LogField fields[] = {{"CHEQUER_CAMERA", "north"}, {"CHEQUER_EVENT", "camera_lost"}};
   EXPECT_THAT(

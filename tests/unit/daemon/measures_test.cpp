@@ -129,7 +129,7 @@ TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
   Statistics statistics({"1.0", "cam", 1, 2}, AtMs(0));
   CaptureReport capture;
   capture.captured = 4;
-  for (const std::size_t markers : {3u, 5u, 4u}) statistics.Published({}, std::vector<MarkerPose>(markers), {});
+  for (const std::size_t markers : {3u, 5u, 4u}) statistics.Published(std::vector<MarkerPose>(markers), {});
   StatusMessage status = statistics.Finish(capture, 0, 1, AtMs(2000));
   EXPECT_EQ(status.version, "1.0");
   EXPECT_EQ(status.camera, "cam");
@@ -143,7 +143,7 @@ TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
   EXPECT_EQ(status.markers_max, 5);
 
   capture.captured = 5;
-  statistics.Published({}, std::vector<MarkerPose>(9), {});
+  statistics.Published(std::vector<MarkerPose>(9), {});
   status = statistics.Finish(capture, 0, 0, AtMs(3000));
   EXPECT_EQ(status.uptime, seconds(3));
   EXPECT_EQ(status.window, seconds(1));
@@ -154,7 +154,7 @@ TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
 
 TEST(Statistics, TellsOfAWindowWithoutFrames) {
   Statistics statistics({}, AtMs(0));
-  statistics.Published({}, std::vector<MarkerPose>(3), {});
+  statistics.Published(std::vector<MarkerPose>(3), {});
   statistics.Finish({}, 0, 0, AtMs(1000));
   const StatusMessage status = statistics.Finish({}, 0, 0, AtMs(2000));
   EXPECT_EQ(status.publish_rate_hz, 0);
@@ -164,7 +164,7 @@ TEST(Statistics, TellsOfAWindowWithoutFrames) {
 
 TEST(Statistics, MeasuresEachStage) {
   Statistics statistics({}, AtMs(0));
-  statistics.Published({AtMs(0), AtMs(1), AtMs(6), AtMs(8), AtMs(9)}, {}, {});
+  statistics.Sent({AtMs(0), AtMs(1), AtMs(6), AtMs(8), AtMs(9)});
   const StatusMessage status = statistics.Finish({}, 0, 0, AtMs(1000));
   EXPECT_EQ(Stage(status, "queue").worst, milliseconds(1));
   EXPECT_EQ(Stage(status, "detect").worst, milliseconds(5));
@@ -192,8 +192,8 @@ TEST(Statistics, AddsUpWhatTheDetectorSaw) {
   DetectStats stats;
   stats.boards = 3;
   stats.refused_fit = 1;
-  statistics.Published({}, std::vector<MarkerPose>(2), stats);
-  statistics.Published({}, std::vector<MarkerPose>(2), stats);
+  statistics.Published(std::vector<MarkerPose>(2), stats);
+  statistics.Published(std::vector<MarkerPose>(2), stats);
   StatusMessage status = statistics.Finish({}, 0, 0, AtMs(1000));
   EXPECT_EQ(Named(status.detections, "boards").count, 6u);
   EXPECT_EQ(Named(status.detections, "refused_fit").count, 2u);
@@ -207,7 +207,7 @@ TEST(Statistics, CountsMarkersByTheirWarnings) {
   markers[0].warnings =
       static_cast<std::uint32_t>(Warning::kPoorIllumination) | static_cast<std::uint32_t>(Warning::kAmbiguous);
   markers[2].warnings = static_cast<std::uint32_t>(Warning::kAmbiguous);
-  statistics.Published({}, markers, {});
+  statistics.Published(markers, {});
   StatusMessage status = statistics.Finish({}, 0, 0, AtMs(1000));
   EXPECT_EQ(Named(status.detections, "warning_poor_illumination").count, 1u);
   EXPECT_EQ(Named(status.detections, "warning_ambiguous_pose").count, 2u);

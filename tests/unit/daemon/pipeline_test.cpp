@@ -6,11 +6,15 @@
 
 #include <algorithm>
 #include <atomic>
+#include <mutex>
+#include <optional>
 #include <semaphore>
+#include <system_error>
 #include <thread>
 
 #include "support/deadline.h"
 #include "support/log_capture.h"
+#include "support/no_room_for_threads.h"
 #include "support/recording_publisher.h"
 #include "support/scripted_source.h"
 #include "support/stepped_clock.h"
@@ -242,6 +246,100 @@ TEST_F(PipelineTest, KnowsAWorkerThatHangsFromOneThatWaits) {
   EXPECT_THAT(pipeline_->Stuck({}), ::testing::Not(HasSubstr("worker")));
 }
 
+TEST_F(PipelineTest, KnowsAWorkerAtADearFrameFromOneThatHangs) {
+  Gate gate;
+  std::atomic<std::uint64_t> pieces{0};
+  options_.pieces_done = [&](int) { return pieces.load(); };
+  Start(Frames(1, 1), [&] { return gate.Detector(); });
+  ASSERT_TRUE(gate.WasEntered());
+  for (int i = 0; i < 20; ++i) {
+    clock_.Advance(seconds(4));
+    ++pieces;
+    EXPECT_THAT(pipeline_->Stuck({}), ::testing::Not(HasSubstr("worker"))) << i;
+  }
+  clock_.Advance(seconds(6));
+  EXPECT_THAT(pipeline_->Stuck({}), HasSubstr("worker 0"));
+  gate.open.release(10);
+  ASSERT_TRUE(published_->WaitForPoses(1));
+}
+
+TEST_F(PipelineTest, StopsWithoutAWorkerThatHangs) {
+  Gate gate;
+  options_.workers = 2;
+  Start(Frames(1, 2), [&] { return gate.Detector(); });
+  ASSERT_TRUE(gate.WasEntered());
+  ASSERT_TRUE(ComesTrue([&] { return pipeline_->UnderWay() != ""; }));
+  pipeline_->Stop();
+  EXPECT_FALSE(pipeline_->WaitForEnd(milliseconds(10)));
+  EXPECT_THAT(pipeline_->UnderWay(), HasSubstr("is at a frame"));
+  EXPECT_TRUE(pipeline_->Abandon(kPatience));
+  EXPECT_TRUE(PublishedSequences().empty());
+  const StatusMessage status = LastStatus();
+  EXPECT_EQ(status.frames_captured, status.frames_published + status.frames_dropped);
+  gate.open.release(10);
+  EXPECT_TRUE(pipeline_->WaitForEnd(kPatience));
+}
+
+/// Says nothing, and takes nothing, until it is let go.
+class HangingPublisher final : public Publisher {
+ public:
+  explicit HangingPublisher(std::binary_semaphore& open) : open_(open) {}
+  bool Publish(const PosesMessage&) override { return Hang(); }
+  bool Publish(const StatusMessage&) override { return Hang(); }
+  bool Publish(const RobotsMessage&) override { return Hang(); }
+  bool Publish(const TracksMessage&) override { return Hang(); }
+  bool PublishInCamera(const PosesMessage&) override { return Hang(); }
+  PublisherHealth health() const override { return {}; }
+
+ private:
+  bool Hang() {
+    if (open_.try_acquire_for(kPatience)) open_.release();
+    return false;
+  }
+  std::binary_semaphore& open_;
+};
+
+TEST_F(PipelineTest, WorksOnWhileThePublisherHangsAndSaysSo) {
+  std::binary_semaphore open{0};
+  std::atomic<int> worked{0};
+  std::atomic<std::uint64_t> failed{0};
+  options_.status_period = milliseconds(1);
+  events_.status = [&](const StatusMessage& status) { failed = status.publisher.failed; };
+  Pipeline pipeline(
+      options_, std::make_unique<ScriptedSource>(Frames(1, 100)),
+      [&] { return [&](const ImageView&, DetectedFrame&) { ++worked; }; }, std::make_unique<HangingPublisher>(open),
+      events_, clock_.clock());
+  // Statuses alone are more than wait; the publisher has the first in its hands.
+  EXPECT_TRUE(ComesTrue([&] {
+    clock_.Advance(milliseconds(1));
+    return worked > 0 && failed > 2;
+  }));
+  EXPECT_THAT(pipeline.UnderWay(), HasSubstr("LCM is being handed a message"));
+  pipeline.Stop();
+  EXPECT_FALSE(pipeline.WaitForEnd(milliseconds(10)));
+  open.release();
+  pipeline.Join();
+}
+
+TEST_F(PipelineTest, LeavesNothingBehindWhereAThreadCannotBeStarted) {
+  options_.workers = 3;
+  bool finished = false;
+  events_.finished = [&] { finished = true; };
+  // Two threads run when the first worker's is to be started, then three, then four.
+  for (int workers_that_start = 0; workers_that_start < 3; ++workers_that_start) {
+    std::optional<test::NoRoomForThreads> no_room;
+    int made = 0;
+    EXPECT_THROW(Start(Frames(1, 10),
+                       [&] {
+                         if (made++ == workers_that_start) no_room.emplace();
+                         return FindSequence();
+                       }),
+                 std::system_error)
+        << workers_that_start;
+  }
+  EXPECT_FALSE(finished);
+}
+
 TEST_F(PipelineTest, KnowsACameraThreadThatHangs) {
   class Hanging final : public FrameSource {
    public:
@@ -433,6 +531,42 @@ TEST_F(PipelineTest, IsReadyWhenThereIsACameraToWaitFor) {
   Pipeline pipeline(options_, std::move(source), FindSequence, std::make_unique<RecordingPublisher>(published_),
                     events_);
   ASSERT_TRUE(ready.try_acquire_for(kPatience));
+  EXPECT_TRUE(PublishedSequences().empty());
+}
+
+TEST_F(PipelineTest, IsReadyThoughNoFrameIsUsableAndHasSaidWhatIsWrong) {
+  const std::vector<Step> wrong_size(100000, FrameNumber(1, 6));
+  const std::vector<Step> corrupt(100000, Gives(CaptureStatus::kCorrupt, "is cut off"));
+  options_.capture.size = FrameSize{4, 2};
+  options_.status_period = milliseconds(1);
+  for (const auto& script : {wrong_size, corrupt}) {
+    std::mutex mutex;
+    std::vector<std::string> said;  // of statuses and, at the end, of readiness
+    std::binary_semaphore ready{0};
+    events_.status = [&](const StatusMessage& status) {
+      const std::lock_guard lock(mutex);
+      said.push_back(status.camera_message);
+    };
+    events_.ready = [&] {
+      {
+        const std::lock_guard lock(mutex);
+        said.push_back("ready");
+      }
+      ready.release();
+    };
+    // The host's clock: a status comes whenever one is due.
+    Pipeline pipeline(options_, std::make_unique<ScriptedSource>(script), FindSequence,
+                      std::make_unique<RecordingPublisher>(published_), events_);
+    ASSERT_TRUE(ready.try_acquire_for(kPatience));
+    pipeline.Stop();
+    pipeline.Join();
+    const auto at = std::find(said.begin(), said.end(), "ready");
+    EXPECT_NE(at, said.begin()) << "a status comes first";
+    EXPECT_TRUE(std::any_of(said.begin(), said.end(), [](const std::string& text) {
+      return text.find("its calibration is for 4x2") != std::string::npos ||
+             text.find("frames are unusable: is cut off") != std::string::npos;
+    }));
+  }
   EXPECT_TRUE(PublishedSequences().empty());
 }
 

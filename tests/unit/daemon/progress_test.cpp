@@ -20,7 +20,7 @@ MonotonicTime AtSecond(double s) { return MonotonicTime(milliseconds(static_cast
 const ProgressLimits kLimits{.work = seconds(5), .opening = seconds(120)};
 
 TEST(Progress, HasNothingToSayOfPartsThatWait) {
-  const Progress progress(3);
+  Progress progress(3);
   EXPECT_THAT(progress.Stuck(AtSecond(1e6), kLimits), IsEmpty());
 }
 
@@ -39,10 +39,53 @@ TEST(Progress, NamesTheCauseRatherThanWhatFollowsFromIt) {
   EXPECT_THAT(progress.Stuck(AtSecond(6), kLimits), HasSubstr("none has been published"));
   progress.publishing.Begin(AtSecond(0));
   EXPECT_THAT(progress.Stuck(AtSecond(6), kLimits), HasSubstr("publishing one message"));
+  progress.sending.Begin(AtSecond(0));
+  EXPECT_THAT(progress.Stuck(AtSecond(6), kLimits), HasSubstr("handing one message to LCM"));
   progress.capture.capturing.Begin(AtSecond(0));
   EXPECT_THAT(progress.Stuck(AtSecond(6), kLimits), HasSubstr("camera's thread"));
   progress.worker(0).Begin(AtSecond(0));
   EXPECT_THAT(progress.Stuck(AtSecond(6), kLimits), HasSubstr("worker 0"));
+}
+
+TEST(Progress, KnowsASlowFrameFromOneThatHangs) {
+  std::uint64_t pieces = 0;
+  Progress progress(2, [&](int worker) { return worker == 1 ? pieces : 0; });
+  progress.frames.BeginUnlessBegun(AtSecond(0));
+  progress.worker(1).Begin(AtSecond(0));
+  for (int s = 1; s <= 60; ++s) {
+    ++pieces;
+    EXPECT_THAT(progress.Stuck(AtSecond(s), kLimits), IsEmpty()) << s;
+  }
+  EXPECT_THAT(progress.Stuck(AtSecond(65), kLimits), IsEmpty());
+  EXPECT_THAT(progress.Stuck(AtSecond(66), kLimits), AllOf(HasSubstr("worker 1"), HasSubstr("6.0 s")));
+  ++pieces;
+  EXPECT_THAT(progress.Stuck(AtSecond(67), kLimits), IsEmpty());
+}
+
+TEST(Progress, DoesNotTakeThePiecesOfFormerFramesForProgress) {
+  std::uint64_t pieces = 1000;
+  Progress progress(1, [&](int) { return pieces; });
+  EXPECT_THAT(progress.Stuck(AtSecond(0), kLimits), IsEmpty());
+  progress.worker(0).Begin(AtSecond(1));
+  EXPECT_THAT(progress.Stuck(AtSecond(7), kLimits), HasSubstr("worker 0"));
+}
+
+TEST(Progress, RenewsOnlyWhatHasBegun) {
+  Activity activity;
+  activity.Renew(AtSecond(1));
+  EXPECT_EQ(activity.Lasting(AtSecond(5)), std::nullopt);
+  activity.Begin(AtSecond(1));
+  activity.Renew(AtSecond(4));
+  EXPECT_EQ(activity.Lasting(AtSecond(5)), seconds(1));
+}
+
+TEST(Progress, NamesWhatIsUnderWay) {
+  Progress progress(2);
+  EXPECT_THAT(progress.UnderWay(AtSecond(1)), IsEmpty());
+  progress.worker(1).Begin(AtSecond(0));
+  progress.capture.opening.Begin(AtSecond(0));
+  EXPECT_EQ(progress.UnderWay(AtSecond(1)), "worker 1 is at a frame, the camera is being opened");
+  EXPECT_EQ(progress.busy_workers(AtSecond(1)), 1);
 }
 
 TEST(Progress, LeavesACameraMoreTimeToOpen) {

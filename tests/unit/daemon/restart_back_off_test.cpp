@@ -1,6 +1,7 @@
 #include "daemon/restart_back_off.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 #include <string>
@@ -21,6 +22,26 @@ TEST(RestartBackOff, DoublesUpToAMinute) {
     EXPECT_EQ(DelayBeforeStart(folder.path(), UtcAt(now)), seconds(expected));
     now += expected + 3;
   }
+}
+
+TEST(RestartBackOff, DoesNotCountStartsThatEndedWell) {
+  const test::TemporaryDirectory folder;
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(DelayBeforeStart(folder.path(), UtcAt(i)), seconds(0)) << i;
+    ForgetFailures(folder.path());
+  }
+  // One that failed between counts, and is forgotten by the next that ends well.
+  EXPECT_EQ(DelayBeforeStart(folder.path(), UtcAt(10)), seconds(0));
+  EXPECT_EQ(DelayBeforeStart(folder.path(), UtcAt(11)), seconds(1));
+  ForgetFailures(folder.path());
+  EXPECT_EQ(DelayBeforeStart(folder.path(), UtcAt(12)), seconds(0));
+  ForgetFailures("/nowhere/at/all");
+}
+
+TEST(RestartBackOff, DoesNotWaitAtAPipe) {
+  const test::TemporaryDirectory folder;
+  ASSERT_EQ(::mkfifo((folder / "starts").c_str(), 0600), 0);
+  EXPECT_EQ(DelayBeforeStart(folder.path(), UtcAt(0)), seconds(0));
 }
 
 TEST(RestartBackOff, ForgetsAfterALongRun) {

@@ -51,6 +51,30 @@ class RobotConfig : public ::testing::Test {
 const std::string kWorld = "[world]\nfile = \"world.toml\"\n";
 const std::string kRobots = "[robots]\nfile = \"robots.toml\"\n";
 
+TEST_F(RobotConfig, RefusesASideThatTheWorldFileContradicts) {
+  WorldCalibration world;
+  WorldReference reference;
+  reference.id = 7;
+  reference.side_m = 0.12;
+  world.references.push_back(reference);
+  WriteWorld(folder_ / "world.toml", world);
+  EXPECT_THAT(Refusal(kWorld), AllOf(StartsWith("a.toml:10: world.file"), HasSubstr("100 mm here"),
+                                     HasSubstr("120 mm in the world file")));
+  world.references[0].side_m = 0.1;
+  WriteWorld(folder_ / "world.toml", world);
+  EXPECT_EQ(Refusal(kWorld), "no error");
+}
+
+TEST_F(RobotConfig, ReadsLengthsWithUnits) {
+  std::ofstream(folder_ / "robots.toml") << "[[robot]]\nname = \"alice\"\nid = 3\nposition = [\"2cm\", 0, \"105mm\"]\n";
+  const FramePublisherOptions options =
+      Parse(kWorld + "drift_limit = \"7mm\"\n" + kRobots + "max_height_error = \"5 cm\"\n").frames;
+  EXPECT_EQ(options.drift.limit_m, 0.007);
+  EXPECT_EQ(options.max_height_error_m, 0.05);
+  const Eigen::Vector3d at = options.roster->robots.at(0).markers.at(0).body_from_marker.translation;
+  EXPECT_EQ(at, Eigen::Vector3d(0.02, 0, 0.105));
+}
+
 TEST_F(RobotConfig, ReadsEverything) {
   const FramePublisherOptions options =
       Parse(kWorld + "frames = \"both\"\ndrift_limit = 0.01\ndrift_window = 3.5\n" + kRobots +

@@ -38,6 +38,15 @@ TEST(Scheduling, RefusesProcessorsThatAreNotThereAndNamesThoseThatAre) {
     }
 }
 
+TEST(Scheduling, SpreadsThreadsOfAWorkerBehindAllWorkers) {
+  const SchedulingOptions options{.cpus = {3, 5, 7, 9}};
+  EXPECT_EQ(CpuOf(options, 0), 3);
+  EXPECT_EQ(CpuOf(options, 1), 5);
+  EXPECT_EQ(CpuOf(options, 0, 1, 2), 7);
+  EXPECT_EQ(CpuOf(options, 1, 1, 2), 9);
+  EXPECT_EQ(CpuOf(options, 0, 2, 2), 3);
+}
+
 TEST(Scheduling, SaysWhatItTakesToRunInRealTime) {
   std::thread([] {
     const std::string problem = MakeThisThreadRealtime(7);

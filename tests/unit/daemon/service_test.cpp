@@ -2,18 +2,26 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
+#include <sched.h>
 
+#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <fstream>
 #include <mutex>
 #include <semaphore>
 #include <stdexcept>
+#include <thread>
 
 #include "support/deadline.h"
 #include "support/log_capture.h"
+#include "support/no_room_for_threads.h"
 #include "support/recording_publisher.h"
 #include "support/scripted_source.h"
+#include "support/stepped_clock.h"
+#include "support/temporary_directory.h"
 
 namespace chequer {
 namespace {
@@ -59,6 +67,34 @@ TEST(ChangedSections, AreNotThoseThatSayTheSameInAnotherWay) {
               IsEmpty());
 }
 
+/// A roster that is edited takes effect with the next reload, which says so.
+TEST(ChangedSections, AreThoseWhoseFilesSaySomethingElse) {
+  const test::TemporaryDirectory folder;
+  const auto write = [&](const std::string& name, const std::string& text) { std::ofstream(folder / name) << text; };
+  write("camera.toml",
+        "[camera]\nwidth = 640\nheight = 480\nfx = 500\nfy = 500\ncx = 320\ncy = 240\nmodel = \"pinhole\"\n");
+  write("world.toml", "[world]\nposition = [0, 0, 2]\norientation = [0, 1, 0, 0]\n");
+  write("robots.toml", "[[robot]]\nname = \"alice\"\nid = 1\nheight = 0.1\n");
+  write("kernels.txt", "0110100110010110\n");
+  const std::string text =
+      "[camera]\ncalibration = \"camera.toml\"\n[capture]\npath = \"swarm\"\n"
+      "[[marker]]\nsize = \"6x6\"\nvariant = \"secded\"\nside = 0.1\n"
+      "[[marker]]\nsize = \"6x6\"\nvariant = \"table\"\nside = 0.1\ntable = \"kernels.txt\"\n"
+      "[world]\nfile = \"world.toml\"\n[robots]\nfile = \"robots.toml\"\n";
+  const auto load = [&] { return ParseDaemonConfig(text, "a.toml", folder.path()); };
+  const DaemonConfig before = load();
+  EXPECT_THAT(ChangedSections(before, load()), IsEmpty());
+  write("robots.toml", "[[robot]]\nname = \"bob\"\nid = 1\nheight = 0.1\n");
+  EXPECT_EQ(ChangedSections(before, load()), "robots");
+  write("world.toml", "[world]\nposition = [0, 0, 3]\norientation = [0, 1, 0, 0]\n");
+  EXPECT_EQ(ChangedSections(before, load()), "robots, world");
+  write("kernels.txt", "0110100110010111\n");
+  EXPECT_EQ(ChangedSections(before, load()), "marker, robots, world");
+  write("camera.toml",
+        "[camera]\nwidth = 640\nheight = 480\nfx = 501\nfy = 500\ncx = 320\ncy = 240\nmodel = \"pinhole\"\n");
+  EXPECT_EQ(ChangedSections(before, load()), "camera, marker, robots, world");
+}
+
 /// A service of scripted sources, one for each time that one is made, whose sequence numbers are those of a camera that
 /// counts on.
 class ServiceTest : public ::testing::Test {
@@ -87,7 +123,7 @@ class ServiceTest : public ::testing::Test {
       };
     };
     parts_.set_up_logging = [this](const DaemonConfig& config) { logged_as_ = config.log.level; };
-    parts_.while_waiting = [this] { ++looked_while_waiting_; };
+    parts_.while_waiting = [this] { return ++looked_while_waiting_, goes_on_waiting_; };
     events_.ready = [this] { ++ready_; };
     events_.finished = [this] { finished_.release(); };
   }
@@ -107,6 +143,7 @@ class ServiceTest : public ::testing::Test {
   std::atomic<int> ready_{0};
   std::counting_semaphore<100> finished_{0};
   int looked_while_waiting_ = 0;
+  bool goes_on_waiting_ = true;
   int sources_made_ = 0;
   int publishers_made_ = 0;
   int detectors_made_ = 0;
@@ -254,6 +291,83 @@ TEST_F(ServiceTest, IsLookedAfterWhileItWaitsForACameraThatIsBeingOpened) {
   next.workers = 2;
   service_->Reload(next);
   EXPECT_GE(looked_while_waiting_, 1);
+}
+
+TEST_F(ServiceTest, StopsWaitingForAReloadWhenItIsToStop) {
+  scripts_ = {{Opens(), FrameNumber(1)}};
+  std::binary_semaphore entered{0}, open{0};
+  parts_.make_detect = [&](const DetectorOptions&) {
+    return [&](const ImageView&, DetectedFrame&) {
+      entered.release();
+      EXPECT_TRUE(open.try_acquire_for(test::kPatience));
+    };
+  };
+  Start(Config(kOneWorker));
+  ASSERT_TRUE(entered.try_acquire_for(test::kPatience));
+  goes_on_waiting_ = false;
+  EXPECT_THROW(service_->Reload(Config(kOneWorker + "[log]\nlevel = \"error\"\n")), ReloadInterrupted);
+  service_->Stop();
+  open.release();
+  service_->Join();
+  EXPECT_THAT(Sequences(), ElementsAre(1));
+}
+
+TEST_F(ServiceTest, SaysThatItIsLostWhereAReloadCannotStartItsThreads) {
+  scripts_ = {{Opens(), FrameNumber(1)}};
+  Start(Config(kOneWorker));
+  ASSERT_TRUE(published_->WaitForPoses(1));
+  const test::NoRoomForThreads no_room;
+  EXPECT_THROW(service_->Reload(Config(kOneWorker + "[log]\nlevel = \"error\"\n")), ServiceLost);
+}
+
+TEST_F(ServiceTest, DetectorsThreadsAreBegunAsTheirWorkerIs) {
+  std::vector<DetectorOptions> made;
+  parts_.make_detect = [&](const DetectorOptions& options) {
+    made.push_back(options);
+    return [](const ImageView&, DetectedFrame&) {};
+  };
+  const std::string here = std::to_string(sched_getcpu());
+  Start(Config("[pipeline]\nworkers = 2\ncpus = [" + here + "]\nrealtime_priority = 5\n[detect]\nthreads = 2\n"));
+  ASSERT_EQ(made.size(), 2u);
+  std::thread([&] {
+    made[1].on_thread_start(1);
+    std::array<char, 16> name{};
+    pthread_getname_np(pthread_self(), name.data(), name.size());
+    EXPECT_STREQ(name.data(), "chq-help1.1");
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    ASSERT_EQ(sched_getaffinity(0, sizeof set, &set), 0);
+    EXPECT_EQ(CPU_COUNT(&set), 1);
+    sched_param parameter{};
+    int policy = 0;
+    pthread_getschedparam(pthread_self(), &policy, &parameter);
+    // Refused without the right, as it is to the worker.
+    if (policy == SCHED_FIFO) {
+      EXPECT_EQ(parameter.sched_priority, 5);
+    }
+  }).join();
+}
+
+TEST_F(ServiceTest, HearsOfProgressWithinAFrame) {
+  scripts_ = {{Opens(), FrameNumber(1)}};
+  std::binary_semaphore entered{0}, open{0};
+  std::function<void()> progress;
+  parts_.make_detect = [&](const DetectorOptions& options) {
+    progress = options.on_progress;
+    return [&](const ImageView&, DetectedFrame&) {
+      entered.release();
+      EXPECT_TRUE(open.try_acquire_for(test::kPatience));
+    };
+  };
+  test::SteppedClock clock;
+  service_.emplace(Config(kOneWorker), "1.0", parts_, events_, clock.clock());
+  ASSERT_TRUE(entered.try_acquire_for(test::kPatience));
+  clock.Advance(std::chrono::seconds(6));
+  progress();
+  EXPECT_THAT(service_->Stuck({}), Not(HasSubstr("worker 0")));
+  clock.Advance(std::chrono::seconds(6));
+  EXPECT_THAT(service_->Stuck({}), HasSubstr("worker 0"));
+  open.release();
 }
 
 TEST_F(ServiceTest, EndsWhenTheRecordingIsOver) {

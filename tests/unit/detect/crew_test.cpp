@@ -3,7 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <barrier>
+#include <map>
+#include <mutex>
+#include <system_error>
+#include <thread>
 #include <vector>
+
+#include "support/no_room_for_threads.h"
 
 namespace chequer {
 namespace {
@@ -28,6 +35,37 @@ TEST_P(CrewTest, DoesEveryItemOnceRunAfterRun) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Workers, CrewTest, testing::Values(1, 2, 5));
+
+TEST(Crew, BeginsEachOfItsThreadsAsAskedFor) {
+  std::mutex mutex;
+  std::map<int, std::thread::id> begun;
+  const auto begin = [&](int worker) {
+    const std::lock_guard lock(mutex);
+    EXPECT_TRUE(begun.emplace(worker, std::this_thread::get_id()).second);
+  };
+  std::map<int, std::thread::id> worked;
+  {
+    Crew crew(3, begin);
+    // Each waits for the others, so that every thread has an item.
+    std::barrier all(3);
+    crew.Run(3, [&](int, int worker) {
+      {
+        const std::lock_guard lock(mutex);
+        worked[worker] = std::this_thread::get_id();
+      }
+      all.arrive_and_wait();
+    });
+  }
+  ASSERT_EQ(begun.size(), 2u);
+  EXPECT_EQ(worked.at(0), std::this_thread::get_id());
+  EXPECT_EQ(begun.at(1), worked.at(1));
+  EXPECT_EQ(begun.at(2), worked.at(2));
+}
+
+TEST(Crew, LeavesNothingBehindWhereAThreadCannotBeStarted) {
+  const test::NoRoomForThreads no_room;
+  EXPECT_THROW(Crew(3), std::system_error);
+}
 
 }  // namespace
 }  // namespace chequer

@@ -27,6 +27,18 @@ TEST(Recognition, OtherIdsAreWrongUnlessTheyAreThere) {
   EXPECT_EQ(CountRecognised(frames, 7, std::array<std::uint64_t, 1>{8}).wrong, 1);
 }
 
+TEST(SeenBeside, TellsOtherMarkersFromMisreadOnes) {
+  std::vector<SeenFrame> frames;
+  for (int i = 0; i < 20; ++i) {
+    SeenFrame frame{Read(7)};
+    if (i % 2 == 0) frame.push_back(Read(30));  // another robot, now and then hidden
+    frames.push_back(frame);
+    frames.push_back({Read(9)});  // the same marker, misread
+  }
+  frames[0].push_back(Read(99));  // once
+  EXPECT_EQ(SeenBeside(frames, 7), std::vector<std::uint64_t>{30});
+}
+
 TEST(Recognition, OfNoFramesIsZero) { EXPECT_EQ(CountRecognised({}, 7).Rate(), 0); }
 
 TEST(MostSeen, IsTheIdOfMostDetections) {

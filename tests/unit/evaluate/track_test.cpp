@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
+#include <vector>
 
 namespace chequer {
 namespace {
@@ -79,6 +82,40 @@ TEST(AngleBetween, IgnoresTheSignOfQuaternions) {
   const Eigen::Quaterniond minus_a(-a.w(), -a.x(), -a.y(), -a.z());
   EXPECT_NEAR(AngleBetweenDeg(a, minus_a), 0, 1e-6);
   EXPECT_NEAR(AngleBetweenDeg(a, Eigen::Quaterniond::Identity()), 30, 1e-9);
+}
+
+RigidTransform Pose(const Eigen::Vector3d& position, double heading_rad = 0) {
+  return {RotationFromVector({0, 0, heading_rad}), position};
+}
+
+TrackShape Shape(const std::vector<RigidTransform>& poses) { return ShapeOf(poses, FitTrack(poses)); }
+
+TEST(TrackShape, ATrackWithNoiseIsStraight) {
+  for (const double noise_m : {0.0, 0.001, 0.02}) {
+    std::vector<RigidTransform> poses;
+    std::mt19937 random(3);
+    std::normal_distribution<double> noise(0, 1);
+    for (int i = 0; i < 60; ++i)
+      poses.push_back(Pose({0.01 * i + noise_m * noise(random), noise_m * noise(random), 1 + noise_m * noise(random)},
+                           0.3 * noise(random)));
+    EXPECT_TRUE(Shape(poses).is_straight) << noise_m;
+    EXPECT_FALSE(Shape(poses).is_turning);
+  }
+}
+
+TEST(TrackShape, ALensThatBendsALineIsNoOtherPath) {
+  std::vector<RigidTransform> poses;
+  for (int i = 0; i < 60; ++i) poses.push_back(Pose({0.02 * i, 0.01 * std::sin(M_PI * i / 59), 1}));
+  EXPECT_TRUE(Shape(poses).is_straight) << "10 mm of bow over 1.2 m are what is to be measured";
+}
+
+TEST(TrackShape, ACircleAndACornerAreNotStraight) {
+  std::vector<RigidTransform> circle, corner;
+  for (int i = 0; i < 60; ++i) circle.push_back(Pose({std::cos(0.1 * i), std::sin(0.1 * i), 0}, 0.1 * i));
+  EXPECT_FALSE(Shape(circle).is_straight);
+  EXPECT_TRUE(Shape(circle).is_turning);
+  for (int i = 0; i < 60; ++i) corner.push_back(Pose({0.01 * std::min(i, 30), 0.01 * std::max(0, i - 30), 0}));
+  EXPECT_FALSE(Shape(corner).is_straight);
 }
 
 }  // namespace

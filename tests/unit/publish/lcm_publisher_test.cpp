@@ -8,6 +8,7 @@
 
 #include "publish/lcm_log.h"
 #include "publish/lcm_subscriber.h"
+#include "support/file_size_limit.h"
 #include "support/log_capture.h"
 #include "support/stepped_clock.h"
 #include "support/temporary_directory.h"
@@ -88,26 +89,28 @@ TEST(LcmPublisher, WaitsForWhatCannotBeOpenedAndComplainsOnce) {
 }
 
 TEST(LcmPublisher, NoticesAFullDisk) {
+  test::LogCapture log;
   LcmPublisher publisher({"file:///dev/full?mode=w", "CHEQUER"});
-  // The first ones stay in the log's buffer.
-  for (int i = 0; i < 100 && publisher.health().failed == 0; ++i) publisher.Publish(SamplePoses(20));
-  EXPECT_GT(publisher.health().failed, 0u);
+  for (int i = 0; i < 500; ++i) EXPECT_FALSE(publisher.Publish(SamplePoses(20)));
+  EXPECT_EQ(publisher.health().failed, 500u);
   EXPECT_EQ(publisher.health().state, PublisherState::kFailing);
   EXPECT_THAT(publisher.health().message, HasSubstr("No space left on device"));
+  EXPECT_EQ(log.lines().size(), 1u);
 }
 
-TEST(LcmPublisher, AFullDiskIsComplainedOfOnce) {
+TEST(LcmPublisher, AFullDiskIsComplainedOfOnceThoughSmallMessagesFit) {
   test::SteppedClock time;
   test::LogCapture log;
-  LcmPublisher publisher({"file:///dev/full?mode=w", "CHEQUER"}, time.clock());
-  // The buffer takes some messages between those that fail.
-  int taken = 0;
+  const TemporaryDirectory folder;
+  const test::FileSizeLimit limit(1000);
+  LcmPublisher publisher({FileUrl(folder / "log"), "CHEQUER"}, time.clock());
   for (int i = 0; i < 500; ++i) {
-    taken += publisher.Publish(SamplePoses(20));
+    publisher.Publish(SamplePoses(20));
+    publisher.Publish(SamplePoses(0));
     time.Advance(milliseconds(20));
   }
-  EXPECT_GT(taken, 0);
-  EXPECT_GT(publisher.health().failed, 10u);
+  EXPECT_GT(publisher.health().sent, 0u);
+  EXPECT_GT(publisher.health().failed, 500u);
   EXPECT_EQ(log.lines().size(), 1u);
 }
 
@@ -116,7 +119,8 @@ TEST(LcmPublisher, TriesAgainWithBackOffOnly) {
   const std::filesystem::path missing = folder / "missing";
   test::SteppedClock time;
   test::LogCapture log;
-  LcmPublisher publisher({FileUrl(missing / "log"), "CHEQUER"}, time.clock());  // fails: next try in 250 ms
+  LcmPublisher publisher({FileUrl(missing / "log"), "CHEQUER"}, time.clock());
+  EXPECT_FALSE(publisher.Publish(SamplePoses(1)));  // next try in 250 ms
   std::filesystem::create_directory(missing);
   time.Advance(milliseconds(249));
   EXPECT_FALSE(publisher.Publish(SamplePoses(1)));
@@ -167,6 +171,47 @@ TEST(LcmSubscriber, ReceivesWhatALogHolds) {
   EXPECT_EQ(messages, 2);
   EXPECT_EQ(poses, 1);
   EXPECT_EQ(subscriber.unreadable(), 0u);
+}
+
+/// LCM's own player writes beyond its memory where a log says 0x7fffffff bytes.
+TEST(LcmSubscriber, SurvivesALogThatLies) {
+  const TemporaryDirectory folder;
+  {
+    LcmPublisher publisher({FileUrl(folder / "log"), "CHEQUER"});
+    for (int i = 0; i < 3; ++i) publisher.Publish(SamplePoses(2));
+  }
+  {
+    std::fstream log(folder / "log", std::ios::in | std::ios::out | std::ios::binary);
+    log.seekp(24).write("\x7f\xff\xff\xff", 4);
+  }
+  int messages = 0;
+  LcmSubscriber subscriber("file://" + (folder / "log").string(), {"CHEQUER", ""},
+                           [&](const std::string&, ReceivedMessage&&) { ++messages; });
+  while (subscriber.Wait(seconds(10)) == LcmSubscriber::Outcome::kMessage) {
+  }
+  EXPECT_EQ(messages, 2);
+  EXPECT_EQ(subscriber.unreadable(), 1u);
+}
+
+TEST(LcmSubscriber, PlaysALogAtItsPace) {
+  const TemporaryDirectory folder;
+  test::SteppedClock time;
+  {
+    LcmPublisher publisher({FileUrl(folder / "log"), "CHEQUER"}, time.clock());
+    for (int i = 0; i < 2; ++i) {
+      publisher.Publish(SamplePoses(1));
+      time.Advance(std::chrono::hours(1));
+    }
+  }
+  const std::string url = "file://" + (folder / "log").string();
+  LcmSubscriber at_pace(url, {}, [](const std::string&, ReceivedMessage&&) {});
+  EXPECT_EQ(at_pace.Wait(seconds(10)), LcmSubscriber::Outcome::kMessage);
+  EXPECT_EQ(at_pace.Wait(milliseconds(1)), LcmSubscriber::Outcome::kTimeout) << "it is due in an hour";
+  LcmSubscriber fast(url + "?speed=0", {}, [](const std::string&, ReceivedMessage&&) {});
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(fast.Wait(milliseconds(1)), LcmSubscriber::Outcome::kMessage);
+  EXPECT_EQ(fast.Wait(milliseconds(1)), LcmSubscriber::Outcome::kClosed);
+  LcmSubscriber none(url + "?speed=0", {"OTHER", ""}, [](const std::string&, ReceivedMessage&&) {});
+  EXPECT_EQ(none.Wait(milliseconds(1)), LcmSubscriber::Outcome::kClosed);
 }
 
 TEST(LcmSubscriber, SaysWhatIsWrongWithItsUrl) {

@@ -1,8 +1,11 @@
 #include "publish/lcm_url.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include "core/unique_fd.h"
 #include "publish/channels.h"
 #include "publish/lcm_publisher.h"
 #include "publish/lcm_subscriber.h"
@@ -62,17 +65,37 @@ TEST(LcmUrl, AcceptsWhatLcmOpens) {
   EXPECT_THAT(Refusal("memq://"), "no error");
 }
 
-TEST(LcmUrl, ProbeNamesAFolderThatIsMissing) {
-  const test::TemporaryDirectory folder;
-  const std::string url = "file://" + (folder / "missing/log.lcm").string() + "?mode=w";
-  EXPECT_THAT(ProbeLcmUrl(ParseLcmUrl(url, LcmDirection::kPublish)),
-              AllOf(HasSubstr(url), HasSubstr("No such file"), HasSubstr("folder")));
+TEST(LcmUrl, KnowsWhatLeavesTheHost) {
+  const auto leaves = [](const std::string& url) { return ParseLcmUrl(url, LcmDirection::kPublish).LeavesTheHost(); };
+  EXPECT_FALSE(leaves("udpm://239.255.76.67:7667?ttl=0"));
+  EXPECT_FALSE(leaves("udpm://")) << "LCM's default";
+  EXPECT_TRUE(leaves("udpm://239.255.76.67:7667?ttl=1"));
+  EXPECT_TRUE(leaves("udpm://239.255.76.67:7667?recv_buf_size=9&ttl=255"));
+  EXPECT_FALSE(leaves("tcpq://127.0.0.1:7700"));
+  EXPECT_TRUE(leaves("tcpq://192.168.1.2:7700"));
+  EXPECT_FALSE(leaves("file:///tmp/a?mode=w"));
+  EXPECT_FALSE(leaves("memq://"));
 }
 
 TEST(LcmUrl, ProbeNamesATcpServerThatIsMissing) {
   // Port 1 of the loopback: privileged and assigned to nothing anyone runs.
   const LcmUrl url = ParseLcmUrl("tcpq://127.0.0.1:1", LcmDirection::kPublish);
   EXPECT_THAT(ProbeLcmUrl(url), AllOf(HasSubstr("tcpq://127.0.0.1:1"), HasSubstr("port 1")));
+}
+
+// LCM would wait at a pipe for its other end.
+TEST(LcmUrl, ProbeRefusesALogThatIsNoFile) {
+  const test::TemporaryDirectory folder;
+  const std::string pipe = (folder / "pipe").string();
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const auto written = [&](const char* mode) {
+    return ProbeLcmUrl(ParseLcmUrl("file://" + pipe + mode, LcmDirection::kPublish));
+  };
+  EXPECT_THAT(written("?mode=w"), HasSubstr("pipe, not a file"));
+  EXPECT_THAT(ProbeLcmUrl(ParseLcmUrl("file://" + pipe, LcmDirection::kSubscribe)), HasSubstr("is a pipe, not a file"));
+  const UniqueFd reader(::open(pipe.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  EXPECT_THAT(written("?mode=a"), HasSubstr("not a file"));
+  EXPECT_THAT(ProbeLcmUrl(ParseLcmUrl("file:///dev/null?mode=w", LcmDirection::kPublish)), IsEmpty());
 }
 
 TEST(ChannelPrefix, AllowsWhatNeedsNoQuoting) {

@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -286,10 +287,42 @@ TEST(Wire, RefusesOtherTypes) {
   EXPECT_FALSE(DecodeMessage(bytes).has_value());
 }
 
-TEST(Wire, RefusesSizesAndVariantsThatDoNotExist) {
+TEST(Wire, CarriesAVariantThatItDoesNotKnow) {
+  std::vector<std::uint8_t> bytes = Encoded(SamplePoses(2));
+  const std::size_t variant = bytes.size() - 2 * 187 + 9;
+  for (const std::uint8_t newer : std::array<std::uint8_t, 3>{8, 120, 255}) {
+    bytes[variant] = newer;
+    const auto message = DecodeMessage(bytes);
+    ASSERT_TRUE(message.has_value());
+    const std::vector<MarkerPose>& markers = std::get<PosesMessage>(*message).markers;
+    ASSERT_EQ(markers.size(), 2u);
+    EXPECT_EQ(markers[0].variant, static_cast<Variant>(newer));
+    EXPECT_EQ(VariantName(markers[0].variant), "unknown");
+    EXPECT_EQ(VariantName(markers[1].variant), VariantName(SamplePoses(2).markers[1].variant));
+    // Passed on, it is the same again.
+    EXPECT_EQ(Encoded(std::get<PosesMessage>(*message))[variant], newer);
+  }
+}
+
+TEST(Wire, CarriesStatesAndInstantsThatItDoesNotKnow) {
+  StatusMessage status = SampleStatus();
+  status.camera_state = static_cast<CameraState>(9);
+  status.publisher.state = static_cast<PublisherState>(9);
+  const auto received = DecodeMessage(Encoded(status));
+  ASSERT_TRUE(received.has_value());
+  EXPECT_EQ(std::get<StatusMessage>(*received).camera_state, status.camera_state);
+  EXPECT_EQ(std::get<StatusMessage>(*received).publisher.state, status.publisher.state);
+  PosesMessage poses = SamplePoses(1);
+  poses.instant = static_cast<ExposureInstant>(9);
+  const auto frame = DecodeMessage(Encoded(poses));
+  ASSERT_TRUE(frame.has_value());
+  EXPECT_EQ(std::get<PosesMessage>(*frame).instant, poses.instant);
+}
+
+TEST(Wire, RefusesSizesThatDoNotExist) {
   const std::vector<std::uint8_t> bytes = Encoded(SamplePoses(1));
   const std::size_t marker = bytes.size() - 187;
-  for (const std::size_t field : {9u, 10u, 11u}) {  // variant, rows, cols
+  for (const std::size_t field : {10u, 11u}) {  // rows, cols
     std::vector<std::uint8_t> wrong = bytes;
     wrong[marker + field] = 120;
     EXPECT_FALSE(DecodeMessage(wrong).has_value()) << field;

@@ -23,7 +23,8 @@ MarkerPose At(std::uint64_t id, double x, double height, std::mt19937_64* random
 TEST(MarkerSurvey, MeasuresHeightsWhileRobotsDrive) {
   std::mt19937_64 random = test::SeededGenerator();
   MarkerSurvey survey(WorldFromCamera());
-  for (int i = 0; i < 60; ++i) survey.Add(std::vector{At(3, -0.5 + 0.01 * i, kSurveyHeight, &random), At(9, 0.4, 0.05)});
+  for (int i = 0; i < 60; ++i)
+    survey.Add(std::vector{At(3, -0.5 + 0.01 * i, kSurveyHeight, &random), At(9, 0.4, 0.05)});
   const auto heights = survey.Heights();
   ASSERT_EQ(heights.size(), 2u);
   const MarkerHeight& height = heights.at({0, 3});
@@ -67,6 +68,17 @@ TEST(WithHeights, ChangesTheHeightsAlone) {
   EXPECT_EQ(changed.robots[0].name, "alice");
   EXPECT_EQ(changed.robots[0].markers[0].body_from_marker.translation, Eigen::Vector3d(0.1, 0.2, 0.4 - 0.05));
   EXPECT_EQ(changed.robots[0].markers[1].body_from_marker.translation, Eigen::Vector3d(0.1, 0.2, 0.3));
+}
+
+TEST(MarkerSurvey, NewcomersAreAddedToThoseThatHaveNames) {
+  RobotRoster roster;
+  roster.robots.push_back({.name = "alice", .markers = {{.id = 3, .family = 0, .body_from_marker = {}}}});
+  roster.robots.push_back({.name = "robot_5", .markers = {{.id = 7, .family = 0, .body_from_marker = {}}}});
+  AddNewcomers(roster, {{{0, 3}, {.height_m = 0.1, .frames = 5}}, {{0, 5}, {.height_m = 0.2, .frames = 5}}});
+  ASSERT_EQ(roster.robots.size(), 3u);
+  EXPECT_EQ(roster.robots[0].name, "alice");
+  EXPECT_EQ(roster.robots[2].name, "robot_5_new") << "names stay different";
+  EXPECT_EQ(roster.robots[2].markers[0].id, 5u);
 }
 
 }  // namespace

@@ -41,6 +41,23 @@ std::vector<SceneMarker> TwoMarkers() {
 
 const CameraModel kCamera{.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240};
 
+TEST_F(TruthFile, RoundTripsWhatStreamsAdd) {
+  FrameTruth frame{"a.png", TruthOf(TwoMarkers(), kCamera)};
+  frame.phase = "knock";
+  frame.time_s = 1.25;
+  frame.markers[0].inside = 0.75;
+  frame.markers[0].visible = 0.5;
+  frame.markers[0].motion_px = 7.5;
+  WriteTruth(path_, {frame});
+  const FrameTruth read = ReadTruth(path_).at(0);
+  EXPECT_EQ(read.phase, "knock");
+  EXPECT_EQ(read.time_s, 1.25);
+  EXPECT_EQ(read.markers[0].inside, 0.75);
+  EXPECT_EQ(read.markers[0].visible, 0.5);
+  EXPECT_EQ(read.markers[0].motion_px, 7.5);
+  EXPECT_EQ(ToJsonLine({"b.png", {}}), R"({"file":"b.png","markers":[]})") << "others stay as they were";
+}
+
 TEST_F(TruthFile, RoundTripsEveryField) {
   const FrameTruth frame{"a.png", TruthOf(TwoMarkers(), kCamera)};
   ASSERT_EQ(frame.markers.size(), 2u);
@@ -65,7 +82,7 @@ TEST_F(TruthFile, RoundTripsEveryField) {
 }
 
 TEST_F(TruthFile, FaultsAreNamedWithFileAndLine) {
-  EXPECT_THAT(ReadError(), AllOf(HasSubstr(path_.string()), HasSubstr("cannot be read")));
+  EXPECT_THAT(ReadError(), AllOf(HasSubstr(path_.string()), HasSubstr("cannot be opened")));
   std::ofstream(path_) << R"({"file":"a.png","markers":[]})"
                        << "\n\n"
                        << R"({"file":"b.png","markers":[{"id":-}]})"

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/file.h"
 #include "publish/lcm_publisher.h"
 #include "support/temporary_directory.h"
 #include "unit/publish/messages.h"
@@ -98,12 +99,30 @@ TEST_F(ConvertLogTest, SaysWhatIsWrong) {
   const std::string out = (folder_ / "out.jsonl").string();
   EXPECT_THAT(WhatIsWrong(folder_ / "missing", out), HasSubstr("missing"));
   EXPECT_THAT(WhatIsWrong(log_, (folder_ / "none/out").string()), HasSubstr("none/out"));
-  EXPECT_THAT(WhatIsWrong(log_, "/dev/full"), HasSubstr("/dev/full cannot be written"));
+  EXPECT_THAT(WhatIsWrong(log_, "/dev/full"), HasSubstr("/dev/full: cannot be written: No space"));
   std::filesystem::resize_file(log_, std::filesystem::file_size(log_) - 10);
   EXPECT_THAT(WhatIsWrong(log_, out), HasSubstr("cut off or damaged after 1 messages"));
   EXPECT_EQ(Lines("out.jsonl").size(), 1u);
   std::ofstream(folder_ / "empty");
+  EXPECT_THAT(WhatIsWrong(log_, log_.string()), HasSubstr("is the log itself"));
   EXPECT_THAT(WhatIsWrong(folder_ / "empty", out), HasSubstr("no messages of chequer's"));
+  EXPECT_EQ(Lines("out.jsonl").size(), 1u) << "what was there before is not lost to a log that holds nothing";
+}
+
+/// liblcm's own reader adds 1 to the length, which overflows, and writes beyond what it took.
+TEST_F(ConvertLogTest, ALengthThatTheFileDoesNotHoldIsDamageAndTheRestIsRead) {
+  std::string bytes = ReadFile(log_, 1 << 20);
+  const std::string whole = bytes;
+  for (const char* length : {"\x7f\xff\xff\xff", "\xff\xff\xff\xff", "\x80\x00\x00\x00", "\x10\x00\x00\x00"}) {
+    bytes = whole + whole;
+    bytes.replace(24, 4, std::string(length, 4));  // of the first event's data
+    WriteFileAtomically(log_, bytes);
+    EXPECT_THAT(WhatIsWrong(log_, (folder_ / "out.jsonl").string()), HasSubstr("damaged after 3 messages"));
+    bytes = whole;
+    bytes.replace(20, 4, std::string(length, 4));  // of its channel
+    WriteFileAtomically(log_, bytes);
+    EXPECT_THAT(WhatIsWrong(log_, (folder_ / "out.jsonl").string()), HasSubstr("damaged after 1 messages"));
+  }
 }
 
 }  // namespace

@@ -69,6 +69,26 @@ TEST_F(EvaluateTest, MeasuresATrack) {
   EXPECT_THAT(Describe(evaluation), HasSubstr("recognition rate 80.00 %"));
 }
 
+TEST_F(EvaluateTest, ARoomsLogIsNotCalledWrong) {
+  // Marker 7 drives a circle, 8 and 9 stand by.
+  std::string text;
+  for (int i = 0; i < 60; ++i) {
+    json line = Line(std::cos(0.1 * i), std::sin(0.1 * i));
+    for (const int id : {8, 9}) line["markers"].push_back({{"id", id}});
+    text += line.dump() + "\n";
+  }
+  const Evaluation evaluation = Evaluate(ReadRun(Write("room.jsonl", text)), 7);
+  EXPECT_EQ(evaluation.recognition.wrong, 0);
+  EXPECT_EQ(evaluation.others, (std::vector<std::uint64_t>{8, 9}));
+  EXPECT_FALSE(evaluation.track.has_value());
+  EXPECT_THAT(Describe(evaluation), HasSubstr("other markers in view, not counted as wrong: 8, 9"));
+  EXPECT_THAT(Describe(evaluation), HasSubstr("this is no straight track: over 2.0"));
+  EXPECT_THAT(Describe(evaluation), ::testing::Not(HasSubstr("RMSE")));
+  const json parsed = json::parse(JsonLine(evaluation));
+  EXPECT_EQ(parsed["others"], json::array({8, 9}));
+  EXPECT_THAT(parsed["objection"].get<std::string>(), HasSubstr("straight"));
+}
+
 TEST_F(EvaluateTest, PrintsJson) {
   const json line = json::parse(JsonLine(Evaluate(ReadRun(WriteRun()), 7)));
   EXPECT_EQ(line["frames"], 5);

@@ -63,6 +63,33 @@ TEST_F(ExplainTest, TellsWhatWasRead) {
   EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("1 boards > 1 markers"));
 }
 
+// A cell far from all corners that were found has no place. It was drawn wherever the memory said.
+TEST_F(ExplainTest, DrawsNothingForCellsWithoutAPlace) {
+  ASSERT_FALSE(trace_.candidates.empty());
+  TraceCandidate& candidate = trace_.candidates[0];
+  candidate.refusal = Refusal::kBorderDiffers;
+  // Of the picture, the image's corner below the legend, where nothing is.
+  const auto corner = [&] {
+    const Image picture = ImageFromPng(DrawExplanation(explanation_, 1, 10));
+    std::vector<std::uint8_t> pixels;
+    for (int y = 90; y < 120; ++y) {
+      const std::uint8_t* row = picture.view().row(y);
+      pixels.insert(pixels.end(), row, row + 3 * 60);
+    }
+    return pixels;
+  };
+  const auto before = corner();
+  alignas(TraceCell) std::array<unsigned char, sizeof(TraceCell)> garbage;
+  garbage.fill(0x4e);  // as floats 8.7e8
+  const TraceCell* unplaced = new (garbage.data()) TraceCell{};
+  EXPECT_FALSE(unplaced->HasPlace());
+  for (const std::size_t i : {std::size_t{0}, std::size_t{5}, candidate.cells.size() - 1}) {
+    candidate.cells[i].outline_px = unplaced->outline_px;
+    candidate.cells[i].center_px = unplaced->center_px;
+  }
+  EXPECT_EQ(corner(), before);
+}
+
 TEST_F(ExplainTest, DrawsStagesAndPanels) {
   const auto png = DrawExplanation(explanation_, 2, 10);
   const Image picture = ImageFromPng(png);

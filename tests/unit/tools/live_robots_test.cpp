@@ -52,6 +52,28 @@ TEST(LiveRobots, ShowsRobotsWithoutTracks) {
   EXPECT_THAT(table.Text(At(0), 24), ContainsRegex("robot 0 +0\\.2500 +-0\\.5000 +3\\.0000 +[-0-9.]+ +- +- +0\\.01"));
 }
 
+TEST(LiveRobots, FitsEightyColumns) {
+  LiveRobots table;
+  table.Add("C_TRACKS", SampleTracks(20), At(0));
+  const std::string text = table.Text(At(0), 24);
+  const std::string header = text.substr(0, text.find('\n'));
+  EXPECT_LE(header.size(), 80u);
+  EXPECT_LE(header.find_first_not_of(' '), 4u) << "no blank columns";
+}
+
+TEST(LiveRobots, LetsNoNameSpeakToTheTerminalAndHoldsNoMoreThanItCanShow) {
+  LiveRobots table;
+  TracksMessage message = SampleTracks(1);
+  for (int i = 0; i < 10'000; ++i) {
+    message.tracks[0].key.robot = "evil\x1b[2J\u009b" + std::to_string(i);
+    table.Add("C_TRACKS", message, At(0));
+  }
+  const std::string text = table.Text(At(0), 100'000);
+  EXPECT_EQ(Lines(text), 1 + 4096);
+  EXPECT_THAT(text, HasSubstr("evil?[2J?9999 "));
+  EXPECT_THAT(text, Not(HasSubstr("\x1b")));
+}
+
 TEST(LiveRobots, ForgetsAfterTenSecondsAndFitsTheTerminal) {
   LiveRobots table;
   table.Add("C_TRACKS", SampleTracks(50), At(0));

@@ -61,6 +61,36 @@ TEST(LiveTable, FitsIntoTheTerminalAndSaysHowManyAreLeft) {
   EXPECT_THAT(table.Text(At(0), 102), Not(HasSubstr("more")));
 }
 
+TEST(LiveTable, HasNoBlankColumns) {
+  LiveTable table;
+  table.Add("C", SamplePoses(3), At(0));
+  const std::string text = table.Text(At(0), 24);
+  const std::string header = text.substr(text.find('\n') + 1);
+  EXPECT_LE(header.find_first_not_of(' '), 3u);
+  EXPECT_LE(header.find('\n'), 80u);
+}
+
+TEST(LiveTable, HoldsNoMoreThanItCanShow) {
+  LiveTable table;
+  PosesMessage message = SamplePoses(1);
+  for (int i = 0; i < 20'000; ++i) {
+    message.markers[0].id = static_cast<std::uint64_t>(i);
+    table.Add("CHANNEL_" + std::to_string(i), message, At(0));
+  }
+  table.Add("MINE", SamplePoses(1), At(0));
+  const std::string text = table.Text(At(0), 100'000);
+  EXPECT_EQ(Lines(text), 64 + 1 + 4096);
+  EXPECT_THAT(text, HasSubstr("MINE: "));
+  EXPECT_THAT(text, HasSubstr("CHANNEL_19999: "));
+  EXPECT_THAT(text, Not(HasSubstr("CHANNEL_1: "))) << "the oldest go";
+}
+
+TEST(LiveTable, LetsNoNameSpeakToTheTerminal) {
+  LiveTable table;
+  table.Add("A\x1b[2J\n\u009b\x9b_POSES", SamplePoses(0), At(0));
+  EXPECT_THAT(table.Text(At(0), 24), HasSubstr("A?[2J???_POSES: "));
+}
+
 TEST(LiveTable, LeavesOutWhoseIdIsUndecided) {
   LiveTable table;
   PosesMessage message = SamplePoses(1);

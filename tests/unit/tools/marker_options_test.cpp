@@ -86,13 +86,31 @@ TEST(MarkerOptions, RefusesSidesThatAreNoLengths) {
   MarkerOptions options;
   for (const double side : {-0.1, 0.0}) {
     options.side_m = side;
-    EXPECT_THAT(FamiliesError(options), AllOf(HasSubstr("--side"), HasSubstr("positive metres")));
+    EXPECT_THAT(FamiliesError(options), AllOf(HasSubstr("--side"), HasSubstr("must be above 0")));
   }
   options.side_m.reset();
   for (const char* marker : {"6x6:secded:-0.1", "6x6:secded:wide", "6x6:secded:nan", "6x6:secded:"}) {
     options.markers = {marker};
     EXPECT_THAT(FamiliesError(options), HasSubstr("positive metres")) << marker;
   }
+}
+
+TEST(MarkerOptions, ReadsSidesWithUnits) {
+  for (const char* side : {"120mm", "12cm", "0.12m", "0.12"}) {
+    CLI::App app;
+    MarkerOptions options;
+    AddMarkerOptions(app, options);
+    app.parse(std::string("--marker 6x6 --marker 8x8:golay:") + side + " --side " + side);
+    const auto families = ParseMarkerFamilies(options, true);
+    EXPECT_EQ(families[0].side_m, 0.12) << side;
+    EXPECT_EQ(families[1].side_m, 0.12) << side;
+  }
+}
+
+TEST(MarkerOptions, SuggestsTheVariantThatWasMeant) {
+  MarkerOptions options;
+  options.variant = "secdde";
+  EXPECT_THAT(FamiliesError(options), HasSubstr("'secdde' is not a variant; did you mean 'secded'? Known are"));
 }
 
 TEST(MarkerOptions, AsksForTheSideOnlyWherePosesAreWanted) {

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <sstream>
 
+#include "core/printable.h"
+#include "tools/robot_text.h"
 #include "unit/publish/messages.h"
 
 namespace chequer {
@@ -49,6 +51,21 @@ TEST(JsonLine, TellsAllOfAFrame) {
   ASSERT_EQ(line["markers"].size(), 2u);
 }
 
+TEST(JsonLine, SaysOfWhatANewerVersionSentThatItIsUnknown) {
+  PosesMessage poses = SamplePoses(1);
+  poses.instant = static_cast<ExposureInstant>(200);
+  poses.markers[0].variant = static_cast<Variant>(200);
+  const json line = json::parse(JsonLine("C_POSES", poses));
+  EXPECT_EQ(line["instant"], "unknown");
+  EXPECT_EQ(line["markers"][0]["variant"], "unknown");
+  StatusMessage status = SampleStatus();
+  status.camera_state = static_cast<CameraState>(200);
+  status.publisher.state = static_cast<PublisherState>(200);
+  const json state = json::parse(JsonLine("C_STATUS", status));
+  EXPECT_EQ(state["camera_state"], "unknown");
+  EXPECT_EQ(state["publisher_state"], "unknown");
+}
+
 TEST(JsonLine, TellsAllOfAMarker) {
   const json marker = json::parse(JsonLine("C", SamplePoses(2)))["markers"][1];
   EXPECT_EQ(marker["id"], 1);
@@ -86,6 +103,30 @@ TEST(JsonLine, KeepsLargeIdsAndIsOneLine) {
   const std::string line = JsonLine("C", message);
   EXPECT_THAT(line, Not(HasSubstr("\n")));
   EXPECT_EQ(json::parse(line)["markers"][0]["id"], std::numeric_limits<std::uint64_t>::max());
+}
+
+/// What comes from the network must not speak to the terminal, in no form.
+TEST(Lines, HoldNothingThatATerminalObeys) {
+  const std::string evil = "\x1b]0;owned\a\n\u009b2J\x9b\x7f";
+  PosesMessage poses = SamplePoses(1);
+  poses.camera = poses.frame = evil;
+  StatusMessage status = SampleStatus();
+  status.camera = status.version = status.camera_source = status.camera_message = status.publisher.message = evil;
+  status.drops = status.detections = {{evil, 1}};
+  status.stages = {{evil, 1, {}, {}, {}}, {"total", 1, {}, {}, {}}};
+  RobotsMessage robots = test::SampleRobots(1);
+  robots.header.camera = robots.header.frame = robots.robots[0].name = evil;
+  TracksMessage tracks = test::SampleTracks(1);
+  tracks.header.camera = tracks.header.frame = tracks.tracks[0].key.robot = evil;
+  for (const std::string& line :
+       {PlainLine(poses), PlainLine(status), PlainLine(robots), PlainLine(tracks), JsonLine(evil, poses),
+        JsonLine(evil, status), JsonLine(evil, robots), JsonLine(evil, tracks), CsvField(evil)}) {
+    EXPECT_EQ(Printable(line.substr(0, 900)), line.substr(0, 900));
+    EXPECT_EQ(PrintableLines(line), line);
+    EXPECT_THAT(line, Not(HasSubstr("\n")));
+  }
+  EXPECT_EQ(json::parse(JsonLine("C", poses))["camera"], "\x1b]0;owned\a\n\u009b2J\ufffd\x7f")
+      << "programs lose nothing";
 }
 
 TEST(JsonLine, TellsAllOfTheStatus) {

@@ -11,8 +11,8 @@
 #include "chequer/camera_file.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
-#include "tools/above_zero.h"
 #include "tools/commands.h"
+#include "tools/number_check.h"
 #include "tools/record_limit.h"
 #include "tools/undistort.h"
 

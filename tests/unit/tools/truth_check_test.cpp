@@ -5,6 +5,8 @@
 
 #include <filesystem>
 
+#include "support/temporary_directory.h"
+
 namespace chequer {
 namespace {
 
@@ -90,6 +92,26 @@ TEST(TruthCheck, RefusesFramesOfAnotherRecording) {
 TEST(TruthCheck, NeedsARecordingWithTruth) {
   EXPECT_THROW(TruthCheck("/nowhere"), std::runtime_error);
   EXPECT_THROW(TruthCheck(Demo() / "000000.jpg"), std::runtime_error);
+}
+
+TEST(TruthCheck, ExpectsNoBoardThatIsNotSeenWhole) {
+  const test::TemporaryDirectory folder;
+  std::filesystem::copy(Demo(), folder / "demo", std::filesystem::copy_options::recursive);
+  std::vector<FrameTruth> truth = ReadTruth(Demo() / "truth.jsonl");
+  for (FrameTruth& frame : truth) {
+    frame.time_s = 0;
+    frame.markers[0].visible = 0.6;
+  }
+  WriteTruth(folder / "demo/truth.jsonl", truth);
+  TruthCheck check(folder / "demo");
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    PosesMessage message = TrueFrame(i);
+    // Whether it is found or not, all is right.
+    if (i % 2 == 0) message.markers.erase(message.markers.begin());
+    check.Add(message);
+  }
+  EXPECT_TRUE(check.Passed()) << check.Summary();
+  EXPECT_THAT(check.Summary(), HasSubstr("420 of 420 markers found"));
 }
 
 }  // namespace

@@ -123,6 +123,58 @@ TEST(DriftMonitor, OneWildPoseWarnsOfNothing) {
   EXPECT_TRUE(feed.Frames(See(world, world.world_from_camera), 100).empty());
 }
 
+/// What the same camera sees where each pose is scaled, as by a wrong side.
+std::vector<MarkerPose> SeeScaled(const WorldCalibration& world, double scale) {
+  std::vector<MarkerPose> markers = See(world, world.world_from_camera);
+  for (MarkerPose& marker : markers) marker.camera_from_marker.translation *= scale;
+  return markers;
+}
+
+TEST(DriftMonitor, TellsAWrongSideFromAMovedCamera) {
+  const WorldCalibration world = Room(4);
+  for (const double scale : {0.10 / 0.12, 0.12 / 0.10, 0.95}) {
+    DriftMonitor monitor(world);
+    const auto said = Feed(monitor).Frames(SeeScaled(world, scale), 200);
+    ASSERT_EQ(said.size(), 1u) << scale;
+    EXPECT_THAT(said[0], AllOf(HasSubstr("side of the markers is wrong"), HasSubstr("nothing moved"),
+                               Not(HasSubstr("camera was moved"))));
+    EXPECT_TRUE(monitor.has_drifted());
+  }
+  DriftMonitor monitor(world);
+  EXPECT_THAT(Feed(monitor).Frames(SeeScaled(world, 0.12 / 0.144), 200).at(0),
+              HasSubstr("prints of 144 mm, not of 120"));
+}
+
+TEST(DriftMonitor, NamesTheSideAmongTheCausesWhereOneReferenceIsInView) {
+  const WorldCalibration world = Room(1);
+  DriftMonitor monitor(world);
+  const auto said = Feed(monitor).Frames(SeeScaled(world, 0.8), 200);
+  ASSERT_FALSE(said.empty());
+  EXPECT_THAT(said.back(), AllOf(HasSubstr("the only one in view"), HasSubstr("looks 0.8 times as far away")));
+}
+
+TEST(DriftMonitor, TellsACameraThatWasRaisedFromAWrongSide) {
+  const WorldCalibration world = Room(4);
+  RigidTransform raised = world.world_from_camera;
+  raised.translation.z() += 0.3;
+  DriftMonitor monitor(world);
+  const auto said = Feed(monitor).Frames(See(world, raised), 200);
+  ASSERT_FALSE(said.empty());
+  for (const std::string& text : said) EXPECT_THAT(text, Not(HasSubstr("side of the markers")));
+  EXPECT_THAT(said.back(), HasSubstr("the camera was moved"));
+}
+
+TEST(DriftMonitor, SaysWhenTheSideIsRightAgain) {
+  const WorldCalibration world = Room(3);
+  DriftMonitor monitor(world);
+  Feed feed(monitor);
+  ASSERT_EQ(feed.Frames(SeeScaled(world, 0.9), 200).size(), 1u);
+  const auto said = feed.Frames(See(world, world.world_from_camera), 400);
+  ASSERT_FALSE(said.empty());
+  EXPECT_THAT(said.back(), HasSubstr("are where they were"));
+  EXPECT_FALSE(monitor.has_drifted());
+}
+
 TEST(DriftMonitor, SaysWhenAllIsBack) {
   const WorldCalibration world = Room(2);
   DriftMonitor monitor(world);

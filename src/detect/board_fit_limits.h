@@ -1,0 +1,16 @@
+#pragma once
+
+namespace chequer {
+
+// What both models of a board's picture are fitted within.
+
+/// Corners that move farther in one step were never on a board.
+inline constexpr double kRunawayPx = 3;
+/// Where they moved farther, corners are placed anew.
+inline constexpr double kFollowPx = 0.3;
+/// Standard deviations beyond which a pixel counts with less weight.
+inline constexpr float kRobustLimit = 4;
+/// Blur, pixels: half a pixel's own integration up to what still shows cells.
+inline constexpr double kLeastBlur = 0.25, kMostBlur = 12;
+
+}  // namespace chequer

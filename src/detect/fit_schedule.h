@@ -1,0 +1,63 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "detect/frame_plan.h"
+
+namespace chequer {
+
+/// A board that is to be fitted.
+struct FitTask {
+  std::size_t board = 0;
+  int waited = 0;              ///< images on end in which it was left undone
+  bool unclear = false;        ///< it has no pose or no id yet
+  std::uint64_t most = 0;      ///< units that it may take, if there are as many
+  std::uint64_t expected = 0;  ///< that it will take, by what others took
+  std::uint64_t least = 0;     ///< that it is granted if it is done in any case
+  std::uint64_t granted = ~0ull;  ///< that it may take
+};
+
+/// The longest waiting first, then those that say least so far, then the cheapest.
+inline void SortByWorth(std::span<FitTask> tasks) {
+  std::stable_sort(tasks.begin(), tasks.end(), [](const FitTask& a, const FitTask& b) {
+    if (a.waited != b.waited) return a.waited > b.waited;
+    if (a.unclear != b.unclear) return a.unclear;
+    return a.most < b.most;
+  });
+}
+
+/// Tasks of the first round.
+inline constexpr std::size_t kFewAtOnce = 1;
+
+/// Where tasks took more than was expected of them, or less, expects it of the others by as much and some more.
+void ExpectAsMuch(std::span<const FitTask> done, std::uint64_t took, std::span<FitTask> others);
+
+/// Of tasks that are done in their order, how many the budget lasts for at once if each takes what is expected. Grants
+/// each of them its units. So what is begun does not depend on how many threads share the work, nor on which is first.
+/// @param spent on the image so far. @param at_least_one whether the first is granted its least in any case.
+std::size_t GrantRound(const FramePlan& plan, std::uint64_t spent, bool at_least_one, std::span<FitTask> tasks);
+
+/// Runs tasks in rounds for as long as the budget lasts: run(round) does the tasks of a round and returns when all are
+/// done; spent() is what the image took so far. Returns how many were run. Rounds begin with one task and grow, as each
+/// shows what is to be expected of the next.
+/// @param at_least_one is run, in any case: so that there is an end to waiting however small the budget is.
+template <class Spent, class Run>
+std::size_t RunInRounds(const FramePlan& plan, bool at_least_one, std::span<FitTask> tasks, const Spent& spent,
+                        const Run& run) {
+  std::size_t done = 0, at_once = plan.limited() ? kFewAtOnce : tasks.size();
+  for (; done < tasks.size(); at_once *= 2) {
+    const std::uint64_t before = spent();
+    const std::span<FitTask> next = tasks.subspan(done, std::min(at_once, tasks.size() - done));
+    const std::size_t granted = GrantRound(plan, before, at_least_one && done == 0, next);
+    if (granted == 0) break;
+    run(next.first(granted));
+    done += granted;
+    ExpectAsMuch(next.first(granted), spent() - before, tasks.subspan(done));
+  }
+  return done;
+}
+
+}  // namespace chequer

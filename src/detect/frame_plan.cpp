@@ -1,0 +1,52 @@
+#include "detect/frame_plan.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "detect/work_meter.h"
+
+namespace chequer {
+namespace {
+
+/// Shares of the budget that are spent, at most, when a step ends. Frames of boards in good light spend a tenth of the
+/// budget by all that comes before the fits; the shares matter where textures without end do not let them come.
+constexpr double kPeaksShare = 0.4, kBoardsShare = 0.6, kSecondLookShare = 0.75, kOneFitShare = 0.25;
+/// Of the first search, if a second look has waited.
+constexpr double kLeastBoardsShare = 0.4;
+/// Instructions that a peak leads to, until it is linked, if every other is a corner.
+constexpr double kInstructionsPerPeak = 2000;
+/// Of a frame of boards no peak is left out, however small the budget is: a peak for so many pixels.
+constexpr double kPixelsPerPeak = 250;
+
+constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
+
+}  // namespace
+
+std::size_t FramePlan::MostPeaks(double pixels) const {
+  if (!limited()) return std::numeric_limits<std::size_t>::max();
+  const double instructions = kPeaksShare * static_cast<double>(budget_) * WorkMeter::kInstructionsPerUnit -
+                              pixels * WorkMeter::Instructions(WorkStep::kPixel);
+  return static_cast<std::size_t>(std::max(instructions / kInstructionsPerPeak, pixels / kPixelsPerPeak));
+}
+
+std::uint64_t FramePlan::MostForBoards(std::uint64_t reserved) const {
+  if (!limited()) return kNoLimit;
+  const auto share = [&](double of_budget) { return static_cast<std::uint64_t>(of_budget * static_cast<double>(budget_)); };
+  const std::uint64_t with_reserve = budget_ - std::min(reserved, budget_);
+  return std::clamp(with_reserve, share(kLeastBoardsShare), share(kBoardsShare));
+}
+
+bool FramePlan::MayLookAgain(std::uint64_t spent, std::uint64_t most, bool waited) const {
+  const double share = waited ? 1 : kSecondLookShare;
+  return !limited() || most == 0 || static_cast<double>(spent + most) <= share * static_cast<double>(budget_);
+}
+
+std::uint64_t FramePlan::Left(std::uint64_t spent) const {
+  return limited() ? budget_ - std::min(spent, budget_) : kNoLimit;
+}
+
+std::uint64_t FramePlan::MostForOneFit() const {
+  return limited() ? static_cast<std::uint64_t>(kOneFitShare * static_cast<double>(budget_)) : kNoLimit;
+}
+
+}  // namespace chequer

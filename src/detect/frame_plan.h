@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace chequer {
+
+/// How the budget of an image is dealt out to the detector's steps: each may begin what it has to do while what was
+/// spent, by all steps together, is below its share. What a step does not use is left for those that follow.
+class FramePlan {
+ public:
+  /// @param budget units; 0: no limit.
+  explicit FramePlan(std::uint64_t budget) : budget_(budget) {}
+
+  bool limited() const { return budget_ > 0; }
+  /// Peaks that may be looked at, and linked, in an image of so many pixels.
+  std::size_t MostPeaks(double pixels) const;
+  /// Units that the first search for boards in grids may go on to; those that are not searched by then wait.
+  /// @param reserved for what comes after it and has waited since the image before.
+  std::uint64_t MostForBoards(std::uint64_t reserved) const;
+  /// Whether a second look that takes so many units at most may be begun. @param waited since the image before: then it
+  /// goes before the fits.
+  bool MayLookAgain(std::uint64_t spent, std::uint64_t most, bool waited) const;
+  /// Units that are left for fits.
+  std::uint64_t Left(std::uint64_t spent) const;
+  /// The most that a single fit may take.
+  std::uint64_t MostForOneFit() const;
+
+ private:
+  std::uint64_t budget_;
+};
+
+}  // namespace chequer

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+namespace chequer {
+
+/// Memory for values that are written before they are read: unlike a vector's, they have no value at first, which
+/// would cost as much as to fill them. With CHEQUER_SCRAMBLE, as the sanitizers have it, they are filled with what no
+/// reader expects, so that tests tell of one who relies on them.
+/// Like a vector, it keeps its memory when it gets smaller, or when an empty one is copied onto it.
+template <class T>
+class RawBuffer {
+  static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_default_constructible_v<T>);
+
+ public:
+  RawBuffer() = default;
+  RawBuffer(const RawBuffer& other) { *this = other; }
+  RawBuffer(RawBuffer&& other) noexcept { Swap(other); }
+  RawBuffer& operator=(RawBuffer&& other) noexcept {
+    Swap(other);
+    return *this;
+  }
+  RawBuffer& operator=(const RawBuffer& other) {
+    if (this == &other) return *this;
+    Resize(other.size_);
+    if (size_ > 0) std::memcpy(data(), other.data(), size_ * sizeof(T));
+    return *this;
+  }
+
+  /// All values are undefined afterwards.
+  void Resize(std::size_t size) {
+    if (size > capacity_) {
+      capacity_ = std::max(size, capacity_ + capacity_ / 2);
+      // New memory is zero, which costs once: vectors over a row's end read on, and what they make of it is thrown away,
+      // but not before it has been compared.
+      values_ = std::make_unique<T[]>(capacity_);
+    }
+    size_ = size;
+#ifdef CHEQUER_SCRAMBLE
+    static std::atomic<unsigned char> filling{0};
+    if (size_ > 0) std::memset(values_.get(), filling += 37, size_ * sizeof(T));
+#endif
+  }
+
+  std::size_t size() const { return size_; }
+  T* data() { return values_.get(); }
+  const T* data() const { return values_.get(); }
+  T& operator[](std::size_t i) { return values_[i]; }
+  const T& operator[](std::size_t i) const { return values_[i]; }
+  T* begin() { return data(); }
+  T* end() { return data() + size_; }
+  const T* begin() const { return data(); }
+  const T* end() const { return data() + size_; }
+
+ private:
+  void Swap(RawBuffer& other) {
+    std::swap(values_, other.values_);
+    std::swap(size_, other.size_);
+    std::swap(capacity_, other.capacity_);
+  }
+
+  std::unique_ptr<T[]> values_;
+  std::size_t size_ = 0, capacity_ = 0;
+};
+
+}  // namespace chequer

@@ -1,0 +1,185 @@
+// The model of a board's picture with all its terms: its derivatives against differences, on every instruction set.
+#include "detect/model_kernel.h"
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "support/targets.h"
+
+namespace chequer {
+namespace {
+
+constexpr int kModelPixels = LaneBlock::kGroup;
+
+/// What the model is given, one pixel a lane, all around the corner (0.5, -0.5) of a board whose cells are a pixel wide.
+struct CornerScene {
+  ModelTerms terms;
+  double dx = 0, dy = 0, blur = 0.3, covariance = 0.02, way_x = 0.7, way_y = -0.4, gain = 0.1;
+  double takes = 0.6, direction = 0.5, offset = 0.1, width = 0.8;
+  bool even_dark = true;
+};
+
+struct CornerPicture {
+  std::vector<double> light;
+  std::vector<std::vector<double>> by;  ///< column, pixel
+};
+
+CornerPicture Evaluate(const CornerScene& s) {
+  const ModelColumns columns(s.terms);
+  LaneBlock block;
+  block.Reset(kModelPixels, 4);
+  for (int lane = 0; lane < kModelPixels; ++lane) {
+    block.SetCount(lane, 1);
+    const std::size_t at = block.Place(lane, 0);
+    block.u_data()[at] = static_cast<float>(0.5 + 0.45 * std::cos(1.3 * lane) + s.dx);
+    block.v_data()[at] = static_cast<float>(-0.5 + 0.45 * std::sin(2.1 * lane) + s.dy);
+    block.light_data()[at] = 0;
+  }
+  ModelLanes model;
+  model.Reset(block.padded(), columns.products());
+  const auto set = [&](int which, double value) {
+    std::fill_n(model.parameter_data(which), kModelPixels, static_cast<float>(value));
+  };
+  set(ModelLanes::kCornerX, 0.5), set(ModelLanes::kCornerY, -0.5);
+  set(ModelLanes::kScaleX, 1 / s.blur), set(ModelLanes::kScaleY, 1 / s.blur);
+  set(ModelLanes::kBlurX, 1 / s.blur), set(ModelLanes::kBlurY, 1 / s.blur);
+  set(ModelLanes::kCovariance, s.covariance);
+  set(ModelLanes::kByPixelXx, 1), set(ModelLanes::kByPixelXy, 0), set(ModelLanes::kByPixelYx, 0), set(ModelLanes::kByPixelYy, 1);
+  set(ModelLanes::kWayX, s.terms.motion ? s.way_x : 0), set(ModelLanes::kWayY, s.terms.motion ? s.way_y : 0);
+  set(ModelLanes::kGain, s.even_dark ? s.gain : -s.gain);
+  for (const int first : {ModelLanes::kEvenX0, ModelLanes::kEvenY0}) {
+    set(first, 1), set(first + 1, 1), set(first + 2, -1), set(first + 3, -1);
+  }
+  set(ModelLanes::kHalfEven, s.even_dark ? 0.5 : 0), set(ModelLanes::kHalfOdd, s.even_dark ? 0 : 0.5);
+  set(ModelLanes::kShadowX, s.blur * s.blur * std::cos(0.5)), set(ModelLanes::kShadowY, s.blur * s.blur * std::sin(0.5));
+  set(ModelLanes::kNoiseFloor, 1), set(ModelLanes::kNoiseSlope, 0);
+  for (int i = 0; i < ModelColumns::kLevels; ++i) {
+    const bool even = (i / 4 + i % 4) % 2 == 0;
+    set(ModelLanes::kLevel00 + i, (even == s.even_dark ? 0.1 : 0.8) + 0.02 * i);
+  }
+  ModelInput input;
+  input.terms = s.terms;
+  input.board_from_plane[0] = input.board_from_plane[4] = input.board_from_plane[8] = 1;
+  input.taps = s.terms.motion ? 5 : 1;
+  input.shadow = {static_cast<float>(s.takes), static_cast<float>(std::cos(s.direction)),
+                  static_cast<float>(std::sin(s.direction)), static_cast<float>(s.offset),
+                  static_cast<float>(1 / s.width)};
+  input.saturation = 1e9f;
+  AccumulateModel(input, block, model);
+  // Of one pixel without light, of a weight of one: the residual is what the model has, turned around.
+  CornerPicture picture;
+  picture.by.resize(static_cast<std::size_t>(columns.shared + ModelColumns::kLevels));
+  for (int lane = 0; lane < kModelPixels; ++lane) {
+    const int last = columns.residual();
+    const double light = std::sqrt(double{model.sum_data(columns.Product(last, last))[lane]});
+    picture.light.push_back(light);
+    for (std::size_t a = 0; a < picture.by.size(); ++a)
+      picture.by[a].push_back(-double{model.sum_data(columns.Product(static_cast<int>(a), last))[lane]} / light);
+  }
+  return picture;
+}
+
+/// Holds a column against what the light changes by; to a share of its largest value.
+void ExpectColumn(const CornerScene& scene, int column, const std::function<void(CornerScene&, double)>& move, double within,
+                  const char* what) {
+  constexpr double kStep = 0.004;
+  CornerScene more = scene, less = scene;
+  move(more, kStep), move(less, -kStep);
+  const CornerPicture here = Evaluate(scene), above = Evaluate(more), below = Evaluate(less);
+  double most = 0;
+  for (const double value : here.by[static_cast<std::size_t>(column)]) most = std::max(most, std::abs(value));
+  ASSERT_GT(most, 0.01) << what << " does nothing";
+  for (std::size_t i = 0; i < here.light.size(); ++i)
+    EXPECT_NEAR(here.by[static_cast<std::size_t>(column)][i], (above.light[i] - below.light[i]) / (2 * kStep),
+                within * most + 1e-3)
+        << what << " of pixel " << i;
+}
+
+std::vector<CornerScene> Scenes() {
+  std::vector<CornerScene> scenes;
+  for (const bool motion : {false, true})
+    for (const bool gain : {false, true})
+      for (const bool shadow : {false, true})
+        scenes.push_back({.terms = {.motion = motion, .dot_gain = gain, .shadow = shadow}, .even_dark = scenes.size() % 2 == 0});
+  return scenes;
+}
+
+TEST(ModelKernel, DerivativesAreThoseOfDifferences) {
+  for (CornerScene scene : Scenes()) {
+    // The derivatives leave out how the blur's covariance mixes the edges' own: 3 % of the light here.
+    scene.covariance = 0.004;
+    SCOPED_TRACE(testing::Message() << "motion " << scene.terms.motion << " gain " << scene.terms.dot_gain << " shadow "
+                                    << scene.terms.shadow);
+    const ModelColumns columns(scene.terms);
+    // And how a shadow's edge mixes with the slope of what it falls on, which is wider than here.
+    const double within = !scene.terms.shadow ? 0.05 : scene.terms.motion ? 0.2 : 0.12;
+    ExpectColumn(scene, 0, [](CornerScene& s, double by) { s.dx += by; }, within, "a move along x");
+    ExpectColumn(scene, 3, [](CornerScene& s, double by) { s.dy += by; }, within, "a move along y");
+    if (!scene.terms.shadow)
+      ExpectColumn(scene, columns.blur, [](CornerScene& s, double by) { s.blur += by; }, 0.07, "blur");
+    if (scene.terms.motion) {
+      ExpectColumn(scene, columns.motion, [](CornerScene& s, double by) { s.way_x += by; }, within + 0.01, "motion along x");
+      ExpectColumn(scene, columns.motion + 1, [](CornerScene& s, double by) { s.way_y += by; }, within + 0.01, "motion along y");
+    }
+    if (scene.terms.dot_gain)
+      ExpectColumn(scene, columns.dot_gain, [](CornerScene& s, double by) { s.gain += by; }, within, "dot gain");
+    if (!scene.terms.shadow) continue;
+    ExpectColumn(scene, columns.shadow, [](CornerScene& s, double by) { s.takes += by; }, 0.02, "the share taken");
+    ExpectColumn(scene, columns.shadow + 1, [](CornerScene& s, double by) { s.direction += by; }, 0.1, "direction");
+    ExpectColumn(scene, columns.shadow + 2, [](CornerScene& s, double by) { s.offset += by; }, 0.1, "offset");
+    ExpectColumn(scene, columns.shadow + 3, [](CornerScene& s, double by) { s.width *= std::exp(by); }, 0.2, "width");
+  }
+}
+
+TEST(ModelKernel, SharesOfCellsAddUp) {
+  for (const CornerScene& scene : Scenes()) {
+    const ModelColumns columns(scene.terms);
+    const CornerPicture picture = Evaluate(scene);
+    for (std::size_t i = 0; i < picture.light.size(); ++i) {
+      double sum = 0;
+      for (int level = 0; level < ModelColumns::kLevels; ++level)
+        sum += picture.by[static_cast<std::size_t>(columns.levels + level)][i];
+      if (scene.terms.shadow)
+        EXPECT_TRUE(sum > 0.35 && sum < 1.01) << sum;
+      else
+        EXPECT_NEAR(sum, 1, 2e-3);
+    }
+  }
+}
+
+TEST(ModelKernel, AWiderBlurAlongOneDirectionIsHalfTheSecondDerivative) {
+  CornerScene scene{.terms = {.uneven_blur = true}, .covariance = 0};
+  const ModelColumns columns(scene.terms);
+  constexpr double kStep = 0.02;
+  const auto at = [&](double dx, double dy) {
+    CornerScene moved = scene;
+    moved.dx = dx, moved.dy = dy;
+    return Evaluate(moved);
+  };
+  const CornerPicture here = at(0, 0), left = at(-kStep, 0), right = at(kStep, 0), up = at(0, -kStep), down = at(0, kStep);
+  for (std::size_t i = 0; i < here.light.size(); ++i) {
+    const double xx = (right.light[i] + left.light[i] - 2 * here.light[i]) / (kStep * kStep),
+                 yy = (down.light[i] + up.light[i] - 2 * here.light[i]) / (kStep * kStep);
+    EXPECT_NEAR(here.by[static_cast<std::size_t>(columns.uneven_blur)][i], (xx - yy) / 2, 0.15) << "pixel " << i;
+  }
+}
+
+TEST(ModelKernel, AllInstructionSetsSumUpTheSame) {
+  for (const CornerScene& scene : Scenes()) {
+    const CornerPicture expected = Evaluate(scene);
+    for (const std::int64_t target : test::AllTargets()) {
+      SCOPED_TRACE(hwy::TargetName(target));
+      hwy::SetSupportedTargetsForTest(target);
+      const CornerPicture found = Evaluate(scene);
+      hwy::SetSupportedTargetsForTest(0);
+      for (std::size_t i = 0; i < expected.light.size(); ++i) EXPECT_NEAR(found.light[i], expected.light[i], 2e-4);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace chequer
