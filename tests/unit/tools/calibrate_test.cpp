@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string Refusal(const std::filesystem::path& file, bool force = false) {
+std::string WhyRefused(const std::filesystem::path& file, bool force = false) {
   try {
     CheckOut(file, force);
   } catch (const CLI::ValidationError& error) {
@@ -23,7 +23,7 @@ std::string Refusal(const std::filesystem::path& file, bool force = false) {
 TEST(Calibration, WhatTheToolWroteIsReplaced) {
   const test::TemporaryDirectory folder;
   for (const char* text : {"a = 1\n", "a = 2\n"}) {
-    EXPECT_EQ(Refusal(folder / "x.toml"), "");
+    EXPECT_EQ(WhyRefused(folder / "x.toml"), "");
     WriteCalibration(folder / "x.toml", text);
     EXPECT_FALSE(IsEdited(folder / "x.toml"));
     EXPECT_THAT(ReadFile(folder / "x.toml", 1000), HasSubstr(text));
@@ -39,8 +39,8 @@ TEST(Calibration, WhatSomebodyEditedIsNotLost) {
   for (const std::string& edited : {renamed, written + "# a remark\n", "# before\n" + written, std::string("mine")}) {
     WriteFileAtomically(folder / "x.toml", edited);
     EXPECT_TRUE(IsEdited(folder / "x.toml"));
-    EXPECT_THAT(Refusal(folder / "x.toml"), HasSubstr("--force"));
-    EXPECT_EQ(Refusal(folder / "x.toml", true), "");
+    EXPECT_THAT(WhyRefused(folder / "x.toml"), HasSubstr("--force"));
+    EXPECT_EQ(WhyRefused(folder / "x.toml", true), "");
     WriteCalibration(folder / "x.toml", "name = \"robot_0\"\n");
     bool kept = false;
     for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
@@ -52,9 +52,9 @@ TEST(Calibration, WhatSomebodyEditedIsNotLost) {
 TEST(Calibration, DevicesAndEmptyFilesAreNobodysWork) {
   const test::TemporaryDirectory folder;
   WriteFileAtomically(folder / "empty", "");
-  EXPECT_EQ(Refusal(folder / "empty"), "");
-  EXPECT_EQ(Refusal("/dev/null"), "");
-  EXPECT_THAT(Refusal(folder / "none/x"), HasSubstr("there is no folder"));
+  EXPECT_EQ(WhyRefused(folder / "empty"), "");
+  EXPECT_EQ(WhyRefused("/dev/null"), "");
+  EXPECT_THAT(WhyRefused(folder / "none/x"), HasSubstr("there is no folder"));
 }
 
 }  // namespace
