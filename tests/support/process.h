@@ -22,12 +22,12 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   /// Waits until what it has printed contains a text; false when the time is over or it has ended without.
-  bool WaitForOutput(const std::string& text, std::chrono::milliseconds timeout = std::chrono::seconds(20));
+  bool WaitForOutput(const std::string& text, std::chrono::milliseconds timeout = std::chrono::seconds(60));
 
   void Signal(int number) const;
   pid_t pid() const { return pid_; }
   /// Its exit status, or 128 + the signal that ended it; nothing if it did not end in time.
-  std::optional<int> Wait(std::chrono::milliseconds timeout = std::chrono::seconds(20));
+  std::optional<int> Wait(std::chrono::milliseconds timeout = std::chrono::seconds(60));
 
   /// All it has printed so far; complete after Wait.
   const std::string& output() const { return output_; }
