@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "chequer/detector.h"
-
 namespace chequer {
 
 FrameBudget FrameBudget::Units(std::uint64_t units) {
@@ -20,7 +18,7 @@ FrameBudget FrameBudget::Auto(double units_per_second, int workers) {
 
 std::uint64_t FrameBudget::For(double rate_hz) const {
   if (!(units_per_second_ > 0) || !(rate_hz > 0)) return units_;
-  return std::max(static_cast<std::uint64_t>(units_per_second_ / rate_hz), kLeastBudget);
+  return std::max(static_cast<std::uint64_t>(units_per_second_ / rate_hz), kLeastAuto);
 }
 
 }  // namespace chequer

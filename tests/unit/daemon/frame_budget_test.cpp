@@ -32,9 +32,9 @@ TEST(FrameBudget, IsTheNumberThatWasGivenAtAnyRate) {
 }
 
 TEST(FrameBudget, LetsWorkersKeepUpWithTheCamera) {
-  EXPECT_EQ(FrameBudget::Auto(6e6, 1).For(60), 70'000u);
-  EXPECT_EQ(FrameBudget::Auto(6e6, 1).For(30), 140'000u);
-  EXPECT_EQ(FrameBudget::Auto(6e6, 2).For(60), 140'000u);
+  EXPECT_EQ(FrameBudget::Auto(12e6, 1).For(60), 140'000u);
+  EXPECT_EQ(FrameBudget::Auto(12e6, 1).For(30), 280'000u);
+  EXPECT_EQ(FrameBudget::Auto(12e6, 2).For(60), 280'000u);
 }
 
 TEST(FrameBudget, GivesNoFrameLongerWhereThereAreManyWorkers) {
@@ -43,7 +43,11 @@ TEST(FrameBudget, GivesNoFrameLongerWhereThereAreManyWorkers) {
 
 TEST(FrameBudget, IsUnlimitedWhereTheRateIsNotKnown) { EXPECT_EQ(FrameBudget::Auto(6e6, 2).For(0), 0u); }
 
-TEST(FrameBudget, IsNeverTooSmallForADetector) { EXPECT_EQ(FrameBudget::Auto(1000, 1).For(1000), kLeastBudget); }
+/// On a machine that was slow when it was measured, or is slow, markers would be left out of every frame.
+TEST(FrameBudget, LastsForBoardsInPlainViewOnAnyMachine) {
+  EXPECT_EQ(FrameBudget::Auto(1000, 1).For(1000), FrameBudget::kLeastAuto);
+  EXPECT_GT(FrameBudget::kLeastAuto, kLeastBudget);
+}
 
 TEST(MachineSpeed, IsMeasuredOnAFrameWithWork) {
   test::LogCapture log;
@@ -69,7 +73,7 @@ std::vector<std::uint64_t> BudgetsGiven(const std::string& config_text) {
   parts.make_detect = [&](const DetectorOptions&) {
     return [&](const ImageView&, DetectedFrame& found) { given.push_back(found.budget); };
   };
-  parts.measure_speed = [] { return 1e6; };
+  parts.measure_speed = [] { return 1e7; };
   parts.set_up_logging = [](const DaemonConfig&) {};
   Service service(config, "1.0", parts, {});
   service.Join();
@@ -78,7 +82,7 @@ std::vector<std::uint64_t> BudgetsGiven(const std::string& config_text) {
 }
 
 TEST(ServiceBudget, ComesFromTheCamerasRateAndTheSpeedOfTheMachine) {
-  EXPECT_THAT(BudgetsGiven("[pipeline]\nworkers = 1\n"), Each(14'000u));
+  EXPECT_THAT(BudgetsGiven("[pipeline]\nworkers = 1\n"), Each(140'000u));
 }
 
 TEST(ServiceBudget, IsTheConfiguredNumber) {

@@ -1,4 +1,4 @@
-#include "detect/frame_plan.h"
+#include "detect/work_plan.h"
 
 #include <algorithm>
 #include <limits>
@@ -22,30 +22,30 @@ constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
 }  // namespace
 
-std::size_t FramePlan::MostPeaks(double pixels) const {
+std::size_t WorkPlan::MostPeaks(double pixels) const {
   if (!limited()) return std::numeric_limits<std::size_t>::max();
   const double instructions = kPeaksShare * static_cast<double>(budget_) * WorkMeter::kInstructionsPerUnit -
                               pixels * WorkMeter::Instructions(WorkStep::kPixel);
   return static_cast<std::size_t>(std::max(instructions / kInstructionsPerPeak, pixels / kPixelsPerPeak));
 }
 
-std::uint64_t FramePlan::MostForBoards(std::uint64_t reserved) const {
+std::uint64_t WorkPlan::MostForBoards(std::uint64_t reserved) const {
   if (!limited()) return kNoLimit;
   const auto share = [&](double of_budget) { return static_cast<std::uint64_t>(of_budget * static_cast<double>(budget_)); };
   const std::uint64_t with_reserve = budget_ - std::min(reserved, budget_);
   return std::clamp(with_reserve, share(kLeastBoardsShare), share(kBoardsShare));
 }
 
-bool FramePlan::MayLookAgain(std::uint64_t spent, std::uint64_t most, bool waited) const {
+bool WorkPlan::MayLookAgain(std::uint64_t spent, std::uint64_t most, bool waited) const {
   const double share = waited ? 1 : kSecondLookShare;
   return !limited() || most == 0 || static_cast<double>(spent + most) <= share * static_cast<double>(budget_);
 }
 
-std::uint64_t FramePlan::Left(std::uint64_t spent) const {
+std::uint64_t WorkPlan::Left(std::uint64_t spent) const {
   return limited() ? budget_ - std::min(spent, budget_) : kNoLimit;
 }
 
-std::uint64_t FramePlan::MostForOneFit() const {
+std::uint64_t WorkPlan::MostForOneFit() const {
   return limited() ? static_cast<std::uint64_t>(kOneFitShare * static_cast<double>(budget_)) : kNoLimit;
 }
 

@@ -7,10 +7,10 @@ namespace chequer {
 
 /// How the budget of an image is dealt out to the detector's steps: each may begin what it has to do while what was
 /// spent, by all steps together, is below its share. What a step does not use is left for those that follow.
-class FramePlan {
+class WorkPlan {
  public:
   /// @param budget units; 0: no limit.
-  explicit FramePlan(std::uint64_t budget) : budget_(budget) {}
+  explicit WorkPlan(std::uint64_t budget) : budget_(budget) {}
 
   bool limited() const { return budget_ > 0; }
   /// Peaks that may be looked at, and linked, in an image of so many pixels.
