@@ -82,7 +82,7 @@ class DetectRun {
   void Take(const std::string& name, const Image& image) {
     CheckCalibrationFits(detector_.options(), request_.options, name, image.view());
     const double detect_ms = Detect(WithToneCurve(image.view(), curve_));
-    const ImageReport report{name, image.width(), image.height(), detect_ms, markers_};
+    const ImageReport report{name, image.width(), image.height(), detect_ms, detector_.stats().work, markers_};
     const std::string text = request_.json ? JsonLine(report) + "\n" : Table(report);
     std::fwrite(text.data(), 1, text.size(), stdout);
     std::fflush(stdout);

@@ -46,6 +46,7 @@ std::string JsonLine(const ImageReport& report) {
   json["width"] = report.width;
   json["height"] = report.height;
   json["detect_ms"] = report.detect_ms;
+  json["work"] = report.work;
   json["markers"] = Json::array();
   for (const MarkerPose& marker : report.markers) json["markers"].push_back(Marker(marker));
   return Dump(json);

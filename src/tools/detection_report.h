@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 
@@ -13,6 +14,7 @@ struct ImageReport {
   int width = 0;     ///< pixels
   int height = 0;
   double detect_ms = 0;  ///< from the decoded frame in memory to the finished list
+  std::uint64_t work = 0;  ///< units (DetectStats::work)
   std::span<const MarkerPose> markers;
 };
 

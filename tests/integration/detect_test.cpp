@@ -66,6 +66,7 @@ TEST(Detect, FindsTheMarkersWithTheirPosesWithinOnePercent) {
   EXPECT_EQ(result.images[0]["width"], 640);
   EXPECT_EQ(result.images[0]["height"], 480);
   EXPECT_GT(result.images[0]["detect_ms"], 0);
+  EXPECT_GT(result.images[0]["work"], 1000);
   const FrameTruth truth = ReadTruth(kDemo / "truth.jsonl").at(0);
   ASSERT_EQ(result.images[0]["markers"].size(), truth.markers.size());
   for (const json& marker : result.images[0]["markers"]) {
