@@ -229,7 +229,7 @@ void BoardFit::Finish() {
   // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
   if (own_levels_) of_moves /= std::max(unexplained_shifts_, 1.0);
   result_.information = result_.geometry.FromMoves(of_moves);
-  result_.image = {noise_, blur_px_, edges_};
+  result_.image = {noise_, blur_px_, edges_, smear_px_};
   result_.signal_to_noise = contrast / n / std::max(std::sqrt(residual_square / std::max(residual_count, 1.0)), 1e-6);
   TellLevels();
 }
@@ -336,6 +336,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   shadow_ = choice.shadow;
   smear_px_ = choice.smear_px;
   ink_spread_ = choice.ink_spread;
+  sure_of_motion_ = false;
   if (!Prepare(reader, lens, start)) return false;
   fit_ink_ = ink_spread_ != 0;
   look_farther_ = !smear_px_.isZero() || fit_ink_ || shadow_;

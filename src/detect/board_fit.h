@@ -101,6 +101,8 @@ class BoardFit {
   void StartWork() { work_ = {}; }
   /// What the fits since then took.
   const WorkMeter& work() const { return work_; }
+  /// Whether the motion explains so much that nothing else can.
+  bool sure_of_motion() const { return sure_of_motion_; }
   /// The way of a point during the exposure, image pixels; zero if that was not fitted.
   const Eigen::Vector2d& motion_px() const { return smear_px_; }
   /// By how much ink has spread, cells, if that was fitted.
@@ -193,7 +195,9 @@ class BoardFit {
   bool SeemsMoved() const;
   /// Starts the fit of a motion where the blur is wider along one direction than across it, or of dot gain, where one of
   /// them explains more than noise can; of both, the one that explains more. Whether one does.
-  bool FindTerms(int stride, double start_blur_px);
+  bool FindTerms(int stride, const Start& start);
+  /// Starts from how another board of the image moved, if this one seems to have moved like it.
+  void StartLike(const ImageTraits& image);
   /// Starts the fit of dot gain by the first step to it, which levels and blur had taken up a part of.
   void StartGain(double step, double start_blur_px);
   /// Every how many pixels to use about so many of them.
@@ -229,7 +233,8 @@ class BoardFit {
   ModelEquations model_equations_;
   std::vector<ModelEquations::LevelsAround16> model_levels_;  ///< by corner
   std::vector<PhaseValues> beside_;  ///< by cell, with a ring of what lies beside the board, which alone is told
-  bool terms_move_ = false;          ///< in the last step
+  double terms_move_ = 0;            ///< in the last step, over what no longer counts
+  bool sure_of_motion_ = false;      ///< nothing else makes edges as uneven
   std::vector<LitPart> lit_parts_;
   bool shade_twice_ = false;  ///< the first shading is not good enough for boards as large
   double ink_spread_ = 0;     ///< cells

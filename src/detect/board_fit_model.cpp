@@ -19,28 +19,34 @@ constexpr double kTapBlurs = 2.5;
 constexpr int kFewestTaps = 3, kMostTaps = 12;
 /// Of a board's pixels: so many bring the fit near, and so many at most finish it. What they leave out costs precision
 /// that boards of cells as large have in plenty.
-constexpr int kPixelsNear = 1500, kMostPixels = 9000;
+constexpr int kPixelsNear = 1000, kMostPixels = 9000;
 /// Passes in all; of them, those that follow what is done to the light.
 constexpr int kMostModelPasses = 14, kModelPassesOfLight = 4;
 /// A step that moves corners and blur less ends the fit; with less than the first, all pixels are looked at.
-constexpr double kNearPx = 0.1, kModelSettledPx = 0.03, kModelSettledBlur = 0.03;
+constexpr double kNearPx = 0.1, kModelSettledPx = 0.04, kModelSettledBlur = 0.04;
 /// The same in the first one where the corners of a board that moved were seen in its stripes.
 constexpr double kRunawayMovedPx = 6;
 /// Where corners lie as much farther off than was thought, other pixels are the board's.
 constexpr double kCollectAnewPx = 0.3, kCollectAnewMotionPx = 3;
-/// Longest steps; longer ones lead elsewhere.
-constexpr double kMostMotionStepPx = 1, kMostGainStep = 0.05;
+/// Longest steps; longer ones lead elsewhere. Those of a motion also as a share of it.
+constexpr double kMostMotionStepPx = 1, kMostMotionStepShare = 0.25, kMostGainStep = 0.05;
 const ShadowEdge::Parameters kMostShadowStep(0.1, 0.3, 0.3, 0.5);
 /// What is known of a shadow's edge before the pixels are looked at: standard deviations.
 const ShadowEdge::Parameters kShadowKnownTo(0.1, 0.3, 0.4, 0.8);
-/// Steps of terms that no longer count: px, cells, and as the edge's parameters.
-constexpr double kStillMotionPx = 0.02, kStillGain = 0.0003;
+/// Steps of terms that no longer count: px, cells, and as the edge's parameters; and how many times longer ones are near
+/// enough for all pixels.
+constexpr double kStillMotionPx = 0.04, kStillGain = 0.0003, kNearTerms = 10;
 const ShadowEdge::Parameters kStillShadow(0.003, 0.003, 0.004, 0.03);
 /// Blur, cells and px, from which on it may be motion.
 constexpr double kMovedBlur = 0.12, kMovedBlurPx = 1.2;
 /// Standard deviations by which the blur along one direction must differ from that across it to be motion: measured, 33
 /// and more of ways of half a cell, up to 3 of wide blurs.
 constexpr double kLeastUneven = 8;
+/// With as many, it is one, whatever else there may be.
+constexpr double kSureUneven = 30;
+/// Another board of the image moved alike if, of what is found first, so much at most goes another way, and the way is as
+/// long within these factors (it is found too short).
+constexpr double kAcrossMotion = 0.35, kLeastOfMotion = 0.4, kMostOfMotion = 1.4;
 /// The least dot gain that is looked for with it, cells: it makes edges uneven, too.
 constexpr double kLeastFirstGain = 0.03;
 /// The longest way that the first step may find, blurs (a way of 5 has as much variance again), and what it leaves of the
@@ -250,23 +256,24 @@ bool BoardFit::StepModel(int stride, bool first) {
     for (std::size_t phase = 0; phase < 4; ++phase)
       levels_[level][phase] +=
           static_cast<float>(model_equations_.LevelStep(static_cast<int>(level), channel_of_phase_[phase]));
-  terms_move_ = false;
+  terms_move_ = 0;
   if (model_input_.terms.motion) {
     Eigen::Vector2d more = step.segment<2>(columns.motion);
-    if (more.norm() > kMostMotionStepPx) more *= kMostMotionStepPx / more.norm();
+    const double most = std::max(kMostMotionStepPx, kMostMotionStepShare * smear_px_.norm());
+    if (more.norm() > most) more *= most / more.norm();
     smear_px_ += more;
-    terms_move_ |= more.norm() > kStillMotionPx;
+    terms_move_ = std::max(terms_move_, more.norm() / kStillMotionPx);
   }
   if (model_input_.terms.dot_gain) {
     const double more = std::clamp(step[columns.dot_gain], -kMostGainStep, kMostGainStep);
     ink_spread_ = std::clamp(ink_spread_ + more, -kMostGain, kMostGain);
-    terms_move_ |= std::abs(more) > kStillGain;
+    terms_move_ = std::max(terms_move_, std::abs(more) / kStillGain);
   }
   if (model_input_.terms.shadow) {
     const ShadowEdge::Parameters more =
         ShadowEdge::Parameters(step.segment<4>(columns.shadow)).cwiseMax(-kMostShadowStep).cwiseMin(kMostShadowStep);
     shadow_ = ShadowEdge(shadow_->values() + more);
-    terms_move_ |= (more.cwiseAbs().array() > kStillShadow.array()).any();
+    terms_move_ = std::max(terms_move_, more.cwiseAbs().cwiseQuotient(kStillShadow).maxCoeff());
   }
   corner_move_px_ = 0;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
@@ -282,7 +289,7 @@ void BoardFit::StartGain(double step, double start_blur_px) {
   blur_px_ = std::min(blur_px_, start_blur_px);
 }
 
-bool BoardFit::FindTerms(int stride, double start_blur_px) {
+bool BoardFit::FindTerms(int stride, const Start& start) {
   const ModelTerms terms = model_input_.terms;
   model_input_.terms.uneven_blur = model_input_.terms.dot_gain = true;
   const bool solved = SolveModel(stride);
@@ -295,7 +302,7 @@ bool BoardFit::FindTerms(int stride, double start_blur_px) {
   const double by_motion = uneven.dot(model_equations_.InformationOn<2>(columns.uneven_blur) * uneven),
                by_gain = gain * gain * model_equations_.InformationOn<1>(columns.dot_gain)(0, 0);
   if (by_gain > by_motion && std::abs(gain) > kLeastFirstGain) {
-    StartGain(gain, start_blur_px);
+    StartGain(gain, start.blur_px);
     return true;
   }
   if (!(by_motion > kLeastUneven * kLeastUneven)) return false;
@@ -306,7 +313,21 @@ bool BoardFit::FindTerms(int stride, double start_blur_px) {
   smear_px_ = length * Eigen::Vector2d(std::cos(angle), std::sin(angle));
   // Across the way, the blur stays: the fit's lies between.
   blur_px_ = std::sqrt(std::max(blur_px_ * blur_px_ - length * length / 24, kLeastOfBlur * blur_px_ * blur_px_));
+  sure_of_motion_ = by_motion > kSureUneven * kSureUneven;
+  if (start.image) StartLike(*start.image);
   return true;
+}
+
+void BoardFit::StartLike(const ImageTraits& image) {
+  Eigen::Vector2d motion_px = image.motion_px;
+  if (motion_px.dot(smear_px_) < 0) motion_px = -motion_px;  // there and back are the same
+  if (motion_px.isZero()) return;
+  const Eigen::Vector2d along = motion_px.normalized();
+  const double share = along.dot(smear_px_) / motion_px.norm();
+  const Eigen::Vector2d across = smear_px_ - along.dot(smear_px_) * along;
+  if (share < kLeastOfMotion || share > kMostOfMotion || across.norm() > kAcrossMotion * smear_px_.norm()) return;
+  smear_px_ = motion_px;
+  blur_px_ = image.blur_px;
 }
 
 bool BoardFit::SeemsMoved() const {
@@ -327,18 +348,21 @@ bool BoardFit::SettleModel(const LightReader& reader, const Lens& lens, const St
   MapLevels();
   const Eigen::Vector2d collected_for_motion = smear_px_;
   int stride = StrideFor(kPixelsNear), judgements = 0;
-  bool still = false, all = false, collected = false;
+  bool still = false, all = false;
   for (int pass = 0; pass < kMostModelPasses; ++pass) {
     if (corner_move_px_ > kFollowPx) pixels_.PlaceCorners(lens, result_.geometry);
     model_input_.robust_limit = noise_known ? kRobustLimit : 1e9f;
-    if (pass == 1 && SeemsMoved()) FindTerms(stride, start.blur_px);
+    if (pass == 0 && !all && SeemsMoved()) FindTerms(stride, start);
     if (!StepModel(stride, pass == 0)) return false;
     // What was not fitted yet says nothing of what is occluded, or of the noise.
     const bool fitted = pass > 0, judged = fitted && (still || pass >= kModelPassesOfLight);
-    still = !terms_move_ && corner_move_px_ < kFollowPx;
+    const bool terms_still = terms_move_ <= 1;
+    still = terms_still && corner_move_px_ < kFollowPx;
     const bool changed = judged && FindHiddenCorners(judgements++ < kModelPassesOfLight);
-    const bool near = judged && !changed && corner_move_px_ < kNearPx && blur_change_ < kNearPx;
-    if (all && near && !terms_move_ && corner_move_px_ < kModelSettledPx && blur_change_ < kModelSettledBlur) break;
+    const bool near =
+        fitted && !changed && corner_move_px_ < kNearPx && blur_change_ < kNearPx && terms_move_ <= kNearTerms;
+    const bool settled = terms_still && corner_move_px_ < kModelSettledPx && blur_change_ < kModelSettledBlur;
+    if (all && judged && near && settled) break;
     const bool light_follows = fitted && pass < kModelPassesOfLight && !shadow_;
     if (light_follows) {
       FindHiddenCells();
@@ -353,14 +377,10 @@ bool BoardFit::SettleModel(const LightReader& reader, const Lens& lens, const St
     const bool elsewhere = FarthestMove(collected_for_) > kCollectAnewPx ||
                            (smear_px_ - collected_for_motion).norm() > kCollectAnewMotionPx;
     judgements = 0;  // by other pixels, or by more
-    if (elsewhere && !collected) {
-      if (!CollectAnew(reader, lens)) return false;
-      collected = true;
-      pass = 0;
-    } else {
-      all = true;
-      stride = StrideFor(kMostPixels);
-    }
+    if (elsewhere && !CollectAnew(reader, lens)) return false;
+    all = still = true;
+    stride = StrideFor(kMostPixels);
+    pass = 0;
   }
   return true;
 }

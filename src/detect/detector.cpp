@@ -17,7 +17,7 @@
 #include "detect/deferred_places.h"
 #include "detect/fit.h"
 #include "detect/fit_schedule.h"
-#include "detect/frame_plan.h"
+#include "detect/work_plan.h"
 #include "detect/grids.h"
 #include "detect/identify.h"
 #include "detect/light.h"
@@ -138,6 +138,8 @@ struct Detector::Impl {
   /// Of tasks in this order, fits those that the budget lasts for. Returns how many.
   std::size_t FitInRounds(const LightReader& reader, const Lens& lens, bool plain_only, std::span<FitTask> tasks,
                           Tracer& tracer);
+  /// How the first of these boards moved, the others of the image may have moved.
+  void ShareMotion(std::span<const FitTask> round);
   /// Fits once more, by all that may be in their way, boards for which the plain fit does not do.
   void Refine(const LightReader& reader, const Lens& lens, Tracer& tracer);
   /// To fit a board plainly.
@@ -186,7 +188,7 @@ struct Detector::Impl {
 
   /// What is known of one image.
   struct Frame {
-    FramePlan plan{0};
+    WorkPlan plan{0};
     WorkMeter work;
     Pyramid pyramid;
     std::vector<Corner> corners;
@@ -436,7 +438,7 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   markers.clear();
   stats = DetectStats{};
   if (image.width() < 16 || image.height() < 16) return;
-  frame.Start().plan = FramePlan(budget);
+  frame.Start().plan = WorkPlan(budget);
   if (!frame->plan.limited()) memory = {};
   const std::array<float, 256>& table = tone.Of(image.tone_curve());
   LightReader reader(image, table);
@@ -506,8 +508,17 @@ std::size_t Detector::Impl::FitInRounds(const LightReader& reader, const Lens& l
     // By reference: a copy would be allocated.
     crew.Run(static_cast<int>(round.size()), std::ref(fit_one));
     for (const FitTask& task : round) frame->work.Add(frame->outcomes[task.board].work);
+    ShareMotion(round);
   };
   return RunInRounds(frame->plan, !plain_only, tasks, [&] { return frame->work.units(); }, fit_round);
+}
+
+void Detector::Impl::ShareMotion(std::span<const FitTask> round) {
+  for (const FitTask& task : round) {
+    const Outcome& outcome = frame->outcomes[task.board];
+    if (!frame->traits || !frame->traits->motion_px.isZero()) return;
+    if (outcome.accepted) frame->traits->motion_px = outcome.image.motion_px;
+  }
 }
 
 void Detector::Impl::FitBoards(const LightReader& reader, const Lens& lens, Tracer& tracer) {

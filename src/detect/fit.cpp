@@ -36,6 +36,11 @@ const FittedBoard* PhotometricFit::FitPlain(const Task& task, bool smeared) {
 
 const FittedBoard* PhotometricFit::FitFully(const Task& task, bool smeared) {
   if (const FittedBoard* fitted = smeared ? nullptr : FitAsItIs(task, Eigen::Vector2d::Zero())) return fitted;
+  // Others of the image may have shown how it moved.
+  if (smeared && task.start.image && !task.start.image->motion_px.isZero()) {
+    const FittedBoard* fitted = FitAsItIs(task, task.start.image->motion_px);
+    if (fitted && fitted->reprojection_rms_px <= kMostOffSmearedPx) return fitted;
+  }
   // What runs away may have moved so far that the plain model does not come near it.
   const Smears smears = FindSmears(task.reader, task.lens, task.start.size, task.start.geometry);
   bool found = false;
@@ -54,7 +59,9 @@ const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vect
   choice_.smear_px = smear_px;
   const bool fitted = FitOnce(task, task.start);
   const bool moved = smear_px.isZero() && fitted && !fit_.motion_px().isZero();
-  if (moved && fit_.result().reprojection_rms_px <= kMostOffMovedPx && !AnyOf(fit_.Hidden())) return &fit_.result();
+  const double off_px = fit_.result().reprojection_rms_px;
+  if (moved && fit_.sure_of_motion() && off_px <= kMostOffSmearedPx) return &fit_.result();
+  if (moved && off_px <= kMostOffMovedPx && !AnyOf(fit_.Hidden())) return &fit_.result();
   // Shadows and ink make edges uneven, too; what seemed to have moved and did not fit may fit as it stands.
   if (moved) moved_ = fit_.result();
   const bool again = smear_px.isZero() && fit_.looks_farther() && (moved || !fitted);

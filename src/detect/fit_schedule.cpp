@@ -2,7 +2,7 @@
 
 namespace chequer {
 
-std::size_t GrantRound(const FramePlan& plan, std::uint64_t spent, bool at_least_one, std::span<FitTask> tasks) {
+std::size_t GrantRound(const WorkPlan& plan, std::uint64_t spent, bool at_least_one, std::span<FitTask> tasks) {
   if (!plan.limited()) return tasks.size();
   std::size_t count = 0;
   for (; count < tasks.size(); ++count) {

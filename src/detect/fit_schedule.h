@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "detect/frame_plan.h"
+#include "detect/work_plan.h"
 
 namespace chequer {
 
@@ -38,14 +38,14 @@ void ExpectAsMuch(std::span<const FitTask> done, std::uint64_t took, std::span<F
 /// Of tasks that are done in their order, how many the budget lasts for at once if each takes what is expected. Grants
 /// each of them its units. So what is begun does not depend on how many threads share the work, nor on which is first.
 /// @param spent on the image so far. @param at_least_one whether the first is granted its least in any case.
-std::size_t GrantRound(const FramePlan& plan, std::uint64_t spent, bool at_least_one, std::span<FitTask> tasks);
+std::size_t GrantRound(const WorkPlan& plan, std::uint64_t spent, bool at_least_one, std::span<FitTask> tasks);
 
 /// Runs tasks in rounds for as long as the budget lasts: run(round) does the tasks of a round and returns when all are
 /// done; spent() is what the image took so far. Returns how many were run. Rounds begin with one task and grow, as each
 /// shows what is to be expected of the next.
 /// @param at_least_one is run, in any case: so that there is an end to waiting however small the budget is.
 template <class Spent, class Run>
-std::size_t RunInRounds(const FramePlan& plan, bool at_least_one, std::span<FitTask> tasks, const Spent& spent,
+std::size_t RunInRounds(const WorkPlan& plan, bool at_least_one, std::span<FitTask> tasks, const Spent& spent,
                         const Run& run) {
   std::size_t done = 0, at_once = plan.limited() ? kFewAtOnce : tasks.size();
   for (; done < tasks.size(); at_once *= 2) {

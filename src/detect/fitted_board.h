@@ -15,6 +15,8 @@ struct ImageTraits {
   NoiseModel noise;
   double blur_px = 1;
   EdgeShape edges;
+  /// How far the board moved during the exposure, image pixels; zero if that was not fitted.
+  Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();
 };
 
 /// The light that falls on a cell, over that of the board (its mean; beside the shadow, where its edge was fitted):

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "detect/level_elimination.h"
-
 namespace chequer {
 namespace {
 
@@ -17,20 +15,10 @@ constexpr double kRidge = 1e-6;
 
 void ModelEquations::Assemble(const Input& input) {
   const int shared = input.columns.shared;
-  band_width_ = std::min(input.band, input.level_count - 1);
-  band_stride_ = PaddedForElimination(band_width_ + 1);
-  right_ = PaddedForElimination(shared + 1);
   normal_.setZero(shared, shared);
   gradient_.setZero(shared);
   chi_square_ = 0;
-  for (std::size_t channel = 0; channel < kChannels; ++channel) {
-    const auto used = std::any_of(input.channel_of_phase.begin(), input.channel_of_phase.end(),
-                                  [&](int of) { return of == static_cast<int>(channel); });
-    const std::size_t levels = used ? static_cast<std::size_t>(input.level_count) : 0;
-    band_[channel].assign(levels * static_cast<std::size_t>(band_stride_), 0);
-    common_[channel].assign(levels * static_cast<std::size_t>(right_), 0);
-    level_step_[channel].assign(levels, 0);
-  }
+  levels_.Begin(input.level_count, std::min(input.band, input.level_count - 1), shared);
   for (int corner = 0; corner < input.pixels->corners(); ++corner)
     if (input.used[static_cast<std::size_t>(corner)]) AddCorner(input, corner);
   if (input.prior_information.size() != shared) return;
@@ -41,10 +29,8 @@ void ModelEquations::Assemble(const Input& input) {
 void ModelEquations::AddCorner(const Input& input, int corner) {
   const ModelColumns& columns = input.columns;
   const int lane = input.pixels->Lane(corner), shared = columns.shared, residual = columns.residual();
-  const LevelsAround16& levels = input.levels[static_cast<std::size_t>(corner)];
-  const auto sums = [&](int a, int b) { return input.lanes->sum_data(columns.Product(a, b)) + lane; };
   const auto all = [&](int a, int b) {
-    const float* of = sums(a, b);
+    const float* of = input.lanes->sum_data(columns.Product(a, b)) + lane;
     return double{of[0]} + double{of[1]} + double{of[2]} + double{of[3]};
   };
   for (int a = 0; a < shared; ++a) {
@@ -52,63 +38,23 @@ void ModelEquations::AddCorner(const Input& input, int corner) {
     gradient_[a] += all(a, residual);
   }
   chi_square_ += all(residual, residual);
-  for (int i = 0; i < ModelColumns::kLevels; ++i) {
-    const int level = levels[static_cast<std::size_t>(i)];
-    if (level == kNoLevel) continue;
-    const auto add_common = [&](const float* of, int column) {
-      for (std::size_t phase = 0; phase < 4; ++phase)
-        common_[static_cast<std::size_t>(input.channel_of_phase[phase])]
-               [static_cast<std::size_t>(level * right_ + column)] += double{of[phase]};
-    };
-    for (int a = 0; a < shared; ++a) add_common(sums(a, columns.levels + i), a);
-    add_common(sums(columns.levels + i, residual), shared);
-    for (int j = i; j < ModelColumns::kLevels; ++j) {
-      const int other = levels[static_cast<std::size_t>(j)];
-      if (other == kNoLevel) continue;
-      const float* of = sums(columns.levels + i, columns.levels + j);
-      // Places that share a level count with each other, both ways.
-      const double times = level == other && i != j ? 2 : 1;
-      for (std::size_t phase = 0; phase < 4; ++phase)
-        Band(static_cast<std::size_t>(input.channel_of_phase[phase]), std::min(level, other),
-             std::abs(other - level)) += times * double{of[phase]};
-    }
-  }
+  levels_.AddCorner(*input.lanes, columns, lane, input.levels[static_cast<std::size_t>(corner)]);
 }
 
-bool ModelEquations::EliminateLevels(const Input& input, std::size_t channel) {
-  const int levels = static_cast<int>(level_step_[channel].size());
-  if (levels == 0) return true;
-  double mean = 0;
-  for (int level = 0; level < levels; ++level) mean += Band(channel, level, 0) / levels;
-  if (!(mean > 0)) return false;
-  std::vector<double>& common = common_[channel];
-  for (int level = 0; level < levels; ++level) Band(channel, level, 0) += kRidge * mean;
-  if (!chequer::EliminateLevels({.levels = levels,
-                                 .width = band_width_,
-                                 .band_stride = band_stride_,
-                                 .common_stride = right_,
-                                 .band = band_[channel].data(),
-                                 .common = common.data()}))
-    return false;
+bool ModelEquations::EliminateLevels(const Input& input) {
+  if (!levels_.Eliminate(input.channel_of_phase, kRidge)) return false;
   const int shared = input.columns.shared;
-  for (int level = 0; level < levels; ++level) {
-    const double* const row = common.data() + level * right_;
-    const double inverse = 1 / Band(channel, level, 0);
-    for (int a = 0; a < shared; ++a) {
-      const double scaled = row[a] * inverse;
-      for (int b = a; b < shared; ++b) normal_(b, a) -= scaled * row[b];
-      gradient_[a] -= scaled * row[shared];
-    }
-    chi_square_ -= row[shared] * row[shared] * inverse;
+  for (int a = 0; a < shared; ++a) {
+    for (int b = a; b < shared; ++b) normal_(b, a) -= levels_.Taken(a, b);
+    gradient_[a] -= levels_.Taken(a, shared);
   }
+  chi_square_ -= levels_.Taken(shared, shared);
   return true;
 }
 
 bool ModelEquations::Solve(const Input& input) {
   Assemble(input);
-  for (std::size_t channel = 0; channel < kChannels; ++channel)
-    if (!EliminateLevels(input, channel)) return false;
-  const int shared = input.columns.shared;
+  if (!EliminateLevels(input)) return false;
   normal_.triangularView<Eigen::StrictlyUpper>() = normal_.transpose();
   // Of unknowns in very different units.
   const Shared scale = normal_.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
@@ -118,19 +64,7 @@ bool ModelEquations::Solve(const Input& input) {
   step_ = scale.cwiseProduct(factor.solve(scale.cwiseProduct(gradient_)));
   if (!step_.allFinite()) return false;
   chi_square_ -= step_.dot(gradient_);
-  // The levels follow, by back substitution.
-  for (std::size_t channel = 0; channel < kChannels; ++channel) {
-    const int levels = static_cast<int>(level_step_[channel].size());
-    for (int level = levels - 1; level >= 0; --level) {
-      const double* const row = common_[channel].data() + level * right_;
-      double value = row[shared];
-      for (int a = 0; a < shared; ++a) value -= row[a] * step_[a];
-      value /= Band(channel, level, 0);
-      for (int below = 1; below <= band_width_ && level + below < levels; ++below)
-        value -= Band(channel, level, below) * level_step_[channel][static_cast<std::size_t>(level + below)];
-      level_step_[channel][static_cast<std::size_t>(level)] = value;
-    }
-  }
+  levels_.Solve(step_.data());
   return true;
 }
 

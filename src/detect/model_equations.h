@@ -8,23 +8,21 @@
 
 #include "detect/board_equations.h"
 #include "detect/board_pixels.h"
+#include "detect/level_elimination.h"
 #include "detect/model_kernel.h"
 
 namespace chequer {
 
 /// Gauss-Newton's normal equations of a board's model with its terms: geometry, blur and terms are solved for together
-/// with all levels of cells, which are eliminated channel by channel (Schur complement over a banded L D Lᵀ). Keeps its
-/// memory.
+/// with all levels of cells, which are eliminated first (Schur complement, level_elimination.h). Keeps its memory.
 class ModelEquations {
  public:
   /// Geometry, blur and terms, in the order of ModelColumns.
   using Shared = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, ModelColumns::kMostShared, 1>;
   using SharedMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, ModelColumns::kMostShared,
                                      ModelColumns::kMostShared>;
-  static constexpr int kChannels = 3;
-  static constexpr int kNoLevel = -1;
-  /// By place of the 4 × 4 cells around a corner: the level it has, or kNoLevel where its light is given.
-  using LevelsAround16 = std::array<int, ModelColumns::kLevels>;
+  static constexpr int kNoLevel = LevelElimination::kNoLevel;
+  using LevelsAround16 = LevelElimination::LevelsAround;
 
   struct Input {
     const BoardPixels* pixels = nullptr;
@@ -45,9 +43,7 @@ class ModelEquations {
   bool Solve(const Input& input);
 
   const Shared& step() const { return step_; }
-  double LevelStep(int level, int channel) const {
-    return level_step_[static_cast<std::size_t>(channel)][static_cast<std::size_t>(level)];
-  }
+  double LevelStep(int level, int channel) const { return levels_.step(level, channel); }
   /// Of the shared unknowns, the levels following them.
   const SharedMatrix& information() const { return normal_; }
   /// On some of them, all else following.
@@ -69,20 +65,12 @@ class ModelEquations {
   SharedMatrix Covariance() const;
   void Assemble(const Input& input);
   void AddCorner(const Input& input, int corner);
-  bool EliminateLevels(const Input& input, std::size_t channel);
+  bool EliminateLevels(const Input& input);
 
-  double& Band(std::size_t channel, int row, int below) {
-    return band_[channel][static_cast<std::size_t>(row * band_stride_ + below)];
-  }
-
-  int band_width_ = 0, band_stride_ = 0, right_ = 0;
   SharedMatrix normal_;
   Shared gradient_, step_;
   double chi_square_ = 0;
-  /// By channel: the levels' matrix by columns, from the diagonal down; what they have in common with the shared
-  /// unknowns and, last, with the residual; the same after forward substitution.
-  std::array<std::vector<double>, kChannels> band_, common_;
-  std::array<std::vector<double>, kChannels> level_step_;
+  LevelElimination levels_;
 };
 
 }  // namespace chequer

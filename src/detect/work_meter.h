@@ -73,9 +73,9 @@ class WorkMeter {
     set(WorkStep::kCollectedPixel, 40);
     set(WorkStep::kFitStep, 85'000);
     set(WorkStep::kFitPixel, 30);
-    set(WorkStep::kModelCorner, 40'000);
-    set(WorkStep::kModelPixel, 550);
-    set(WorkStep::kModelTap, 20);
+    set(WorkStep::kModelCorner, 20'000);
+    set(WorkStep::kModelPixel, 380);
+    set(WorkStep::kModelTap, 54);
     set(WorkStep::kReading, 50'000);
     return table;
   }();

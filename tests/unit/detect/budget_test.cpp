@@ -10,7 +10,7 @@
 #include "chequer/detector.h"
 #include "detect/deferred_places.h"
 #include "detect/fit_schedule.h"
-#include "detect/frame_plan.h"
+#include "detect/work_plan.h"
 #include "detect/work_meter.h"
 #include "support/adversarial_frames.h"
 #include "support/same_bits.h"
@@ -211,8 +211,8 @@ TEST(DeferredPlaces, KeepThoseThatHaveWaitedLongestOfTooMany) {
   EXPECT_EQ(places.Waited({29990, 0}), 0);
 }
 
-TEST(FramePlan, WithoutABudgetAllowsEverything) {
-  const FramePlan plan(0);
+TEST(WorkPlan, WithoutABudgetAllowsEverything) {
+  const WorkPlan plan(0);
   EXPECT_FALSE(plan.limited());
   EXPECT_GT(plan.MostPeaks(1e6), 1'000'000u);
   EXPECT_TRUE(plan.MayLookAgain(1'000'000'000, 1'000'000'000, false));
@@ -220,8 +220,8 @@ TEST(FramePlan, WithoutABudgetAllowsEverything) {
   EXPECT_GT(plan.MostForBoards(1000), 1'000'000'000u);
 }
 
-TEST(FramePlan, LeavesSomethingForEveryStep) {
-  const FramePlan plan(100'000);
+TEST(WorkPlan, LeavesSomethingForEveryStep) {
+  const WorkPlan plan(100'000);
   EXPECT_GT(plan.MostPeaks(1e6), 1000u);
   EXPECT_EQ(plan.MostForBoards(0), 60'000u);
   EXPECT_EQ(plan.MostForBoards(50'000), 50'000u) << "a second look that waits";
@@ -235,9 +235,9 @@ TEST(FramePlan, LeavesSomethingForEveryStep) {
   EXPECT_EQ(plan.Left(100'001), 0u);
 }
 
-TEST(FramePlan, TakesNoPeaksFromFramesOfBoardsHoweverSmallItIs) {
+TEST(WorkPlan, TakesNoPeaksFromFramesOfBoardsHoweverSmallItIs) {
   // A swarm of 50 in 1920 × 1080 has 2,800.
-  EXPECT_GE(FramePlan(kLeastBudget).MostPeaks(1920 * 1080), 8000u);
+  EXPECT_GE(WorkPlan(kLeastBudget).MostPeaks(1920 * 1080), 8000u);
 }
 
 std::vector<FitTask> Tasks(std::initializer_list<std::uint64_t> most) {
@@ -247,7 +247,7 @@ std::vector<FitTask> Tasks(std::initializer_list<std::uint64_t> most) {
 }
 
 TEST(FitSchedule, GrantsWhatTheBudgetLastsForInTheWorstCase) {
-  const FramePlan plan(100'000);
+  const WorkPlan plan(100'000);
   std::vector<FitTask> tasks = Tasks({20'000, 20'000, 20'000, 20'000});
   EXPECT_EQ(GrantRound(plan, 50'000, false, tasks), 2u);
   EXPECT_EQ(tasks[1].granted, 20'000u);
@@ -260,13 +260,13 @@ TEST(FitSchedule, GrantsWhatTheBudgetLastsForInTheWorstCase) {
 
 TEST(FitSchedule, LetsNoTaskTakeAllOfTheBudget) {
   std::vector<FitTask> tasks = Tasks({90'000, 90'000});
-  EXPECT_EQ(GrantRound(FramePlan(100'000), 0, false, tasks), 1u);
+  EXPECT_EQ(GrantRound(WorkPlan(100'000), 0, false, tasks), 1u);
   EXPECT_EQ(tasks[0].granted, 25'000u);
 }
 
 TEST(FitSchedule, DoesAllAtOnceWithoutABudget) {
   std::vector<FitTask> tasks = Tasks({1, 1'000'000'000});
-  EXPECT_EQ(GrantRound(FramePlan(0), 1'000'000'000, false, tasks), 2u);
+  EXPECT_EQ(GrantRound(WorkPlan(0), 1'000'000'000, false, tasks), 2u);
   EXPECT_EQ(tasks[1].granted, ~0ull);
 }
 
@@ -276,7 +276,7 @@ TEST(FitSchedule, GoesOnWithWhatTheRoundsBeforeDidNotTake) {
   std::uint64_t spent = 0;
   std::vector<std::size_t> rounds;
   const std::size_t done = RunInRounds(
-      FramePlan(100'000), true, tasks, [&] { return spent; },
+      WorkPlan(100'000), true, tasks, [&] { return spent; },
       [&](std::span<const FitTask> round) {
         rounds.push_back(round.size());
         spent += round.size() * 10'000;
@@ -293,7 +293,7 @@ TEST(FitSchedule, LearnsFromTheFirstWhatTheOthersTake) {
       tasks.push_back({.board = board, .most = 1'000, .expected = 1'000, .least = 1'000});
     std::uint64_t spent = 0;
     const std::size_t done = RunInRounds(
-        FramePlan(100'000), false, tasks, [&] { return spent; },
+        WorkPlan(100'000), false, tasks, [&] { return spent; },
         [&](std::span<const FitTask> round) { spent += round.size() * each; });
     EXPECT_LE(spent, 100'000u);
     EXPECT_GT(spent, done == tasks.size() ? 0u : 70'000u);
