@@ -168,14 +168,19 @@ FrameTruth Stream::Truth(std::size_t index) const {
   return truth;
 }
 
-Image Stream::Draw(std::size_t index, std::uint64_t round) const {
+LinearImage Stream::Light(std::size_t index) const {
   const FramePlan& plan = impl_->plans.at(index);
   SeenBackground seen = impl_->background.At(plan);
   DrawLayers(*seen.drawn, impl_->background.rim(), MakeMovingLayers(impl_->MovingMarkers(plan), impl_->camera()),
              impl_->spread, plan.shadow, seen.light);
   Flicker(plan, impl_->scenario.camera.rows_read_ms / 1000, seen.light);
-  return Capture(std::move(seen.light), impl_->OptionsOf(plan),
-                 DeriveSeed(DeriveSeed(impl_->scenario.seed, 1 + index), round));
+  return std::move(seen.light);
+}
+
+RenderOptions Stream::CameraOf(std::size_t index) const { return impl_->OptionsOf(impl_->plans.at(index)); }
+
+Image Stream::Draw(std::size_t index, std::uint64_t round) const {
+  return Capture(Light(index), CameraOf(index), DeriveSeed(DeriveSeed(impl_->scenario.seed, 1 + index), round));
 }
 
 }  // namespace chequer

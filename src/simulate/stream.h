@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "chequer/image.h"
+#include "simulate/linear_image.h"
+#include "simulate/render.h"
 #include "simulate/scenario.h"
 #include "simulate/stream_plan.h"
 #include "simulate/truth.h"
@@ -26,6 +28,11 @@ class Stream {
 
   /// What truly is in a frame; its file has no name yet. Boards wholly outside the image are left out.
   FrameTruth Truth(std::size_t index) const;
+
+  /// What Capture makes the frame of: the light on its sensor, and the camera as it is set then, with the frame's
+  /// illumination and gain. Whoever wants many frames of one light exposes it himself.
+  LinearImage Light(std::size_t index) const;
+  RenderOptions CameraOf(std::size_t index) const;
 
   /// The frame. The same arguments give the same bytes. @param round makes another noise on the same picture.
   Image Draw(std::size_t index, std::uint64_t round = 0) const;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "simulate/lens.h"
@@ -96,6 +97,16 @@ TEST(Stream, GivesTheSameBytesInAnyOrder) {
   for (std::size_t i = b.size(); i-- > 0;) EXPECT_TRUE(std::ranges::equal(b.Draw(i).bytes(), forwards[i].bytes())) << i;
   EXPECT_FALSE(std::ranges::equal(a.Draw(0, 1).bytes(), forwards[0].bytes())) << "another round, another noise";
   EXPECT_NEAR(MeanOf(a.Draw(0, 1)), MeanOf(forwards[0]), 0.2);
+}
+
+TEST(Stream, HandsOutTheLightBeforeTheNoise) {
+  const Stream stream = StreamOf(kSmall + kFour + StreamPhase("calm", 1) + StreamPhase("dark", 1, "light = 0.25"));
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    RenderOptions camera = stream.CameraOf(i);
+    camera.sensor.full_well_electrons = std::numeric_limits<double>::infinity();
+    // Noise that would fall below black lifts the mean a little.
+    EXPECT_NEAR(MeanOf(Capture(stream.Light(i), camera, 1)), MeanOf(stream.Draw(i)), 0.6) << i;
+  }
 }
 
 TEST(Stream, ShowsTheLightOfThePhase) {
