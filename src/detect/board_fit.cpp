@@ -37,6 +37,8 @@ constexpr double kSmearReach = 0.1, kSmearReachAllCells = 0.4;
 constexpr double kReachBlurs = 2.2;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
+/// Mean light of a cell of which much is saturated.
+constexpr float kOverexposed = 0.98f;
 
 }  // namespace
 
@@ -356,11 +358,19 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   input_.robust_limit = 1e9f;
   // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
-  // do not blur into them.
-  const bool knows_levels = start.image && BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * blur_px_ < 1;
+  // do not blur into them, and none is overexposed: it may be any that is as light, and edges would seem blurred instead.
+  const bool overexposed = std::any_of(start.light.begin(), start.light.end(),
+                                       [](const Eigen::Vector3f& light) { return light.maxCoeff() >= kOverexposed; });
+  const bool knows_levels =
+      start.image && !overexposed && BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * blur_px_ < 1;
   const LaneSums first = knows_levels && !own_levels_ ? LaneSums::kShapes : LaneSums::kLevels;
   const bool near = Step(first) && corner_move_px_ <= kRunawayPx;
   if (!near && !ComeNearByFound(reader, lens, start)) return false;
+  if (overexposed) {
+    // Levels began at full scale, and the blur has taken up what they lacked: it begins anew.
+    blur_px_ = start.blur_px;
+    if (!Step(first) || corner_move_px_ > kRunawayPx) return false;
+  }
   // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
   for (double chosen_for = start.blur_px; blur_px_ > kWiderBlur * chosen_for;) {
     chosen_for = blur_px_;

@@ -45,6 +45,8 @@ class BoardFit {
     CornerFlags found{};
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
+    /// A fit with all terms that is not near its end once so many units (work_meter.h) were spent on the board fails.
+    std::uint64_t most_units = ~0ull;
   };
   /// Which model a fit has.
   struct Choice {

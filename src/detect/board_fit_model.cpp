@@ -19,7 +19,7 @@ constexpr double kTapBlurs = 2.5;
 constexpr int kFewestTaps = 3, kMostTaps = 12;
 /// Of a board's pixels: so many bring the fit near, and so many at most finish it. What they leave out costs precision
 /// that boards of cells as large have in plenty.
-constexpr int kPixelsNear = 1000, kMostPixels = 9000;
+constexpr int kPixelsNear = 1000, kMostPixels = 6000;
 /// Passes in all; of them, those that follow what is done to the light.
 constexpr int kMostModelPasses = 14, kModelPassesOfLight = 4;
 /// A step that moves corners and blur less ends the fit; with less than the first, all pixels are looked at.
@@ -361,6 +361,7 @@ bool BoardFit::SettleModel(const LightReader& reader, const Lens& lens, const St
     const bool changed = judged && FindHiddenCorners(judgements++ < kModelPassesOfLight);
     const bool near =
         fitted && !changed && corner_move_px_ < kNearPx && blur_change_ < kNearPx && terms_move_ <= kNearTerms;
+    if (work_.units() > start.most_units) return near;
     const bool settled = terms_still && corner_move_px_ < kModelSettledPx && blur_change_ < kModelSettledBlur;
     if (all && judged && near && settled) break;
     const bool light_follows = fitted && pass < kModelPassesOfLight && !shadow_;

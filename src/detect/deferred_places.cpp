@@ -1,6 +1,7 @@
 #include "detect/deferred_places.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace chequer {
 
@@ -10,8 +11,10 @@ void DeferredPlaces::Defer(const Eigen::Vector2f& at, float reach, int waited) {
 
 void DeferredPlaces::EndImage() {
   if (deferred_.size() > kMost) {
-    std::stable_sort(deferred_.begin(), deferred_.end(),
-                     [](const Place& a, const Place& b) { return a.waited > b.waited; });
+    // Not stable_sort, which allocates; and so that the order does not depend on the sort.
+    std::sort(deferred_.begin(), deferred_.end(), [](const Place& a, const Place& b) {
+      return std::tuple(b.waited, a.at.x(), a.at.y()) < std::tuple(a.waited, b.at.x(), b.at.y());
+    });
     deferred_.resize(kMost);
   }
   waiting_.swap(deferred_);

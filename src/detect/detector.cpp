@@ -8,6 +8,7 @@
 #include <numbers>
 #include <span>
 #include <stdexcept>
+#include <tuple>
 
 #include "chequer/check.h"
 #include "detect/anchor.h"
@@ -314,13 +315,16 @@ PixelBox Detector::Impl::BoxOf(const Grid& grid) const {
 void Detector::Impl::SortGrids() {
   // The largest first: what is left over of them makes no boards of its own.
   std::vector<Grid>& grids = frame->grids.grids;
-  std::sort(grids.begin(), grids.end(), [](const Grid& a, const Grid& b) { return a.count > b.count; });
+  std::sort(grids.begin(), grids.end(),
+            [](const Grid& a, const Grid& b) { return std::tuple(b.count, a.first) < std::tuple(a.count, b.first); });
   if (memory.grids.size() == 0 && memory.boards.size() == 0) return;
   const auto waited = [&](const Grid& grid) {
     const Eigen::Vector2f center = BoxOf(grid).Center();
     return std::max(memory.grids.Waited(center), memory.boards.Waited(center));
   };
-  std::stable_sort(grids.begin(), grids.end(), [&](const Grid& a, const Grid& b) { return waited(a) > waited(b); });
+  std::sort(grids.begin(), grids.end(), [&](const Grid& a, const Grid& b) {
+    return std::tuple(waited(b), b.count, a.first) < std::tuple(waited(a), a.count, b.first);
+  });
 }
 
 void Detector::Impl::AnchorGrids(const LightReader& reader, const Lens& lens, Tracer& tracer) {
@@ -526,8 +530,7 @@ void Detector::Impl::FitBoards(const LightReader& reader, const Lens& lens, Trac
   for (std::size_t i = 0; i < frame->boards.size(); ++i) frame->tasks.push_back(TaskOf(i));
   const bool limited = frame->plan.limited();
   std::vector<FitTask>& tasks = frame->tasks;
-  if (limited)
-    std::stable_sort(tasks.begin(), tasks.end(), [](const FitTask& a, const FitTask& b) { return a.waited > b.waited; });
+  if (limited) SortByWaiting(tasks);
   std::size_t done = FitFirst(reader, lens, tracer);
   done += FitInRounds(reader, lens, limited, std::span(tasks).subspan(done), tracer);
   for (std::size_t i = done; i < tasks.size(); ++i) Defer(tasks[i]);
@@ -606,6 +609,7 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
   Describe(*fitted, board, identity, lens, outcome.marker);
   if (!poses) return outcome;
   DescribePose(*poses, outcome.marker);
+  if (worker.fit.cut_short()) outcome.marker.covariance *= kPlainCovariance;
   outcome.marker.measurement = {fitted->geometry.plane_from_board(), fitted->information, lens.focal(), cell_m};
   return outcome;
 }

@@ -10,19 +10,27 @@ namespace {
 /// Corners of boards that moved lie where a plane has them to 0.03 px; farther off, it may have been something else; and
 /// where a motion is all that may be, so far at most.
 constexpr double kMostOffMovedPx = 0.04, kMostOffSmearedPx = 0.15;
+/// Units that all fits of a board may take, for a corner, whatever it shows: boards that are blurred and crossed by a
+/// shadow, the hardest that are read, take half of them. No other fit is begun once so much of them is spent.
+constexpr std::uint64_t kMostUnitsOfCorner = 6000;
+constexpr double kLastBegun = 0.6;
 
 }  // namespace
 
 const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& lens, const Start& start) {
-  const Task task{reader, lens, start.board};
+  BoardFit::Start board = start.board;
+  const std::uint64_t most = kMostUnitsOfCorner * static_cast<std::uint64_t>(CornerCount(board.size));
+  board.most_units = most;
+  const Task task{reader, lens, board};
   fit_.StartWork();
-  wants_more_ = false;
-  most_units_ = start.most_units;
+  wants_more_ = cut_short_ = false;
+  most_units_ = std::min(start.most_units, static_cast<std::uint64_t>(kLastBegun * static_cast<double>(most)));
   return start.plain_only ? FitPlain(task, start.smeared) : FitFully(task, start.smeared);
 }
 
 bool PhotometricFit::FitOnce(const Task& task, const BoardFit::Start& start) {
-  return units() <= most_units_ && fit_.Fit(task.reader, task.lens, start, choice_);
+  cut_short_ = cut_short_ || units() > most_units_;
+  return !cut_short_ && fit_.Fit(task.reader, task.lens, start, choice_);
 }
 
 const FittedBoard* PhotometricFit::FitPlain(const Task& task, bool smeared) {

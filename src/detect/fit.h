@@ -29,6 +29,7 @@ class PhotometricFit {
     /// It was found where the image is smeared.
     bool smeared = false;
     /// No other fit of the board is begun once so many units (work_meter.h) are spent; what there is by then is returned.
+    /// Nor is one begun, in any case, once a board has taken 90,000 for 25 corners.
     std::uint64_t most_units = ~0ull;
     /// Only the plain fit is done: no motion, dot gain, shadow, or occlusion is looked for.
     bool plain_only = false;
@@ -39,6 +40,8 @@ class PhotometricFit {
   const FittedBoard* Fit(const LightReader& reader, const Lens& lens, const Start& start);
   /// Whether the last fit was plain only and left something undone that may change its result.
   bool wants_more() const { return wants_more_; }
+  /// Whether the last one ended before all was tried that might explain the board better, for want of units.
+  bool cut_short() const { return cut_short_; }
   /// What the last fit took.
   const WorkMeter& work() const { return fit_.work(); }
   std::uint64_t units() const { return fit_.work().units(); }
@@ -81,7 +84,7 @@ class PhotometricFit {
   /// By choice_. False if it fails, or if the units are spent.
   bool FitOnce(const Task& task, const BoardFit::Start& start);
 
-  bool wants_more_ = false;
+  bool wants_more_ = false, cut_short_ = false;
   std::uint64_t most_units_ = 0;
   BoardFit fit_;
   BoardFit::Choice choice_;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <tuple>
 
 #include "detect/work_plan.h"
 
@@ -20,12 +21,18 @@ struct FitTask {
   std::uint64_t granted = ~0ull;  ///< that it may take
 };
 
+/// The longest waiting first.
+inline void SortByWaiting(std::span<FitTask> tasks) {
+  // Not stable_sort, which allocates.
+  std::sort(tasks.begin(), tasks.end(), [](const FitTask& a, const FitTask& b) {
+    return std::tuple(b.waited, a.board) < std::tuple(a.waited, b.board);
+  });
+}
+
 /// The longest waiting first, then those that say least so far, then the cheapest.
 inline void SortByWorth(std::span<FitTask> tasks) {
-  std::stable_sort(tasks.begin(), tasks.end(), [](const FitTask& a, const FitTask& b) {
-    if (a.waited != b.waited) return a.waited > b.waited;
-    if (a.unclear != b.unclear) return a.unclear;
-    return a.most < b.most;
+  std::sort(tasks.begin(), tasks.end(), [](const FitTask& a, const FitTask& b) {
+    return std::tuple(b.waited, b.unclear, a.most, a.board) < std::tuple(a.waited, a.unclear, b.most, b.board);
   });
 }
 

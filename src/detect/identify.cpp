@@ -26,6 +26,9 @@ constexpr double kLeastMargin = 6;
 /// Where light or white balance are warned of, the margin has to be larger.
 constexpr double kLeastMarginWarned = 9;
 
+/// Light of a cell that is overexposed, and of boards that may have some.
+constexpr float kOverexposed = 0.985f, kNearlyOverexposed = 0.85f;
+
 /// By how much a dark cell returns more blue than green, as a share of white's: what −b* tells of, without the cube
 /// root that makes the noise of black cells as large as blue, and of levels below zero none at all.
 float BlueOf(const Eigen::Vector3f& light, const Eigen::Vector3f& white) {
@@ -58,19 +61,37 @@ void Identifier::ReadCells(const FittedBoard& board, MarkerSize size, const Ligh
   if (reader.channels() == 3) {
     // The fit's levels are free of what neighbours and the lens mix in.
     std::copy(board.levels.begin(), board.levels.end(), cells_->light.begin());
+    ReadOverexposed(board, size, reader, lens);
     return;
   }
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    const Eigen::Vector2d at = MiddleOfCell(size, static_cast<int>(cell));
-    Eigen::Matrix2d pixel_by_plane;
-    const Eigen::Vector2d pixel = lens.ToImage(board.geometry.ToPlane(at), &pixel_by_plane);
-    const Eigen::Matrix2d pixel_by_board = pixel_by_plane * board.geometry.PlaneByBoard(at);
-    const double short_side =
-        std::abs(pixel_by_board.determinant()) / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
-    const double clear = std::clamp(0.5 * short_side - 1.2 * board.image.blur_px, 0.0, 0.35 * short_side);
-    cells_->light[cell] =
-        reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(clear));
-  }
+  for (std::size_t cell = 0; cell < cells; ++cell)
+    cells_->light[cell] = MiddleLight(board, size, static_cast<int>(cell), reader, lens);
+  if (!board.lit.empty()) EvenOutCells(board, size);
+}
+
+Eigen::Vector3f Identifier::MiddleLight(const FittedBoard& board, MarkerSize size, int cell, const LightReader& reader,
+                                        const Lens& lens) const {
+  const Eigen::Vector2d at = MiddleOfCell(size, cell);
+  Eigen::Matrix2d pixel_by_plane;
+  const Eigen::Vector2d pixel = lens.ToImage(board.geometry.ToPlane(at), &pixel_by_plane);
+  const Eigen::Matrix2d pixel_by_board = pixel_by_plane * board.geometry.PlaneByBoard(at);
+  const double short_side =
+      std::abs(pixel_by_board.determinant()) / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
+  const double clear = std::clamp(0.5 * short_side - 1.2 * board.image.blur_px, 0.0, 0.35 * short_side);
+  return reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(clear));
+}
+
+void Identifier::ReadOverexposed(const FittedBoard& board, MarkerSize size, const LightReader& reader,
+                                 const Lens& lens) {
+  const auto brighter_than = [](float least) {
+    return [least](const Eigen::Vector3f& light) { return light.maxCoeff() >= least; };
+  };
+  if (std::none_of(cells_->light.begin(), cells_->light.end(), brighter_than(kNearlyOverexposed))) return;
+  cells_->middles.resize(cells_->light.size());
+  for (std::size_t cell = 0; cell < cells_->light.size(); ++cell)
+    cells_->middles[cell] = MiddleLight(board, size, static_cast<int>(cell), reader, lens);
+  if (std::none_of(cells_->middles.begin(), cells_->middles.end(), brighter_than(kOverexposed))) return;
+  cells_->light = cells_->middles;
   if (!board.lit.empty()) EvenOutCells(board, size);
 }
 

@@ -55,6 +55,12 @@ class Identifier {
 
  private:
   void ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
+  /// Mean light of a cell's middle, which its neighbours do not blur into.
+  Eigen::Vector3f MiddleLight(const FittedBoard& board, MarkerSize size, int cell, const LightReader& reader,
+                              const Lens& lens) const;
+  /// The level of an overexposed cell is known by the mixed pixels at its edges alone, and takes those of its neighbours
+  /// with it: where there is one, reads the cells' middles instead. White stays white there, and yellow is short of blue.
+  void ReadOverexposed(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
   /// Where shadows' edges cross the board: as if it were lit alike all over.
   void EvenOutCells(const FittedBoard& board, MarkerSize size);
   void FindHidden(const FittedBoard& board, MarkerSize size);
@@ -75,7 +81,7 @@ class Identifier {
   };
   /// What is known of one board, by cell where nothing else is said.
   struct Cells {
-    std::vector<Eigen::Vector3f> light;
+    std::vector<Eigen::Vector3f> light, middles;
     std::vector<CellColour> colours;
     std::vector<float> ink;  ///< what tells saturated cells from others: of dark ones BlueOf()
     std::vector<std::uint8_t> hidden;
