@@ -32,6 +32,8 @@ inline std::string UnexpectedWord(const CLI::App& command, const std::string& ty
   const CLI::Option* missing = nullptr;
   for (const CLI::Option* each : command.get_options())
     if (each->get_required() && each->empty() && missing == nullptr) missing = each;
+  const CLI::Option* config = command.get_option_no_throw("--config");
+  if (missing == nullptr && config != nullptr && config->empty() && typed.ends_with(".toml")) missing = config;
   return "'" + typed + "' was not expected" +
          (missing == nullptr ? std::string() : "; did you mean " + missing->get_name() + " " + typed + "?");
 }

@@ -10,7 +10,7 @@ namespace chequer {
 
 /// What chequerd is asked for.
 struct DaemonCommandLine {
-  std::string config;  ///< a file
+  std::string config;  ///< a file, or the name of one; empty: ./chequer.toml
   bool check = false;  ///< read it and end
 };
 

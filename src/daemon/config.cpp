@@ -12,6 +12,7 @@
 #include "core/number_text.h"
 #include "publish/channels.h"
 #include "publish/lcm_url.h"
+#include "setup/marker_table.h"
 
 namespace chequer {
 namespace {

@@ -57,10 +57,6 @@ DaemonConfig LoadDaemonConfig(const std::filesystem::path& path);
 /// what paths are relative to.
 DaemonConfig ParseDaemonConfig(std::string_view text, const std::string& name, const std::filesystem::path& base);
 
-/// Reads one [[marker]]. Throws as LoadDaemonConfig.
-/// @param need_side whether poses are wanted, which need the side.
-MarkerFamily ReadMarkerFamily(TomlTable& table, const std::filesystem::path& base, bool need_side);
-
 /// Reads [world], [robots] and [tracks] into config.frames. Throws as LoadDaemonConfig. @pre the camera, what is
 /// captured and the families of `config` are read.
 void ReadFrameTables(TomlTable& root, const std::filesystem::path& base, DaemonConfig& config);

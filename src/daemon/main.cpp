@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -13,13 +14,16 @@
 #include "daemon/config.h"
 #include "daemon/daemon.h"
 #include "daemon/logging.h"
+#include "setup/camera_setup.h"
 
 namespace {
 
 int RunConfigured(const chequer::DaemonCommandLine& command_line) {
   std::optional<chequer::DaemonConfig> config;
+  std::filesystem::path file;
   try {
-    config = chequer::LoadDaemonConfig(command_line.config);
+    file = chequer::FindCameraSetup(command_line.config.empty() ? chequer::kSetupHere : command_line.config);
+    config = chequer::LoadDaemonConfig(file);
     chequer::CheckCpus(config->scheduling.cpus);
     if (command_line.check) chequer::CheckRecording(config->capture);
   } catch (const std::runtime_error& error) {
@@ -30,7 +34,7 @@ int RunConfigured(const chequer::DaemonCommandLine& command_line) {
   if (command_line.check) return chequer::kDaemonOk;
   chequer::SetUpLogging(config->log, config->camera_name, CHEQUER_VERSION);
   try {
-    chequer::RunDaemon(*config, command_line.config, CHEQUER_VERSION);
+    chequer::RunDaemon(*config, file, CHEQUER_VERSION);
     return chequer::kDaemonOk;
   } catch (const chequer::ServiceLost& error) {
     spdlog::critical("{}", error.what());
@@ -61,6 +65,11 @@ int main(int argc, char** argv) {
     return app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
     std::fprintf(stderr, "chequerd: %s\n", chequer::CommandLineTrouble(app, error).c_str());
+    return chequer::kDaemonUsage;
+  }
+  std::error_code unknown;
+  if (command_line.config.empty() && !std::filesystem::is_regular_file(chequer::kSetupHere, unknown)) {
+    std::fprintf(stderr, "chequerd: --config is required where there is no ./%s\n", chequer::kSetupHere);
     return chequer::kDaemonUsage;
   }
   return RunConfigured(command_line);

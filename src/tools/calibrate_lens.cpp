@@ -23,6 +23,7 @@
 #include "tools/length_option.h"
 #include "tools/lens_watch.h"
 #include "tools/marker_options.h"
+#include "tools/setup_option.h"
 
 namespace chequer {
 namespace {
@@ -34,6 +35,7 @@ constexpr int kMostReadings = 4;
 /// The options as typed.
 struct LensRequest {
   FrameFeedOptions feed;
+  std::optional<CameraSetup> setup;  ///< once it is read
   MarkerOptions markers;
   std::string chessboard;
   std::string square = "25mm";
@@ -68,13 +70,14 @@ std::unique_ptr<LensTarget> MakeChessboard(const LensRequest& request) {
   return MakeChessboardTarget(chessboard);
 }
 
-std::unique_ptr<LensTarget> MakeTarget(LensRequest& request) {
+std::unique_ptr<LensTarget> MakeTarget(const LensRequest& request) {
   if (!request.chessboard.empty()) return MakeChessboard(request);
-  if (!request.markers.side_m &&
+  const bool in_setup = request.setup && !request.setup->families.empty() && !request.markers.names_kind;
+  if (!request.markers.side_m && !in_setup &&
       std::any_of(request.markers.markers.begin(), request.markers.markers.end(),
                   [](const std::string& text) { return text.find(':') == std::string::npos; }))
     throw CLI::ValidationError("--side", "is missing: the side of the markers, such as 60mm");
-  return MakeMarkerTarget(ParseMarkerFamilies(request.markers, true), request.loose);
+  return MakeMarkerTarget(ChooseMarkerFamilies(request.markers, request.setup, true), request.loose);
 }
 
 /// Tells the one who holds the target how it goes; over itself on a terminal, a line a view elsewhere.
@@ -124,7 +127,7 @@ ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed&
   Feedback feedback(feed.is_live());
   SearchProgress progress(feed.total());
   std::optional<MarkerWatch> markers;  // where a chessboard is sought
-  if (!request.chessboard.empty()) markers.emplace(ParseMarkerFamilies(request.markers, false));
+  if (!request.chessboard.empty()) markers.emplace(ChooseMarkerFamilies(request.markers, request.setup, false));
   while (const auto frame = feed.Next()) {
     if (!collector) {
       width = frame->image.width();
@@ -208,7 +211,10 @@ void PrintResult(const LensCalibration& calibration, const Coverage& coverage) {
 void RunLens(LensRequest& request) {
   ParseModel(request.model);
   if (request.views < 4 || request.views > 500) throw CLI::ValidationError("--views", "must be from 4 to 500");
-  const std::filesystem::path out = request.out;
+  request.setup = LoadSetup(request.feed.config);
+  const std::filesystem::path out =
+      FileOf("--out", request.out, request.setup, request.setup ? request.setup->calibration : std::nullopt,
+             "calibration in [camera]");
   const std::filesystem::path picture = request.picture.empty() ? std::filesystem::path(out).replace_extension(".png")
                                                                 : std::filesystem::path(request.picture);
   if (picture == out)
@@ -216,7 +222,7 @@ void RunLens(LensRequest& request) {
   CheckOut(out, request.force);
   CheckFolderOf("--picture", picture);
   const std::unique_ptr<LensTarget> target = MakeTarget(request);
-  FrameFeed feed(request.feed);
+  FrameFeed feed(request.feed, request.setup, nullptr);
   const ViewCollector collector = Collect(request, *target, feed);
   LensCalibration calibration =
       Calibrate(request, collector, *target, collector.options().width, collector.options().height);
@@ -229,7 +235,7 @@ void RunLens(LensRequest& request) {
 }
 
 void AddLensOptions(CLI::App& command, LensRequest& request) {
-  AddFrameFeedOptions(command, request.feed);
+  AddFrameFeedOptions(command, request.feed, "the markers and the file to write");
   AddMarkerOptions(command, request.markers);
   command.add_flag("--loose", request.loose, "The markers move one by one; without, they are fixed to one flat sheet");
   command
@@ -239,7 +245,7 @@ void AddLensOptions(CLI::App& command, LensRequest& request) {
   command.add_option("--model", request.model, "brown_conrady or fisheye")->capture_default_str();
   command.add_option("--views", request.views, "Most views that are used, 4 to 500")->capture_default_str();
   command.add_flag("--keep-all", request.keep_all, "Use also views that look like one before");
-  command.add_option("--out", request.out, "Camera file to write")->required()->type_name("FILE");
+  command.add_option("--out", request.out, "Camera file to write [the configuration's]")->type_name("FILE");
   command.add_flag("--force", request.force, kForceHelp);
   command.add_option("--picture", request.picture, "Picture of coverage and residuals [--out with .png]")
       ->type_name("FILE");
@@ -256,7 +262,7 @@ void AddCalibrateLensCommand(CLI::App& calibrate) {
       "Show a sheet of markers (chequer print) glued to something flat to all parts of the image, tilted by 20 to 45\n"
       "degrees to all sides, near and far; sheets seen in part count. Blurred and doubtful views are left out.\n\n"
       "From the camera of a configuration, from a recording, from photographs of a chessboard:\n"
-      "  chequer calibrate lens --config chequerd.toml --marker 6x6 --side 60mm --out camera.toml\n"
+      "  chequer calibrate lens --config north\n"
       "  chequer calibrate lens --marker 6x6:secded:0.06 recording --out camera.toml\n"
       "  chequer calibrate lens --chessboard 9x6 --square 25mm photos/*.jpg --out camera.toml");
   command->callback([request] { RunLens(*request); });

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <system_error>
@@ -17,6 +18,7 @@
 #include "tools/commands.h"
 #include "tools/frame_feed.h"
 #include "tools/marker_options.h"
+#include "tools/setup_option.h"
 #include "world/side_check.h"
 #include "world/world_file.h"
 
@@ -29,6 +31,7 @@ constexpr double kLeansRad = 0.05;
 /// The options as typed.
 struct RobotsRequest {
   FrameFeedOptions feed;
+  std::optional<CameraSetup> setup;  ///< once it is read
   MarkerOptions markers;
   std::string calibration;
   std::string world;
@@ -42,7 +45,7 @@ using Heights = std::map<std::pair<int, std::uint64_t>, MarkerHeight>;
 
 /// The heights of all markers in the frames but the world's references.
 Heights Watch(const RobotsRequest& request, const DetectorOptions& options, const WorldCalibration& world) {
-  FrameFeed feed(request.feed);
+  FrameFeed feed(request.feed, request.setup, &*options.camera);
   Detector detector(options);
   MarkerSurvey survey(world.world_from_camera);
   int frames = 0;
@@ -109,14 +112,26 @@ RobotRoster LoadEdited(const std::string& file, std::span<const MarkerFamily> fa
   }
 }
 
+/// Takes the files that are not typed from the configuration.
+void TakeSetup(RobotsRequest& request) {
+  request.setup = LoadSetup(request.feed.config);
+  const CameraSetup said = request.setup.value_or(CameraSetup());
+  request.calibration =
+      FileOf("--calibration", request.calibration, request.setup, said.calibration, "calibration in [camera]");
+  request.world = FileOf("--world", request.world, request.setup, said.world, "file in [world]");
+  request.out = FileOf("--out", request.out, request.setup, said.robots, "file in [robots]");
+}
+
 void RunRobots(RobotsRequest& request) {
   if (request.frames < 1 || request.frames > 100'000)
     throw CLI::ValidationError("--frames", fmt::format("{} is outside 1 to 100000", request.frames));
+  TakeSetup(request);
   // An edited roster at the same place is merged with, unless it is to be replaced.
   const bool merges = request.roster.empty() && !request.force && IsEdited(request.out);
   if (!merges) CheckOut(request.out, request.force || IsSameFile(request.roster, request.out));
   DetectorOptions options;
-  options.families = ParseMarkerFamilies(request.markers, true);
+  options.families = ChooseMarkerFamilies(request.markers, request.setup, true);
+  if (request.setup) options.color_space = request.setup->color_space;
   options.camera = LoadCamera(request.calibration);
   const WorldCalibration world = LoadWorld(request.world);
   if (const std::string wrong = SideContradiction(world, options.families); !wrong.empty())
@@ -144,17 +159,16 @@ void AddCalibrateRobotsCommand(CLI::App& calibrate) {
   CLI::App* command = calibrate.add_subcommand("robots", "Measures how high the robots' markers are, as a roster");
   // Shared, as the callback outlives this function and std::function copies what it holds.
   const auto request = std::make_shared<RobotsRequest>();
-  AddFrameFeedOptions(*command, request->feed);
+  AddFrameFeedOptions(*command, request->feed, "the markers, the camera file, the world file and the file to write");
   AddMarkerOptions(*command, request->markers);
-  command->add_option("--calibration", request->calibration, "Camera file")->required()->type_name("FILE");
-  command->add_option("--world", request->world, "World file")->required()->type_name("FILE");
+  command->add_option("--calibration", request->calibration, "Camera file [the configuration's]")->type_name("FILE");
+  command->add_option("--world", request->world, "World file [the configuration's]")->type_name("FILE");
   command
       ->add_option("--roster", request->roster,
                    "Roster whose heights are measured anew; without it, one robot for each marker that is seen")
       ->type_name("FILE");
   command->add_option("--frames", request->frames, "Most frames that are averaged")->capture_default_str();
-  command->add_option("--out", request->out, "Roster to write; may be the one that was read")
-      ->required()
+  command->add_option("--out", request->out, "Roster to write; may be the one that was read [the configuration's]")
       ->type_name("FILE");
   command->add_flag("--force", request->force, kForceHelp);
   command->footer(
@@ -162,6 +176,7 @@ void AddCalibrateRobotsCommand(CLI::App& calibrate) {
       "edited into the file (chequer-robots.toml(5)); --roster measures its heights again and leaves the rest. "
       "Without\n"
       "it, an edited file of --out keeps its names and places too, and robots that are new are added.\n\n"
+      "  chequer calibrate robots --config north\n"
       "  chequer calibrate robots --calibration camera.toml --world world.toml --side 12cm frames/ --out robots.toml");
   command->callback([request] { RunRobots(*request); });
 }

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stdexcept>
+#include <system_error>
 
 #include "chequer/camera_file.h"
 #include "chequer/detector.h"
@@ -13,6 +15,7 @@
 #include "tools/commands.h"
 #include "tools/frame_feed.h"
 #include "tools/marker_options.h"
+#include "tools/setup_option.h"
 #include "world/estimate.h"
 #include "world/world_file.h"
 
@@ -22,6 +25,7 @@ namespace {
 /// The options as typed.
 struct WorldRequest {
   FrameFeedOptions feed;
+  std::optional<CameraSetup> setup;  ///< once it is read
   MarkerOptions markers;
   std::string calibration;
   std::string references;
@@ -32,7 +36,19 @@ struct WorldRequest {
   bool force = false;
 };
 
-std::vector<MarkerFamily> Families(const WorldRequest& request) { return ParseMarkerFamilies(request.markers, true); }
+/// A list of references may stand among the inputs: frames never are TOML.
+void TakeReferencesFromInputs(WorldRequest& request) {
+  std::vector<std::string>& inputs = request.feed.inputs;
+  const auto list = std::find_if(inputs.begin(), inputs.end(), [](const std::string& input) {
+    std::error_code unknown;
+    return input.ends_with(".toml") && !std::filesystem::is_directory(input, unknown);
+  });
+  if (list == inputs.end()) return;
+  if (!request.references.empty())
+    throw CLI::ValidationError("--references", request.references + " and " + *list + " are two lists; give one");
+  request.references = *list;
+  inputs.erase(list);
+}
 
 void CheckWays(const WorldRequest& request) {
   const int ways = !request.references.empty() + !request.l_of_three.empty() + !request.origin.empty();
@@ -179,14 +195,21 @@ void PrintResult(const Result& result) {
 }
 
 void RunWorld(WorldRequest& request) {
+  TakeReferencesFromInputs(request);
   CheckWays(request);
   if (!request.origin.empty()) ParseIds("--origin", request.origin, 1);
   if (!request.l_of_three.empty()) ParseIds("--l", request.l_of_three, 3);
+  request.setup = LoadSetup(request.feed.config);
+  const auto& setup = request.setup;
+  request.calibration = FileOf("--calibration", request.calibration, setup, setup ? setup->calibration : std::nullopt,
+                               "calibration in [camera]");
+  request.out = FileOf("--out", request.out, setup, setup ? setup->world : std::nullopt, "file in [world]");
   CheckOut(request.out, request.force);
   DetectorOptions options;
-  options.families = Families(request);
+  options.families = ChooseMarkerFamilies(request.markers, setup, true);
+  if (setup) options.color_space = setup->color_space;
   options.camera = LoadCamera(request.calibration);
-  FrameFeed feed(request.feed);
+  FrameFeed feed(request.feed, setup, &*options.camera);
   const Result result = Estimate(request, options, feed);
   PrintResult(result);
   WriteCalibration(request.out, FormatWorld(MakeWorld(result, options)));
@@ -195,15 +218,15 @@ void RunWorld(WorldRequest& request) {
 }
 
 void AddWorldOptions(CLI::App& command, WorldRequest& request) {
-  AddFrameFeedOptions(command, request.feed);
+  AddFrameFeedOptions(command, request.feed, "the markers, the camera file and the file to write");
   AddMarkerOptions(command, request.markers);
-  command.add_option("--calibration", request.calibration, "Camera file")->required()->type_name("FILE");
-  command.add_option("--references", request.references, "List of markers at known places (TOML)")->type_name("FILE");
+  command.add_option("--calibration", request.calibration, "Camera file [the configuration's]")->type_name("FILE");
+  command.add_option("--references", request.references, "List of markers at known places (TOML); may also stand without the option")->type_name("FILE");
   command.add_option("--l", request.l_of_three, "Three markers on the floor: corner, on the x axis, on the y axis")
       ->type_name("ID,ID,ID");
   command.add_option("--origin", request.origin, "One marker, whose frame is the world's")->type_name("ID");
   command.add_option("--frames", request.frames, "Most frames that are averaged")->capture_default_str();
-  command.add_option("--out", request.out, "World file to write")->required()->type_name("FILE");
+  command.add_option("--out", request.out, "World file to write [the configuration's]")->type_name("FILE");
   command.add_flag("--force", request.force, kForceHelp);
 }
 
@@ -222,9 +245,9 @@ void AddCalibrateWorldCommand(CLI::App& calibrate) {
       "  heading = 90            # may be left out: of its x axis, degrees, counter-clockwise\n"
       "and may begin with sigma = 0.001, how exact the places are (metres, standard deviation): references that are\n"
       "farther off than five of it contradict the others and are named.\n\n"
+      "  chequer calibrate world --config north room.toml\n"
+      "  chequer calibrate world --config north --l 0,1,2\n"
       "  chequer calibrate world --calibration camera.toml --side 12cm --references room.toml frames/ --out "
-      "world.toml\n"
-      "  chequer calibrate world --calibration camera.toml --side 12cm --l 0,1,2 --config chequerd.toml --out "
       "world.toml");
   command->callback([request] { RunWorld(*request); });
 }

@@ -10,14 +10,17 @@
 #include <stdexcept>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "capture/image_file.h"
 #include "capture/recording.h"
 #include "chequer/detector.h"
+#include "core/convert.h"
 #include "tools/commands.h"
 #include "tools/detect_options.h"
 #include "tools/detection_report.h"
+#include "tools/likely_kind.h"
 
 namespace chequer {
 namespace {
@@ -38,7 +41,8 @@ class DetectRun {
       : request_(request),
         one_channel_(ParseOneChannel(request.options.pixel_format)),
         curve_(ParseGamma(request.options.gamma)),
-        detector_(MakeDetectorOptions(request.options)) {
+        detector_(MakeDetectorOptions(request.options)),
+        kind_is_named_(request.json || request.options.NamesKind()) {
     CheckRange("--repeat", request.repeat, 1, std::numeric_limits<int>::max());
     if (request.budget != 0 && request.budget < kLeastBudget)
       throw CLI::ValidationError(
@@ -81,11 +85,23 @@ class DetectRun {
 
   void Take(const std::string& name, const Image& image) {
     CheckCalibrationFits(detector_.options(), request_.options, name, image.view());
+    if (!std::exchange(kind_is_named_, true)) NameLikelyKind(name, image.view());
     const double detect_ms = Detect(WithToneCurve(image.view(), curve_));
     const ImageReport report{name, image.width(), image.height(), detect_ms, detector_.stats().work, markers_};
     const std::string text = request_.json ? JsonLine(report) + "\n" : Table(report);
     std::fwrite(text.data(), 1, text.size(), stdout);
     std::fflush(stdout);
+  }
+
+  /// For whoever has a picture and does not know yet what is in it.
+  void NameLikelyKind(const std::string& name, const ImageView& image) const {
+    const Image picture = ToBgr(image);
+    const auto likely = GuessKind(picture.view(), detector_.options());
+    if (likely)
+      fmt::print(stderr, "chequer detect: {} looks like markers of the kind {}; --marker {} seeks them\n", name,
+                 likely->Text(), likely->Option());
+    else
+      fmt::print(stderr, "chequer detect: {} shows no marker of any kind; chequer explain says what was seen\n", name);
   }
 
   /// Leaves the markers in markers_; milliseconds of the fastest run.
@@ -105,6 +121,7 @@ class DetectRun {
   std::optional<ToneCurve> curve_;
   Detector detector_;
   std::vector<MarkerPose> markers_;
+  bool kind_is_named_;  ///< by the options; or the likeliest was, of the first image
   bool all_good_ = true;
 };
 
@@ -136,12 +153,17 @@ void AddDetectCommand(CLI::App& app) {
   AddOptions(*command, *request);
   command->footer(
       "Status 1 if an image could not be used; the others are processed all the same.\n\n"
+      "What does this picture show? The likeliest kind is named on standard error:\n"
+      "  chequer detect photo.png\n"
+      "As the camera north would see it:\n"
+      "  chequer detect --config north photo.png\n"
       "Markers of 12 cm, with their poses:\n"
       "  chequer detect --calibration camera.toml --marker 6x6 --variant secded --side 0.12 --json a.png b.png\n"
       "Two kinds at once, in raw frames of an industrial camera with linear values:\n"
       "  chequer detect --marker 6x6:secded:0.12 --marker 8x8:golay:0.2 --calibration camera.toml \\\n"
       "    --pixel-format BayerRG8 --gamma 1 frames/");
   command->callback([request] {
+    TakeSetup(request->options, "detect");
     if (!DetectRun(*request).Run()) throw CLI::RuntimeError(kExitInput);
   });
 }

@@ -2,17 +2,21 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <stdexcept>
+#include <system_error>
 
 #include "chequer/camera_file.h"
 #include "core/suggestion.h"
+#include "tools/setup_option.h"
 
 namespace chequer {
 namespace {
 
 constexpr std::string_view kOneChannelFormats = "Mono8, BayerRG8, BayerGB8, BayerGR8, BayerBG8";
 
-ColorSpace ParseColorSpace(const std::string& name) {
+ColorSpace ChooseColorSpace(const std::string& name, const std::optional<CameraSetup>& setup) {
+  if (name.empty()) return setup ? setup->color_space : ColorSpace::kLab;
   if (name == "lab") return ColorSpace::kLab;
   if (name == "hsv") return ColorSpace::kHsv;
   throw CLI::ValidationError(
@@ -41,11 +45,23 @@ void CheckRange(const char* option, int value, int least, int most) {
     throw CLI::ValidationError(option, fmt::format("{} is outside {} to {}", value, least, most));
 }
 
+void TakeSetup(DetectOptions& options, const char* command) {
+  options.setup = LoadSetup(options.config);
+  if (!options.setup || !options.setup->calibration || !options.calibration.empty()) return;
+  const std::filesystem::path& calibration = *options.setup->calibration;
+  std::error_code unknown;
+  if (std::filesystem::exists(calibration, unknown))
+    options.calibration = calibration.string();
+  else
+    fmt::print(stderr, "chequer {}: {} is not there yet, so poses are left out; `chequer calibrate lens` makes it\n",
+               command, calibration.string());
+}
+
 DetectorOptions MakeDetectorOptions(const DetectOptions& request) {
   CheckRange("--threads", request.threads, 1, 64);
   DetectorOptions options;
-  options.families = ParseMarkerFamilies(request.markers, !request.calibration.empty());
-  options.color_space = ParseColorSpace(request.color_space);
+  options.families = ChooseMarkerFamilies(request.markers, request.setup, !request.calibration.empty());
+  options.color_space = ChooseColorSpace(request.color_space, request.setup);
   options.threads = request.threads;
   if (!request.calibration.empty()) options.camera = LoadCamera(request.calibration);
   return options;
@@ -67,6 +83,7 @@ void CheckCalibrationFits(const DetectorOptions& detector, const DetectOptions& 
 }
 
 void AddDetectOptions(CLI::App& command, DetectOptions& request) {
+  AddSetupOption(command, request.config, "camera file and markers");
   AddMarkerOptions(command, request.markers);
   command.add_option("--calibration", request.calibration, "Camera file; without it poses are left out")
       ->type_name("FILE");
@@ -77,9 +94,8 @@ void AddDetectOptions(CLI::App& command, DetectOptions& request) {
       ->capture_default_str();
   command.add_option("--gamma", request.gamma, "Curve of the values, 1 is linear; without it sRGB, or the recording's")
       ->type_name("G");
-  command.add_option("--color-space", request.color_space, "Where saturation is told from: lab or hsv")
-      ->type_name("SPACE")
-      ->capture_default_str();
+  command.add_option("--color-space", request.color_space, "Where saturation is told from: lab or hsv [lab]")
+      ->type_name("SPACE");
 }
 
 }  // namespace chequer

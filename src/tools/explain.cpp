@@ -45,7 +45,8 @@ ImageRegion RegionOf(const std::vector<int>& typed, const ImageView& image) {
   return region;
 }
 
-void RunExplain(const ExplainRequest& request) {
+void RunExplain(ExplainRequest& request) {
+  TakeSetup(request.options, "explain");
   Detector detector(MakeDetectorOptions(request.options));
   const PixelFormat one_channel = ParseOneChannel(request.options.pixel_format);
   const auto curve = ParseGamma(request.options.gamma);
@@ -108,6 +109,9 @@ void AddExplainCommand(CLI::App& app) {
       "luminances and saturations: the two groups of either must stand apart. Places full of contrast where no board "
       "was\n"
       "found, P1, P2, ..., are viewed a second time, for boards seen at a steep slant: their panels have that view.\n\n"
+      "What does the camera north see, and what would it not read?\n"
+      "  chequer snapshot --config north --out frame.png\n"
+      "  chequer explain frame.png --config north --out why.png\n"
       "Why is the marker at (812, 430) not read?\n"
       "  chequer explain frame.png --marker 6x6:secded --region 750,370,130,130 --out why.png");
   command->callback([request] { RunExplain(*request); });

@@ -11,8 +11,8 @@
 
 #include "capture/source_factory.h"
 #include "core/suggestion.h"
-#include "core/toml_reader.h"
 #include "tools/number_check.h"
+#include "tools/setup_option.h"
 
 namespace chequer {
 namespace {
@@ -43,24 +43,28 @@ Recording OpenInputs(const FrameFeedOptions& options) {
   return RecordingOfImages({options.inputs.begin(), options.inputs.end()}, plain);
 }
 
-std::unique_ptr<FrameSource> OpenCamera(const std::string& config) {
-  TomlFile file = TomlFile::Load(config);
-  TomlTable root = file.root();
-  if (!root.Has("capture")) root.Fail("capture", "is missing: a table [capture] must say where frames come from");
-  auto source = MakeSource(ReadCaptureOptions(root.Table("capture"), fs::path(config).parent_path()));
+std::unique_ptr<FrameSource> OpenCamera(const CameraSetup& setup, const CameraModel* calibrated) {
+  if (!setup.capture)
+    throw std::runtime_error(setup.file.string() + ": a table [capture] must say where frames come from");
+  CaptureOptions capture = *setup.capture;
+  CameraOptions* camera = CameraOf(capture);
+  if (camera != nullptr && !camera->width && calibrated != nullptr) {
+    camera->width = calibrated->width;
+    camera->height = calibrated->height;
+  }
+  auto source = MakeSource(capture);
   if (const std::string wrong = source->Open(); !wrong.empty()) throw std::runtime_error(wrong);
   return source;
 }
 
 }  // namespace
 
-void AddFrameFeedOptions(CLI::App& command, FrameFeedOptions& options) {
-  command.add_option("INPUT", options.inputs, "A recording, a folder of images, or images");
+void AddFrameFeedOptions(CLI::App& command, FrameFeedOptions& options, const std::string& supplies) {
+  command.add_option("INPUT", options.inputs,
+                     "A recording, a folder of images, or images; without any, the configuration's camera");
+  AddSetupOption(command, options.config, "the camera, " + supplies);
   const char* group = "Frames";
-  command.add_option("--config", options.config, "Instead: a configuration of chequerd, whose camera is used")
-      ->type_name("FILE")
-      ->group(group);
-  command.add_option("--seconds", options.seconds, "With --config: end after so long; else Ctrl-C ends it")
+  command.add_option("--seconds", options.seconds, "Of a camera: end after so long; else Ctrl-C ends it")
       ->check(IsWithin(0.01, 86400))
       ->type_name("S")
       ->group(group);
@@ -74,17 +78,17 @@ void AddFrameFeedOptions(CLI::App& command, FrameFeedOptions& options) {
       ->group(group);
 }
 
-FrameFeed::FrameFeed(const FrameFeedOptions& options) : seconds_(options.seconds) {
-  if (options.inputs.empty() == options.config.empty())
-    throw CLI::ValidationError("INPUT", options.config.empty()
-                                            ? "is missing: name a recording or images, or a camera by --config FILE"
-                                            : "and --config are two sources; give one of them");
-  if (seconds_ && (options.config.empty() || !(*seconds_ > 0)))
+FrameFeed::FrameFeed(const FrameFeedOptions& options, const std::optional<CameraSetup>& setup,
+                     const CameraModel* calibrated)
+    : seconds_(options.seconds) {
+  if (options.inputs.empty() && !setup)
+    throw CLI::ValidationError("INPUT", "is missing: name a recording or images, or a camera by --config FILE");
+  if (seconds_ && (!options.inputs.empty() || !(*seconds_ > 0)))
     throw CLI::ValidationError("--seconds", "is for a camera (--config), and must be above 0");
-  if (options.config.empty())
-    recording_ = std::make_shared<Recording>(OpenInputs(options));
+  if (options.inputs.empty())
+    source_ = OpenCamera(*setup, calibrated);
   else
-    source_ = OpenCamera(options.config);
+    recording_ = std::make_shared<Recording>(OpenInputs(options));
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);

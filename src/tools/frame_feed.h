@@ -11,21 +11,24 @@
 
 #include "capture/frame_source.h"
 #include "capture/recording.h"
+#include "chequer/camera_model.h"
 #include "chequer/image.h"
+#include "setup/camera_setup.h"
 
 namespace chequer {
 
 /// Where a command gets frames from, as typed.
 struct FrameFeedOptions {
   std::vector<std::string> inputs;  ///< recordings, folders of images, images
-  std::string config;               ///< or a daemon's configuration, whose [capture] is used
+  std::string config;               ///< supplies the camera where there are none, and what else is left out
   std::string one_channel = "Mono8";
   std::optional<double> gamma;
   std::optional<double> seconds;  ///< of a camera
 };
 
 /// Adds the inputs, --config, --one-channel, --gamma and --seconds to a command.
-void AddFrameFeedOptions(CLI::App& command, FrameFeedOptions& options);
+/// @param supplies what the command takes from the configuration beside the camera, for the help.
+void AddFrameFeedOptions(CLI::App& command, FrameFeedOptions& options, const std::string& supplies);
 
 /// A frame of a feed.
 struct FedFrame {
@@ -38,9 +41,11 @@ struct FedFrame {
 /// Goes through frames, one after the other. SIGINT and SIGTERM end it early instead of the program.
 class FrameFeed {
  public:
-  /// Throws CLI::ValidationError where the options contradict each other, std::runtime_error where nothing can be
-  /// opened.
-  explicit FrameFeed(const FrameFeedOptions& options);
+  /// Throws CLI::ValidationError where the options contradict each other or name nothing, std::runtime_error where
+  /// nothing can be opened.
+  /// @param setup what options.config says; its camera is used where there are no inputs.
+  /// @param calibrated whose size a camera is asked for where the configuration leaves it out; may be null.
+  FrameFeed(const FrameFeedOptions& options, const std::optional<CameraSetup>& setup, const CameraModel* calibrated);
   ~FrameFeed();
   FrameFeed(const FrameFeed&) = delete;
   FrameFeed& operator=(const FrameFeed&) = delete;

@@ -113,6 +113,7 @@ void LimitToRoster(std::vector<MarkerFamily>& families, const std::vector<std::u
   if (beyond != ids.end())
     throw CLI::ValidationError("--ids", "no marker has the id " + std::to_string(*beyond) + " (" + all_families + ")");
   for (MarkerFamily& family : families) {
+    family.roster.clear();
     std::copy_if(ids.begin(), ids.end(), std::back_inserter(family.roster),
                  [&](std::uint64_t id) { return id <= family.code.max_id(); });
     // An empty roster would mean all ids.
@@ -120,9 +121,22 @@ void LimitToRoster(std::vector<MarkerFamily>& families, const std::vector<std::u
   }
 }
 
+void CheckSide(const MarkerOptions& options) {
+  if (options.side_m && !(std::isfinite(*options.side_m) && *options.side_m > 0))
+    throw CLI::ValidationError("--side", fmt::format("{} is not a length; it must be above 0", *options.side_m));
+}
+
+void CheckSidesThere(const std::vector<MarkerFamily>& families) {
+  for (const MarkerFamily& family : families)
+    if (family.side_m == 0)
+      throw CLI::ValidationError(
+          "--side", "a side is missing: poses need the side of the board, such as --side 0.12 or --side 120mm");
+}
+
 }  // namespace
 
 void AddMarkerOptions(CLI::App& command, MarkerOptions& options) {
+  const auto note_kind = [&options](const std::string&) { options.names_kind = true; };
   command
       .add_option("--marker", options.markers,
                   "Size ROWSxCOLS, or SIZE:VARIANT:SIDE in one; repeat it to seek several kinds")
@@ -130,35 +144,46 @@ void AddMarkerOptions(CLI::App& command, MarkerOptions& options) {
       ->take_all()
       ->expected(1)
       ->allow_extra_args(false)
-      ->capture_default_str();
+      ->capture_default_str()
+      ->each(note_kind);
   command
       .add_option("--variant", options.variant, fmt::format("How ids are coded: {}", fmt::join(KnownVariants(), ", ")))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->each(note_kind);
   const auto set_side = [&options](const std::string& typed) { options.side_m = ParseSide("--side", typed); };
   command
       .add_option_function<std::string>("--side", set_side,
                                         "Longer side of the whole board, cells included: 60mm, 6cm or 0.06 (metres)")
       ->type_name("LENGTH");
   command.add_option("--table", options.table, "File of kernels for the variant table: one a line, digits 0 and 1")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->each(note_kind);
   command.add_option("--ids", options.ids, "Ids in use, such as 0-49,77; all others are not considered")
       ->type_name("LIST");
 }
 
 std::vector<MarkerFamily> ParseMarkerFamilies(const MarkerOptions& options, bool need_sides) {
-  if (options.side_m && !(std::isfinite(*options.side_m) && *options.side_m > 0))
-    throw CLI::ValidationError("--side", fmt::format("{} is not a length; it must be above 0", *options.side_m));
+  CheckSide(options);
   std::vector<MarkerFamily> families;
   for (const std::string& marker : options.markers) families.push_back(ParseFamily(marker, options));
-  for (const MarkerFamily& family : families)
-    if (need_sides && family.side_m == 0)
-      throw CLI::ValidationError(
-          "--side", "a side is missing: poses need the side of the board, such as --side 0.12 or --side 120mm");
+  if (need_sides) CheckSidesThere(families);
   const bool table_used = std::any_of(families.begin(), families.end(), [](const MarkerFamily& family) {
     return family.code.variant() == Variant::kTable;
   });
   if (!options.table.empty() && !table_used)
     throw CLI::ValidationError("--table", "is only for the variant table; add --variant table, or leave it out");
+  if (!options.ids.empty()) LimitToRoster(families, ParseRoster(options.ids));
+  return families;
+}
+
+std::vector<MarkerFamily> ChooseMarkerFamilies(const MarkerOptions& options, const std::optional<CameraSetup>& setup,
+                                               bool need_sides) {
+  if (options.names_kind || !setup || setup->families.empty()) return ParseMarkerFamilies(options, need_sides);
+  CheckSide(options);
+  std::vector<MarkerFamily> families = setup->families;
+  if (options.side_m)
+    for (MarkerFamily& family : families) family.side_m = *options.side_m;
+  if (need_sides) CheckSidesThere(families);
   if (!options.ids.empty()) LimitToRoster(families, ParseRoster(options.ids));
   return families;
 }

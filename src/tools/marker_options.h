@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "chequer/detector.h"
+#include "setup/camera_setup.h"
 
 namespace chequer {
 
@@ -20,6 +21,7 @@ struct MarkerOptions {
   std::optional<double> side_m;             ///< for those that do not name theirs
   std::string table;                        ///< file of the kernels of the variant `table`
   std::string ids;                          ///< roster such as 0-49,77; empty: all
+  bool names_kind = false;                  ///< whether --marker, --variant or --table was typed
 };
 
 /// Adds --marker, --variant, --side, --table and --ids to a command. `options` must outlive the parsing.
@@ -29,6 +31,12 @@ void AddMarkerOptions(CLI::App& command, MarkerOptions& options);
 /// be right; std::runtime_error where the table file cannot be read.
 /// @param need_sides whether a family without a side is an error (poses or drawings are wanted).
 std::vector<MarkerFamily> ParseMarkerFamilies(const MarkerOptions& options, bool need_sides);
+
+/// The same where a configuration may say it: its families, unless the options name a kind; with the side and the ids of
+/// the options, where those are typed. Throws as ParseMarkerFamilies.
+/// @param setup nothing: as ParseMarkerFamilies.
+std::vector<MarkerFamily> ChooseMarkerFamilies(const MarkerOptions& options, const std::optional<CameraSetup>& setup,
+                                               bool need_sides);
 
 /// "0-49,77" → 0, …, 49, 77. Throws CLI::ValidationError on anything else and on more than a million ids.
 std::vector<std::uint64_t> ParseRoster(const std::string& text);

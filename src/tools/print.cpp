@@ -18,12 +18,14 @@
 #include "tools/commands.h"
 #include "tools/length_option.h"
 #include "tools/marker_options.h"
+#include "tools/setup_option.h"
 
 namespace chequer {
 namespace {
 
 /// The options as typed.
 struct PrintRequest {
+  std::string config;
   std::string marker = "6x6";
   std::string variant = "secded";
   std::string table;
@@ -36,6 +38,7 @@ struct PrintRequest {
   double margin_cells = 1;
   std::string inks = "pure";
   std::string blue, yellow, black;
+  bool names_kind = false;  ///< whether --marker, --variant or --table was typed
   double dots_per_inch = 300;
   std::string calibration;
   std::optional<double> focal_px;
@@ -71,13 +74,30 @@ PrintInks PlanInks(const PrintRequest& request) {
   return *inks;
 }
 
-SheetOptions PlanSheet(const PrintRequest& request) {
+/// The kind that the options name, else the configuration's first.
+MarkerFamily PlanFamily(const PrintRequest& request, const std::optional<CameraSetup>& setup) {
+  MarkerOptions markers;
+  markers.markers = {request.marker};
+  markers.variant = request.variant;
+  markers.table = request.table;
+  markers.ids = request.ids;
+  markers.names_kind = request.names_kind;
+  if (!request.side.empty()) markers.side_m = ParseLengthOption("--side", request.side);
+  MarkerFamily family = ChooseMarkerFamilies(markers, setup, true).front();
+  if (!request.ids.empty())
+    family.roster = ParseRoster(request.ids);
+  else if (family.roster.empty())
+    throw CLI::ValidationError("--ids", setup ? "is missing, and " + setup->file.string() + " has no roster of ids"
+                                              : "is missing: which markers to print, such as 0-49");
+  return family;
+}
+
+SheetOptions PlanSheet(const PrintRequest& request, const std::optional<CameraSetup>& setup) {
   SheetOptions sheet;
-  const double side_m = ParseLengthOption("--side", request.side);
-  const MarkerOptions markers{{request.marker}, request.variant, side_m, request.table, request.ids};
-  sheet.code = ParseMarkerFamilies(markers, true).front().code;
-  sheet.ids = ParseRoster(request.ids);
-  sheet.side_m = side_m;
+  const MarkerFamily family = PlanFamily(request, setup);
+  sheet.code = family.code;
+  sheet.ids = family.roster;
+  sheet.side_m = family.side_m;
   const auto paper = ParsePaper(request.paper);
   if (!paper) throw CLI::ValidationError("--paper", UnknownWord("known", request.paper, WordsOf(PaperNames())));
   sheet.paper = *paper;
@@ -94,7 +114,11 @@ SheetOptions PlanSheet(const PrintRequest& request) {
 }
 
 /// Pixels of focal length, if a camera was given.
-std::optional<double> FocalPx(const PrintRequest& request) {
+std::optional<double> FocalPx(const PrintRequest& request, const std::optional<CameraSetup>& setup) {
+  if (setup && setup->calibration && request.calibration.empty() && !request.focal_px && !request.distance.empty()) {
+    const CameraModel camera = LoadCamera(*setup->calibration);
+    return std::min(camera.fx, camera.fy);
+  }
   const bool has_camera = !request.calibration.empty() || request.focal_px.has_value();
   if (has_camera != !request.distance.empty())
     throw CLI::ValidationError("--distance", "goes with --calibration or --focal: how far away the markers will be");
@@ -122,8 +146,9 @@ void WarnOfSmallCells(const SheetOptions& sheet, double focal_px, double distanc
 void RunPrint(const PrintRequest& request) {
   const std::filesystem::path out = request.out;
   const SheetFormat format = FormatOf(out);
-  const SheetOptions sheet = PlanSheet(request);
-  const std::optional<double> focal_px = FocalPx(request);
+  const std::optional<CameraSetup> setup = LoadSetup(request.config);
+  const SheetOptions sheet = PlanSheet(request, setup);
+  const std::optional<double> focal_px = FocalPx(request, setup);
   const SheetLayout layout = LayOutSheet(sheet);
   std::vector<PrintedFile> files;
   switch (format) {
@@ -143,13 +168,21 @@ void RunPrint(const PrintRequest& request) {
 }
 
 void AddOptions(CLI::App& command, PrintRequest& request) {
-  command.add_option("--marker", request.marker, "Size in cells")->type_name("ROWSxCOLS")->capture_default_str();
+  const auto note_kind = [&request](const std::string&) { request.names_kind = true; };
+  AddSetupOption(command, request.config, "kind, ids, side and camera file");
+  command.add_option("--marker", request.marker, "Size in cells")
+      ->type_name("ROWSxCOLS")
+      ->capture_default_str()
+      ->each(note_kind);
   command.add_option("--variant", request.variant, "How ids are coded (chequer detect --help lists them)")
-      ->capture_default_str();
-  command.add_option("--table", request.table, "File of kernels for the variant table")->type_name("FILE");
-  command.add_option("--ids", request.ids, "Which to print, such as 0-49,77")->required()->type_name("LIST");
+      ->capture_default_str()
+      ->each(note_kind);
+  command.add_option("--table", request.table, "File of kernels for the variant table")
+      ->type_name("FILE")
+      ->each(note_kind);
+  command.add_option("--ids", request.ids, "Which to print, such as 0-49,77 [the roster of the configuration]")
+      ->type_name("LIST");
   command.add_option("--side", request.side, "Longer side of the board, cells included: 60mm, 6cm or 0.06 (metres)")
-      ->required()
       ->type_name("LENGTH");
   command.add_option("--paper", request.paper, PaperNames())->capture_default_str();
   command.add_flag("--landscape", request.landscape, "Turn the paper");
@@ -180,6 +213,8 @@ void AddPrintCommand(CLI::App& app) {
   command->footer(
       "Print without \"fit to page\" and hold a ruler to the bar at the foot. SVG and PNG of several pages are files\n"
       "sheet-1.svg, sheet-2.svg, …\n\n"
+      "The robots of the configuration north:\n"
+      "  chequer print --config north --out sheet.pdf\n"
       "Fifty markers for robots that a camera sees from 3 m:\n"
       "  chequer print --variant secded --marker 6x6 --ids 0-49 --side 60mm --paper A4 --out sheet.pdf \\\n"
       "    --calibration camera.toml --distance 3m");

@@ -6,12 +6,14 @@
 #include <cstdio>
 #include <optional>
 #include <stdexcept>
+#include <system_error>
 
 #include "chequer/camera_file.h"
 #include "core/number_text.h"
 #include "core/suggestion.h"
 #include "core/toml_reader.h"
 #include "publish/channels.h"
+#include "tools/setup_option.h"
 
 namespace chequer {
 namespace {
@@ -88,9 +90,7 @@ std::string CaptureText(const SourceRequest& request) {
 
 void AddSourceOptions(CLI::App& command, SourceRequest& request) {
   const char* group = "Where the frames come from";
-  command.add_option("--config", request.config, "As a configuration of chequerd says, instead of all below")
-      ->type_name("FILE")
-      ->group(group);
+  AddSetupOption(command, request.config, "the camera and its file")->group(group);
   command
       .add_option("--device", request.device,
                   "Node, name or serial number of a V4L2 camera; id, serial number or address of a GenICam camera; "
@@ -125,20 +125,20 @@ ChosenSource ChooseSource(const SourceRequest& request) {
         "--source", "'" + request.source + "' must be v4l2 or aravis; other sources need a configuration (--config)" +
                         DidYouMean(request.source, WordsOf("v4l2, aravis")));
   ChosenSource chosen;
-  if (request.config.empty()) {
+  const auto setup = has_own ? std::nullopt : LoadSetup(request.config);
+  if (setup && setup->capture) {
+    chosen.camera = setup->camera_name.empty() ? CameraNameOf(setup->file) : setup->camera_name;
+    // Before the lens is calibrated it is not there yet.
+    std::error_code unknown;
+    if (setup->calibration && std::filesystem::exists(*setup->calibration, unknown))
+      chosen.calibration = setup->calibration;
+    chosen.capture = *setup->capture;
+  } else if (!request.config.empty()) {
+    throw std::runtime_error(setup->file.string() + ": a table [capture] must say where frames come from");
+  } else {
     TomlFile file = TomlFile::Parse(CaptureText(request), "");
     chosen.capture = ReadCaptureOptions(file.root().Table("capture"), {});
     file.CheckAllKeysRead();
-  } else {
-    // The rest of it is the daemon's, which reads it more strictly.
-    TomlFile file = TomlFile::Load(request.config);
-    const std::filesystem::path base = std::filesystem::path(request.config).parent_path();
-    TomlTable camera = file.root().Table("camera");
-    chosen.camera = CameraNameOf(request.config);
-    camera.Read("name", chosen.camera);
-    std::string calibration;
-    if (camera.Read("calibration", calibration)) chosen.calibration = base / calibration;
-    chosen.capture = ReadCaptureOptions(file.root().Table("capture"), base);
   }
   if (!request.calibration.empty()) chosen.calibration = request.calibration;
   CameraOptions* camera = CameraOf(chosen.capture);

@@ -83,7 +83,7 @@ TEST(CalibrateLensCommand, SaysWhatIsWrongAndWritesNothing) {
   const std::string out = directory.path() / "camera.toml", photos = kData / "chessboard", demo = kData / "demo_swarm";
   ExpectFails({"lens", photos, "--out", out}, 2, "--side");
   ExpectFails({"lens", "--side", "60mm", "--out", out}, 2, "--config FILE");
-  ExpectFails({"lens", "--side", "60mm", photos, "--config", "x", "--out", out}, 2, "two sources");
+  ExpectFails({"lens", "--side", "60mm", photos, "--config", "x", "--out", out}, 1, "neither a file of that name");
   ExpectFails({"lens", "--chessboard", "9by6", photos, "--out", out}, 2, "9by6");
   ExpectFails({"lens", "--chessboard", "9x6", "--model", "pinhole", photos, "--out", out}, 2, "fisheye");
   ExpectFails({"lens", "--chessboard", "9x6", "--views", "3", photos, "--out", out}, 2, "--views");

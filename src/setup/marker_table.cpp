@@ -1,10 +1,14 @@
+#include "setup/marker_table.h"
+
 #include <charconv>
-#include <limits>
+#include <cstdint>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/suggestion.h"
-#include "daemon/config.h"
 #include "marker/variants.h"
 
 namespace chequer {
