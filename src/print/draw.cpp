@@ -55,6 +55,16 @@ class Pen {
     cairo_show_text(cairo_.get(), text.c_str());
     cairo_restore(cairo_.get());
   }
+  /// From left to right, its head filled.
+  void Arrow(double from, double to, double y) {
+    const double head = std::min(0.0018, 0.5 * (to - from));
+    Line(from, y, to - head, y);
+    cairo_move_to(cairo_.get(), to, y);
+    cairo_line_to(cairo_.get(), to - head, y - 0.5 * head);
+    cairo_line_to(cairo_.get(), to - head, y + 0.5 * head);
+    cairo_close_path(cairo_.get());
+    cairo_fill(cairo_.get());
+  }
   void Finish() { CheckCairo(cairo_status(cairo_.get())); }
 
  private:
@@ -108,10 +118,25 @@ void DrawScaleBar(Pen& pen, const SheetOptions& options, const SheetLayout& layo
   pen.Line(x, y, x + layout.scale_bar_m, y);
   for (int i = 0; i * kCentimetre <= layout.scale_bar_m + 1e-9; ++i)
     pen.Line(x + i * kCentimetre, y - kTickM, x + i * kCentimetre, y + kTickM);
-  const std::string text =
-      fmt::format("This bar must be {:g} mm long; if not, print without \"fit to page\". Page {} of {}.",
-                  layout.scale_bar_m * 1000, page + 1, layout.pages.size());
+  const std::string text = fmt::format(
+      "{} must be {:g} mm long; if not, print without \"fit to page\". Page {} of {}. Arrows point forward "
+      "(x of the marker).",
+      layout.upright_bar_m > 0 ? "These bars" : "This bar", layout.scale_bar_m * 1000, page + 1, layout.pages.size());
   pen.Text(text, x, y + 0.004, options.paper.width_m - 2 * options.border_m);
+  if (layout.upright_bar_m <= 0) return;
+  // Printers stretch what they feed otherwise than what they write along.
+  const double beside = options.border_m - kUprightBarRoomM + kTickM;
+  pen.Line(beside, y, beside, y - layout.upright_bar_m);
+  for (int i = 0; i * kCentimetre <= layout.upright_bar_m + 1e-9; ++i)
+    pen.Line(beside - kTickM, y - i * kCentimetre, beside + kTickM, y - i * kCentimetre);
+}
+
+/// A marker's own x axis, in the small print: where the robot's front belongs.
+void DrawCaption(Pen& pen, const SheetOptions& options, const SheetLayout& layout, const PlacedMarker& marker,
+                 double left, double bottom) {
+  const double arrow = std::min(0.007, 0.25 * layout.tile_width_m), right = left + layout.tile_width_m - 0.0005;
+  pen.Text(Caption(options, marker.id), left + 0.0005, bottom + kFontM, layout.tile_width_m - arrow - 0.002);
+  pen.Arrow(right - arrow, right, bottom + 0.6 * kFontM);
 }
 
 void DrawPage(cairo_surface_t* surface, double units_per_metre, const SheetOptions& options, const SheetLayout& layout,
@@ -127,7 +152,7 @@ void DrawPage(cairo_surface_t* surface, double units_per_metre, const SheetOptio
     const double bottom = marker.y_m + size.rows * cell + margin;
     DrawBoard(pen, options, marker);
     pen.Colour({0, 0, 0});
-    pen.Text(Caption(options, marker.id), left + 0.0005, bottom + kFontM, layout.tile_width_m - 0.001);
+    DrawCaption(pen, options, layout, marker, left, bottom);
     DrawCutMarks(pen, options.gap_m, left, top, left + layout.tile_width_m, bottom + layout.caption_m);
   }
   pen.Colour({0, 0, 0});

@@ -164,6 +164,7 @@ SheetLayout LayOutSheet(const SheetOptions& options) {
   const double width = options.paper.width_m - 2 * options.border_m;
   const double height = options.paper.height_m - 2 * options.border_m - kFootM;
   layout.scale_bar_m = std::min(kScaleBarM, std::floor(std::max(width, 0.01) * 100) / 100);
+  if (options.border_m >= kUprightBarRoomM && height >= layout.scale_bar_m) layout.upright_bar_m = layout.scale_bar_m;
   layout.columns = CountFitting(width, layout.tile_width_m, options.gap_m);
   layout.rows = CountFitting(height, layout.tile_height_m, options.gap_m);
   if (layout.columns < 1 || layout.rows < 1) throw std::runtime_error(TooLarge(options, width, height));

@@ -76,6 +76,9 @@ struct PlacedMarker {
   double y_m = 0;  ///< of the board's top, from the page's top
 };
 
+/// How much of a page's border the upright bar takes.
+inline constexpr double kUprightBarRoomM = 0.005;
+
 /// Where things stand on a page, the same for all pages; metres.
 struct SheetLayout {
   int columns = 0;
@@ -84,6 +87,8 @@ struct SheetLayout {
   double tile_height_m = 0;
   double caption_m = 0;    ///< height of the small print under each margin
   double scale_bar_m = 0;  ///< length of the bar to check the printer with
+  /// Length of the bar up the left border: the same, or 0 where there is no room for it.
+  double upright_bar_m = 0;
   std::vector<std::vector<PlacedMarker>> pages;
 };
 

@@ -44,6 +44,22 @@ TEST(Draw, SvgIsAFileAPageWithACellARectangle) {
   EXPECT_EQ(DrawSvg(one, LayOutSheet(one))[0].suffix, "");
 }
 
+int CountOf(const std::string& part, const std::string& text) {
+  int count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+TEST(Draw, AnUprightBarStandsInABorderThatHasRoomForIt) {
+  SheetOptions options = Options({1});
+  const std::string with = Text(DrawSvg(options, LayOutSheet(options))[0].bytes);
+  options.border_m = 0.004;
+  ASSERT_EQ(LayOutSheet(options).upright_bar_m, 0);
+  const std::string without = Text(DrawSvg(options, LayOutSheet(options))[0].bytes);
+  // The bar, and a tick at each centimetre of 100 mm.
+  EXPECT_EQ(CountOf("stroke-linecap", with) - CountOf("stroke-linecap", without), 12);
+}
+
 TEST(Draw, PngSaysHowLargeItsPixelsAre) {
   const SheetOptions options = Options({1});
   const auto files = DrawPng(options, LayOutSheet(options), 254);

@@ -60,6 +60,16 @@ TEST(Sheet, KeepsMarkersApartAndOnThePage) {
     }
 }
 
+TEST(Sheet, BothBarsAreAsLong) {
+  const SheetLayout layout = LayOutSheet(Options(1));
+  EXPECT_DOUBLE_EQ(layout.scale_bar_m, 0.1);
+  EXPECT_DOUBLE_EQ(layout.upright_bar_m, 0.1);
+  SheetOptions low = Options(1);
+  low.paper = {0.297, 0.105};
+  low.side_m = 0.04;
+  EXPECT_EQ(LayOutSheet(low).upright_bar_m, 0);
+}
+
 TEST(Sheet, AMarkerThatJustFitsIsNotLost) {
   SheetOptions options = Options(1);
   options.margin_cells = 0;
