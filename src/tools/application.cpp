@@ -18,6 +18,7 @@ void DescribeTool(CLI::App& app) {
   AddEvaluateCommand(app);
   AddExplainCommand(app);
   AddListenCommand(app);
+  AddPlanCommand(app);
   AddPrintCommand(app);
   AddRecordCommand(app);
   AddRenderCommand(app);

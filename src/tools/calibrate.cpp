@@ -43,6 +43,11 @@ void CheckFolderOf(const char* option, const std::filesystem::path& file) {
     throw CLI::ValidationError(option, "'" + file.string() + "' cannot be written: " + why);
 }
 
+void CheckPngName(const char* option, const std::filesystem::path& file) {
+  CheckFolderOf(option, file);
+  if (file.extension() != ".png") throw CLI::ValidationError(option, "'" + file.string() + "' must end in .png");
+}
+
 void CheckOut(const std::filesystem::path& file, bool force) {
   CheckFolderOf("--out", file);
   if (force || !IsEdited(file)) return;

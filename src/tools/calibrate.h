@@ -17,6 +17,9 @@ void AddCalibrateRobotsCommand(CLI::App& calibrate);
 /// sheet to a camera than after.
 void CheckFolderOf(const char* option, const std::filesystem::path& file);
 
+/// The same of a picture, whose name must end in .png.
+void CheckPngName(const char* option, const std::filesystem::path& file);
+
 /// What `--force` is for.
 inline constexpr const char* kForceHelp = "Replace the file of --out also where somebody edited it";
 

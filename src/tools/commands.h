@@ -30,6 +30,8 @@ void AddEvaluateCommand(CLI::App& app);
 void AddExplainCommand(CLI::App& app);
 /// `chequer listen`: what arrives over LCM.
 void AddListenCommand(CLI::App& app);
+/// `chequer plan`: whether a camera will read markers, and how exactly.
+void AddPlanCommand(CLI::App& app);
 /// `chequer print`: sheets of markers to print.
 void AddPrintCommand(CLI::App& app);
 /// `chequer record`: the frames of any source as a recording.
@@ -38,7 +40,6 @@ void AddRecordCommand(CLI::App& app);
 void AddSnapshotCommand(CLI::App& app);
 /// `chequer render`: frames of markers as a camera would see them, written as a recording with truth.
 void AddRenderCommand(CLI::App& app);
-
 /// `chequer status`: how the services fare that are heard over LCM.
 void AddStatusCommand(CLI::App& app);
 

@@ -17,8 +17,11 @@
 #include "capture/recording.h"
 #include "chequer/detector.h"
 #include "core/convert.h"
+#include "core/file.h"
+#include "tools/calibrate.h"
 #include "tools/commands.h"
 #include "tools/detect_options.h"
+#include "tools/detection_picture.h"
 #include "tools/detection_report.h"
 #include "tools/likely_kind.h"
 
@@ -32,6 +35,7 @@ struct DetectRequest {
   int repeat = 1;
   std::uint64_t budget = 0;
   bool json = false;
+  std::string picture;
 };
 
 /// Goes through files and recordings and prints what the detector finds.
@@ -42,11 +46,13 @@ class DetectRun {
         one_channel_(ParseOneChannel(request.options.pixel_format)),
         curve_(ParseGamma(request.options.gamma)),
         detector_(MakeDetectorOptions(request.options)),
+        is_drawn_(request.picture.empty()),
         kind_is_named_(request.json || request.options.NamesKind()) {
+    if (!request.picture.empty()) CheckPngName("--picture", request.picture);
     CheckRange("--repeat", request.repeat, 1, std::numeric_limits<int>::max());
     if (request.budget != 0 && request.budget < kLeastBudget)
-      throw CLI::ValidationError(
-          "--budget", fmt::format("{} is below {}; 0 is no limit", request.budget, kLeastBudget));
+      throw CLI::ValidationError("--budget",
+                                 fmt::format("{} is below {}; 0 is no limit", request.budget, kLeastBudget));
     detector_.set_budget(request.budget);
   }
 
@@ -87,6 +93,8 @@ class DetectRun {
     CheckCalibrationFits(detector_.options(), request_.options, name, image.view());
     if (!std::exchange(kind_is_named_, true)) NameLikelyKind(name, image.view());
     const double detect_ms = Detect(WithToneCurve(image.view(), curve_));
+    if (!std::exchange(is_drawn_, true))
+      WriteFileAtomically(request_.picture, DrawDetection(ToBgr(image.view()).view(), markers_));
     const ImageReport report{name, image.width(), image.height(), detect_ms, detector_.stats().work, markers_};
     const std::string text = request_.json ? JsonLine(report) + "\n" : Table(report);
     std::fwrite(text.data(), 1, text.size(), stdout);
@@ -121,6 +129,7 @@ class DetectRun {
   std::optional<ToneCurve> curve_;
   Detector detector_;
   std::vector<MarkerPose> markers_;
+  bool is_drawn_;       ///< the first image, or none is to be
   bool kind_is_named_;  ///< by the options; or the likeliest was, of the first image
   bool all_good_ = true;
 };
@@ -141,6 +150,8 @@ void AddOptions(CLI::App& command, DetectRequest& request) {
                   "the next image. 0: no limit")
       ->type_name("N")
       ->capture_default_str();
+  command.add_option("--picture", request.picture, "Also the first image with what was read drawn in, .png")
+      ->type_name("FILE");
   command.add_flag("--json", request.json, "One JSON object a line and image instead of a table");
 }
 

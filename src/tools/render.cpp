@@ -15,6 +15,7 @@
 #include "tools/render_recording.h"
 #include "tools/render_request.h"
 #include "tools/render_scenario.h"
+#include "tools/setup_option.h"
 
 namespace chequer {
 namespace {
@@ -65,7 +66,8 @@ void PrintSummary(const RenderJob& job, const Written& written, const std::strin
     fmt::print("{} times a marker stood over the frame's rim; the truth leaves it out.\n", written.markers_cut_off);
 }
 
-void RunRender(const RenderRequest& request) {
+void RunRender(RenderRequest& request) {
+  request.setup = LoadSetup(request.config);
   const RenderJob job = PlanRender(request);
   PrintSummary(job, WriteRecording(job, request.out), request.out);
 }
@@ -108,6 +110,9 @@ void AddRenderCommand(CLI::App& app) {
       "Will a 40 mm marker be read from 3 m with a 12 mm lens on pixels of 3.45 um?\n"
       "  chequer render --marker 6x6:secded:0.04 --swarm 20 --distance 3 --lens 12 --pixel-pitch 3.45 --out plan\n"
       "  chequer detect --marker 6x6:secded:0.04 --calibration plan/camera.toml plan/*.png\n"
+      "A whole lab without a camera: the sheet for the lens, then the room\n"
+      "  chequer render --marker 6x6:secded:30mm --ids 0-19 --sheet --frames 40 --fps 5 --out sheet\n"
+      "  chequer render --config north --room room.toml --frames 100 --out room\n"
       "A stream in which much happens, and how it fared:\n"
       "  chequer render --scenario /usr/share/doc/chequer/examples/scenarios/reference.toml --out stream\n"
       "  chequer detect --marker 6x6:secded:0.1 --calibration stream/camera.toml --json stream > stream.jsonl\n"

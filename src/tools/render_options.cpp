@@ -1,26 +1,34 @@
 #include "tools/length_option.h"
 #include "tools/number_check.h"
 #include "tools/render_request.h"
+#include "tools/setup_option.h"
 
 namespace chequer {
 namespace {
 
-void AddCameraOptions(CLI::App& command, RenderRequest& request) {
-  const char* group = "Camera";
-  command.add_option("--camera-file", request.camera_file, "Calibration (TOML), instead of --size and a focal length")
+/// A lab to try before there is one.
+void AddLabOptions(CLI::App& command, RenderRequest& request) {
+  const char* group = "A lab";
+  command
+      .add_flag("--sheet", request.sheet,
+                "The sheet that chequer print makes of these markers, held before the camera another way in each frame")
+      ->group(group);
+  command
+      .add_option("--room", request.room,
+                  "Markers on the floor at the places of this list (chequer-world.toml(5)), robots among them, seen "
+                  "from above")
       ->type_name("FILE")
       ->group(group);
-  command.add_option("--size", request.size, "Of the frames, pixels")
-      ->type_name("WIDTHxHEIGHT")
-      ->capture_default_str()
+  command
+      .add_option("--world", request.world,
+                  "Where the camera of the room hangs [the configuration's; else --distance over its middle]")
+      ->type_name("FILE")
       ->group(group);
-  command.add_option("--focal", request.focal_px, "Focal length in pixels [0.75 of the width]")
-      ->type_name("PX")
-      ->group(group);
-  AddLengthOption(command, "--lens", request.lens_mm, "Focal length, such as 12mm or 12 (mm); needs --pixel-pitch",
-                  1e-3)
-      ->group(group);
-  AddLengthOption(command, "--pixel-pitch", request.pixel_pitch_um, "Of the sensor, such as 3.45um or 3.45 (um)", 1e-6)
+  command
+      .add_option("--robots", request.robots,
+                  "Roster of the room's robots [the configuration's; else one for each of --ids that is not on the "
+                  "floor]")
+      ->type_name("FILE")
       ->group(group);
 }
 
@@ -105,13 +113,38 @@ void AddOpticsOptions(CLI::App& command, RenderRequest& request) {
 
 }  // namespace
 
+void AddRenderCameraOptions(CLI::App& command, RenderRequest& request) {
+  const char* group = "Camera";
+  command
+      .add_option("--camera-file,--calibration", request.camera_file,
+                  "Calibration (TOML), instead of --size and a focal length")
+      ->type_name("FILE")
+      ->group(group);
+  command.add_option("--size", request.size, "Of the frames, pixels")
+      ->type_name("WIDTHxHEIGHT")
+      ->capture_default_str()
+      ->each([&request](const std::string&) { request.size_typed = true; })
+      ->group(group);
+  command.add_option("--focal", request.focal_px, "Focal length in pixels [0.75 of the width]")
+      ->type_name("PX")
+      ->group(group);
+  AddLengthOption(command, "--lens", request.lens_mm, "Focal length, such as 12mm or 12 (mm); needs --pixel-pitch",
+                  1e-3)
+      ->group(group);
+  AddLengthOption(command, "--pixel-pitch,--pixel", request.pixel_pitch_um,
+                  "Of the sensor, such as 3.45um or 3.45 (um)", 1e-6)
+      ->group(group);
+}
+
 void AddRenderOptions(CLI::App& command, RenderRequest& request) {
   command
       .add_option("--scenario", request.scenario, "A stream (TOML) in phases; all but --seed and --out is said there")
       ->type_name("FILE");
+  AddSetupOption(command, request.config, "camera file, markers, world and roster");
   AddMarkerOptions(command, request.markers);
-  AddCameraOptions(command, request);
+  AddRenderCameraOptions(command, request);
   AddSceneOptions(command, request);
+  AddLabOptions(command, request);
   AddOpticsOptions(command, request);
   command.add_option("--out", request.out, "Folder of the recording; made if need be")->type_name("DIR")->required();
 }

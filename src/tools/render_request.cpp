@@ -9,12 +9,14 @@
 #include <filesystem>
 #include <memory>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "chequer/camera_file.h"
 #include "core/length.h"
 #include "core/suggestion.h"
 #include "simulate/layouts.h"
+#include "tools/render_lab.h"
 
 namespace chequer {
 namespace {
@@ -43,7 +45,7 @@ std::pair<int, int> ParseImageSize(const std::string& text) {
   return {width, height};
 }
 
-double FocalPx(const RenderRequest& request, int width) {
+double RenderFocalPx(const RenderRequest& request, int width) {
   if (request.focal_px && (request.lens_mm || request.pixel_pitch_um))
     Refuse("--focal", "says the same as --lens with --pixel-pitch; give one of them");
   if (request.lens_mm.has_value() != request.pixel_pitch_um.has_value())
@@ -53,18 +55,6 @@ double FocalPx(const RenderRequest& request, int width) {
                                          : 0.75 * width;
   if (!(focal > 0 && std::isfinite(focal))) Refuse(request.lens_mm ? "--lens" : "--focal", "must be above 0");
   return focal;
-}
-
-CameraModel PlanCamera(const RenderRequest& request) {
-  if (!request.camera_file.empty()) {
-    if (request.focal_px || request.lens_mm || request.pixel_pitch_um)
-      Refuse("--camera-file", "already says the focal length; leave out --focal, --lens and --pixel-pitch");
-    return LoadCamera(request.camera_file);
-  }
-  const auto [width, height] = ParseImageSize(request.size);
-  const double focal = FocalPx(request, width);
-  return {
-      .width = width, .height = height, .fx = focal, .fy = focal, .cx = 0.5 * (width - 1), .cy = 0.5 * (height - 1)};
 }
 
 Background PlanBackground(const std::string& text, std::uint64_t seed) {
@@ -90,7 +80,7 @@ struct Print {
 
 /// `count` different boards, the families taking turns.
 std::vector<Print> CheckerboardPrints(const RenderRequest& request, int count) {
-  const std::vector<MarkerFamily> families = ParseMarkerFamilies(request.markers, true);
+  const std::vector<MarkerFamily> families = ChooseMarkerFamilies(request.markers, request.setup, true);
   std::vector<std::uint64_t> used(families.size(), 0);
   std::vector<Print> prints;
   for (int i = 0; i < count; ++i) {
@@ -222,6 +212,23 @@ FrameFileOptions PlanFiles(const RenderRequest& request, const RenderOptions& op
 
 }  // namespace
 
+CameraModel PlanCamera(const RenderRequest& request) {
+  const bool names_camera = request.focal_px || request.lens_mm || request.pixel_pitch_um || request.size_typed;
+  std::error_code unknown;
+  if (request.camera_file.empty() && !names_camera && request.setup && request.setup->calibration &&
+      std::filesystem::exists(*request.setup->calibration, unknown))
+    return LoadCamera(*request.setup->calibration);
+  if (!request.camera_file.empty()) {
+    if (request.focal_px || request.lens_mm || request.pixel_pitch_um)
+      Refuse("--camera-file", "already says the focal length; leave out --focal, --lens and --pixel-pitch");
+    return LoadCamera(request.camera_file);
+  }
+  const auto [width, height] = ParseImageSize(request.size);
+  const double focal = RenderFocalPx(request, width);
+  return {
+      .width = width, .height = height, .fx = focal, .fy = focal, .cx = 0.5 * (width - 1), .cy = 0.5 * (height - 1)};
+}
+
 RenderJob PlanRender(const RenderRequest& request) {
   if (request.frames < 1) Refuse("--frames", "must be at least 1");
   if (!(request.fps > 0 && request.fps <= 10000)) Refuse("--fps", "must be above 0, at most 10000");
@@ -229,6 +236,8 @@ RenderJob PlanRender(const RenderRequest& request) {
   if (request.swarm > 0 && !(request.tilt_deg >= 0 && request.tilt_deg <= kMostSwarmTiltDeg))
     Refuse("--tilt",
            fmt::format("{:g} must be a number from 0 to {:g} in a swarm", request.tilt_deg, kMostSwarmTiltDeg));
+  if (request.sheet + !request.room.empty() + (request.swarm > 0) > 1)
+    Refuse("--sheet", "and --room and --swarm are three scenes; choose one");
   if (request.swarm < 0) Refuse("--swarm", "must be at least 0");
   RenderJob job;
   job.options = PlanOptions(request);
@@ -237,6 +246,11 @@ RenderJob PlanRender(const RenderRequest& request) {
   job.frames = request.frames;
   job.fps = request.fps;
   job.seed = request.seed;
+  if (request.sheet || !request.room.empty()) {
+    job.markers_at =
+        request.sheet ? PlanSheetViews(request, job.options.camera) : PlanRoom(request, job.options.camera);
+    return job;
+  }
   const int count = std::max(1, request.swarm);
   std::vector<Print> prints = request.peer.empty() ? CheckerboardPrints(request, count) : PeerPrints(request, count);
   job = request.swarm > 0 ? PlanSwarm(request, std::move(job), std::move(prints))

@@ -16,11 +16,14 @@ namespace chequer {
 
 /// What `chequer render` is asked for, as typed.
 struct RenderRequest {
-  std::string scenario;  ///< file of a stream, instead of all but seed and folder
+  std::string config;                ///< supplies what the others leave out
+  std::optional<CameraSetup> setup;  ///< what it says, once it is read
+  std::string scenario;              ///< file of a stream, instead of all but seed and folder
 
   // The camera.
   std::string camera_file;
   std::string size = "1920x1080";
+  bool size_typed = false;
   std::optional<double> focal_px;
   std::optional<double> lens_mm;
   std::optional<double> pixel_pitch_um;
@@ -34,6 +37,10 @@ struct RenderRequest {
   double tilt_deg = 0;
   double tilt_axis_deg = 0;
   int swarm = 0;
+  bool sheet = false;  ///< a printed sheet that is held before the camera
+  std::string room;    ///< list of references: a room seen from above
+  std::string world;   ///< of the room; empty: the configuration's
+  std::string robots;  ///< of the room; empty: the configuration's
   double max_speed_m_s = 0.5;
   int frames = 1;
   double fps = 60;
@@ -54,6 +61,12 @@ struct RenderRequest {
 
   std::string out;  ///< folder
 };
+
+/// Adds those of the options that describe the camera: --camera-file, --size, --focal, --lens and --pixel-pitch.
+void AddRenderCameraOptions(CLI::App& command, RenderRequest& request);
+/// The camera that they describe; of a configuration where they describe none. Throws CLI::ValidationError,
+/// std::runtime_error where the file is not right.
+CameraModel PlanCamera(const RenderRequest& request);
 
 /// Adds the options of `chequer render`. `request` must outlive the parsing.
 void AddRenderOptions(CLI::App& command, RenderRequest& request);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 #include <numbers>
 #include <set>
 
@@ -133,6 +134,40 @@ TEST(PlanRender, RefusalsNameTheOptionAndWhatWouldBeRight) {
   EXPECT_THAT(Refusal({"--side", "0.1", "--haze", "2"}), HasSubstr("haze"));
   EXPECT_THAT(Refusal({"--side", "1", "--swarm", "100"}), HasSubstr("do not fit"));
   EXPECT_THAT(Refusal({"--peer", "qr", "--side", "0.1"}), AllOf(HasSubstr("--peer"), HasSubstr("tag36h11")));
+}
+
+TEST(PlanRender, SheetShowsAllMarkersOfThePageAnotherWayInEachFrame) {
+  const RenderJob job = Plan({"--marker", "6x6:secded:30mm", "--ids", "0-19", "--sheet", "--frames", "3", "--fps", "5",
+                              "--size", "1280x960", "--focal", "1100"});
+  const auto first = job.markers_at(job.TimeOf(0)), second = job.markers_at(job.TimeOf(1));
+  ASSERT_EQ(first.size(), 20u);
+  // One flat sheet: the way from marker to marker is the same in all frames, and that of the print: 30 mm, a margin of
+  // a cell at each side, 4 mm between.
+  const auto apart = [](const std::vector<SceneMarker>& markers) {
+    return (markers[0].camera_from_marker.translation - markers[1].camera_from_marker.translation).norm();
+  };
+  EXPECT_NEAR(apart(first), 0.044, 1e-9);
+  EXPECT_NEAR(apart(second), 0.044, 1e-9);
+  EXPECT_GT((first[0].camera_from_marker.translation - second[0].camera_from_marker.translation).norm(), 0.01);
+  EXPECT_THAT(Refusal({"--side", "30mm", "--sheet"}), HasSubstr("--ids"));
+  EXPECT_THAT(Refusal({"--side", "30mm", "--ids", "0-3", "--sheet", "--swarm", "3"}), HasSubstr("choose one"));
+}
+
+TEST(PlanRender, RoomHasItsReferencesOnTheFloorAndRobotsThatDrive) {
+  const test::TemporaryDirectory folder;
+  const std::string room = folder / "room.toml";
+  std::ofstream(room) << "[[reference]]\nid = 8\nposition = [0, 0]\n[[reference]]\nid = 9\nposition = [1.2, 0]\n"
+                         "[[reference]]\nid = 10\nposition = [0, 1]\n";
+  const RenderJob job = Plan({"--marker", "6x6:secded:60mm", "--ids", "0-10", "--room", room, "--distance", "2",
+                              "--size", "1280x960", "--focal", "1100", "--speed", "0.1"});
+  const auto now = job.markers_at(std::chrono::seconds(0)), later = job.markers_at(std::chrono::seconds(1));
+  ASSERT_EQ(now.size(), 11u);
+  EXPECT_EQ(now[1].board.id, 9u);
+  // The floor stands still; robots go 0.1 m a second, on circles.
+  EXPECT_EQ(now[1].camera_from_marker.translation, later[1].camera_from_marker.translation);
+  EXPECT_NEAR((now[1].camera_from_marker.translation - now[0].camera_from_marker.translation).norm(), 1.2, 1e-9);
+  EXPECT_NEAR((now[5].camera_from_marker.translation - later[5].camera_from_marker.translation).norm(), 0.0935, 0.001);
+  EXPECT_THAT(Refusal({"--side", "6cm", "--ids", "0-3", "--room", "/nowhere.toml"}), HasSubstr("/nowhere.toml"));
 }
 
 }  // namespace
