@@ -140,7 +140,7 @@ void Canvas::Picture(const ImageView& image, double x, double y, double scale) {
   cairo_translate(cairo, x, y);
   cairo_scale(cairo, scale, scale);
   cairo_set_source_surface(cairo, picture.get(), 0, 0);
-  cairo_pattern_set_filter(cairo_get_source(cairo), CAIRO_FILTER_NEAREST);
+  cairo_pattern_set_filter(cairo_get_source(cairo), scale < 1 ? CAIRO_FILTER_GOOD : CAIRO_FILTER_NEAREST);
   cairo_paint(cairo);
   cairo_restore(cairo);
 }

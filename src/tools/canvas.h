@@ -39,8 +39,8 @@ class Canvas {
   void Text(const std::string& text, double x, double y, double size, const Ink& ink, Align align = Align::kLeft,
             bool bold = false, bool turned = false);
   double TextWidth(const std::string& text, double size, bool bold = false) const;
-  /// Draws an image (BGR8) with its pixel (0, 0) over the square from (x, y) to (x + scale, y + scale); pixels stay
-  /// squares. Only what lies in the clip is drawn.
+  /// Draws an image (BGR8) with its pixel (0, 0) over the square from (x, y) to (x + scale, y + scale); enlarged pixels
+  /// stay squares. Only what lies in the clip is drawn.
   void Picture(const ImageView& image, double x, double y, double scale);
   /// From now on, nothing is drawn outside that rectangle; until EndClip.
   void Clip(double x, double y, double width, double height);

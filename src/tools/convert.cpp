@@ -13,9 +13,11 @@
 #include "core/suggestion.h"
 #include "core/toml_reader.h"
 #include "simulate/truth.h"
+#include "tools/calibrate.h"
 #include "tools/commands.h"
 #include "tools/convert_job.h"
 #include "tools/convert_log.h"
+#include "tools/log_plot.h"
 #include "tools/number_check.h"
 
 namespace chequer {
@@ -123,7 +125,7 @@ Converted WriteOneImage(const ConvertJob& job) {
 void CheckLogOptions(const CLI::App& command) {
   for (const CLI::Option* option : command.get_options())
     if (option->count() > 0 && option->get_name() != "input" && option->get_name() != "--out" &&
-        option->get_name() != "--stream")
+        option->get_name() != "--stream" && option->get_name() != "--plot")
       throw CLI::ValidationError(option->get_name(), "is for recordings and images, the input is an LCM log");
 }
 
@@ -137,10 +139,18 @@ LogStream ParseStream(const std::optional<std::string>& word) {
 }
 
 void RunConvert(const CLI::App& command, const ConvertRequest& request) {
+  if (request.out.empty() && request.plot.empty())
+    throw CLI::ValidationError("--out", "is missing: where to write what is converted");
+  if (!request.plot.empty()) CheckPngName("--plot", request.plot);
   if (request.inputs.size() == 1 && IsLcmLog(request.inputs.front())) {
     CheckLogOptions(command);
-    return ConvertLog(request.inputs.front(), request.out, ParseStream(request.stream));
+    const LogStream stream = ParseStream(request.stream);
+    if (!request.plot.empty()) PlotLog(request.inputs.front(), request.plot, stream);
+    if (!request.out.empty()) ConvertLog(request.inputs.front(), request.out, stream);
+    return;
   }
+  if (!request.plot.empty()) throw CLI::ValidationError("--plot", "is for LCM logs; the input is none");
+  if (request.out.empty()) throw CLI::ValidationError("--out", "is missing: where to write what is converted");
   if (request.stream) throw CLI::ValidationError("--stream", "is for LCM logs; the input is none");
   const ConvertJob job = PlanConvert(request);
   Converted converted;
@@ -156,10 +166,12 @@ void RunConvert(const CLI::App& command, const ConvertRequest& request) {
 
 void AddOptions(CLI::App& command, ConvertRequest& request) {
   command.add_option("input", request.inputs, "A recording, a folder of images, images, or an LCM log")->required();
+  command.add_option("--out", request.out,
+                     "Folder of the new recording; or an image's name, .png or .jpg; of a log: .csv or .jsonl");
   command
-      .add_option("--out", request.out,
-                  "Folder of the new recording; or an image's name, .png or .jpg; of a log: .csv or .jsonl")
-      ->required();
+      .add_option("--plot", request.plot,
+                  "Of a log: draw its tracks (else its robots, else its poses) from above, and their speeds, .png")
+      ->type_name("FILE");
   command
       .add_option("--stream", request.stream,
                   "Of a log only these: poses, robots or tracks [all; a .csv, which holds one kind: poses]")
@@ -213,6 +225,7 @@ void AddConvertCommand(CLI::App& app) {
       "  chequer convert swarm --frames 100-199 --images --out pictures\n"
       "  chequer convert raw_00000.png --one-channel BayerRG8 --pixel-format BGR8 --out colour.png\n"
       "  chequer convert lcmlog-2024-05-01.00 --out poses.csv\n"
+      "  chequer convert lcmlog-2024-05-01.00 --plot tracks.png\n"
       "  chequer convert lcmlog-2024-05-01.00 --stream tracks --out tracks.csv");
   command->callback([request, command] { RunConvert(*command, *request); });
 }

@@ -16,6 +16,7 @@ namespace chequer {
 struct ConvertRequest {
   std::vector<std::string> inputs;  ///< a recording, a folder of images, or images
   std::string out;
+  std::string plot;                   ///< of a log: a picture
   std::optional<std::string> stream;  ///< of an LCM log: poses, robots, tracks
   bool images_only = false;
   std::optional<std::string> files;         ///< png, jpeg, raw

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -22,6 +23,8 @@ namespace {
 
 /// About so wide a picture becomes without --scale.
 constexpr int kPictureWidth = 4000;
+/// And so many candidates get a panel, where --scale is given.
+constexpr int kMostPanels = 60;
 
 /// The options as typed.
 struct ExplainRequest {
@@ -30,7 +33,7 @@ struct ExplainRequest {
   DetectOptions options;
   std::vector<int> region;
   int scale = 0;
-  int panels = 60;
+  std::optional<int> panels;
 };
 
 ImageRegion RegionOf(const std::vector<int>& typed, const ImageView& image) {
@@ -50,7 +53,7 @@ void RunExplain(ExplainRequest& request) {
   Detector detector(MakeDetectorOptions(request.options));
   const PixelFormat one_channel = ParseOneChannel(request.options.pixel_format);
   const auto curve = ParseGamma(request.options.gamma);
-  CheckRange("--panels", request.panels, 0, 10000);
+  CheckRange("--panels", request.panels.value_or(0), 0, 10000);
   const Image loaded = LoadImage(request.file, {one_channel, JpegColour::kYuv, ToneCurve::Srgb()});
   const ImageView image = WithToneCurve(loaded.view(), curve);
   CheckCalibrationFits(detector.options(), request.options, request.file, image);
@@ -69,10 +72,15 @@ void RunExplain(ExplainRequest& request) {
   explanation.findings = Diagnose(explanation.image, detector.options(), markers, trace);
 
   if (!request.out.empty()) {
-    const int scale = request.scale > 0
-                          ? request.scale
-                          : std::clamp((kPictureWidth + explanation.region.width / 2) / explanation.region.width, 1, 4);
-    WriteFileAtomically(request.out, DrawExplanation(explanation, scale, request.panels));
+    if (request.scale == 0 && !request.panels) {
+      WriteFileAtomically(request.out, DrawContactSheet(explanation));
+    } else {
+      const int scale =
+          request.scale > 0
+              ? request.scale
+              : std::clamp((kPictureWidth + explanation.region.width / 2) / explanation.region.width, 1, 4);
+      WriteFileAtomically(request.out, DrawExplanation(explanation, scale, request.panels.value_or(kMostPanels)));
+    }
   }
   const std::string text = DescribeExplanation(explanation);
   std::fwrite(text.data(), 1, text.size(), stdout);
@@ -94,12 +102,15 @@ void AddExplainCommand(CLI::App& app) {
       ->type_name("X,Y,WIDTH,HEIGHT")
       ->delimiter(',')
       ->expected(4);
-  command->add_option("--scale", request->scale, "Picture pixels per image pixel, 1 to 16; without it, as fits")
+  command
+      ->add_option("--scale", request->scale,
+                   "The whole picture, with so many pixels per image pixel, 1 to 16, instead of one that fits a screen")
       ->type_name("N")
       ->check(CLI::Range(1, 16));
-  command->add_option("--panels", request->panels, "At most so many candidates get a panel of their own")
-      ->type_name("N")
-      ->capture_default_str();
+  command
+      ->add_option("--panels", request->panels,
+                   "In the whole picture, at most so many candidates get a panel of their own [60]")
+      ->type_name("N");
   command->footer(
       "Tries all sizes, variants and mirror images, says what would have been found and which option finds it. Prints\n"
       "what became of every group of corners, the likeliest missed marker first, and draws every stage into the image: "

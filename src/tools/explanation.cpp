@@ -50,23 +50,6 @@ std::vector<Panel> PanelsOf(const Explanation& explanation, std::span<const std:
   return panels;
 }
 
-/// Where a candidate is.
-Eigen::AlignedBox2d BoxOf(const Explanation& explanation, const TraceCandidate& candidate) {
-  Eigen::AlignedBox2d box(candidate.center_px - Eigen::Vector2d::Constant(4),
-                          candidate.center_px + Eigen::Vector2d::Constant(4));
-  for (const int corner : candidate.corners)
-    box.extend(explanation.trace->corners[static_cast<std::size_t>(corner)].position_px.cast<double>());
-  for (const TraceCell& cell : candidate.cells) box.extend(cell.center_px);
-  return box;
-}
-
-/// The finding about a place; null where there is none.
-const Finding* FindingAt(const Explanation& explanation, const Eigen::Vector2d& pixel) {
-  const auto about = [&](const Finding& finding) { return finding.IsAbout(pixel); };
-  const auto found = std::find_if(explanation.findings.begin(), explanation.findings.end(), about);
-  return found == explanation.findings.end() ? nullptr : &*found;
-}
-
 std::string FindingsText(const Explanation& explanation) {
   std::string text;
   for (const Finding& finding : explanation.findings) {
@@ -91,14 +74,29 @@ std::string Warnings(const MarkerPose& marker) {
   return text;
 }
 
-std::string Counts(const Explanation& explanation) {
+}  // namespace
+
+Eigen::AlignedBox2d CandidateBox(const Explanation& explanation, const TraceCandidate& candidate) {
+  Eigen::AlignedBox2d box(candidate.center_px - Eigen::Vector2d::Constant(4),
+                          candidate.center_px + Eigen::Vector2d::Constant(4));
+  for (const int corner : candidate.corners)
+    box.extend(explanation.trace->corners[static_cast<std::size_t>(corner)].position_px.cast<double>());
+  for (const TraceCell& cell : candidate.cells) box.extend(cell.center_px);
+  return box;
+}
+
+const Finding* FindingAt(const Explanation& explanation, const Eigen::Vector2d& pixel) {
+  const auto about = [&](const Finding& finding) { return finding.IsAbout(pixel); };
+  const auto found = std::find_if(explanation.findings.begin(), explanation.findings.end(), about);
+  return found == explanation.findings.end() ? nullptr : &*found;
+}
+
+std::string StageCounts(const Explanation& explanation) {
   const DetectStats& stats = explanation.stats;
   return fmt::format("{} peaks > {} corners > {} groups > {} boards > {} markers, {} of them without an id",
                      stats.corner_candidates, stats.corners, stats.grids, stats.boards, explanation.markers.size(),
                      stats.undecided);
 }
-
-}  // namespace
 
 std::vector<std::size_t> ToldCandidates(const Explanation& explanation) {
   std::vector<std::size_t> told;
@@ -108,7 +106,7 @@ std::vector<std::size_t> ToldCandidates(const Explanation& explanation) {
   for (const std::size_t i : told) {
     const TraceCandidate& candidate = explanation.candidate(i);
     if (FindingAt(explanation, candidate.center_px) != nullptr) likely[i] += 2;
-    if (InkShare(explanation.image, BoxOf(explanation, candidate)) > kLeastInkShare) likely[i] += 1;
+    if (InkShare(explanation.image, CandidateBox(explanation, candidate)) > kLeastInkShare) likely[i] += 1;
   }
   std::stable_sort(told.begin(), told.end(), [&](std::size_t a, std::size_t b) {
     const TraceCandidate &first = explanation.candidate(a), &second = explanation.candidate(b);
@@ -134,7 +132,7 @@ std::string Verdict(const Explanation& explanation, const TraceCandidate& candid
 }
 
 std::string DescribeExplanation(const Explanation& explanation) {
-  std::string text = fmt::format("{}: {}\n", explanation.name, Counts(explanation)) + FindingsText(explanation);
+  std::string text = fmt::format("{}: {}\n", explanation.name, StageCounts(explanation)) + FindingsText(explanation);
   const std::vector<std::size_t> told = ToldCandidates(explanation);
   int number = 0;
   for (const std::size_t i : told) {
@@ -171,7 +169,7 @@ std::vector<std::uint8_t> DrawExplanation(const Explanation& explanation, int sc
                     "--panels or a --region",
                     width, height));
   Canvas canvas = Canvas::Png(static_cast<int>(width), static_cast<int>(height));
-  DrawHead(canvas, width, explanation.name + ":  " + Counts(explanation));
+  DrawHead(canvas, width, explanation.name + ":  " + StageCounts(explanation));
   DrawPicture(
       canvas,
       {0, kHeadHeight, static_cast<double>(region.x), static_cast<double>(region.y), static_cast<double>(scale)},

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -43,9 +44,24 @@ std::vector<std::size_t> ToldCandidates(const Explanation& explanation);
 /// What became of a candidate in a few words: "id 17", "no id", "refused: border_differs".
 std::string Verdict(const Explanation& explanation, const TraceCandidate& candidate);
 
+/// Where a candidate is, pixels.
+Eigen::AlignedBox2d CandidateBox(const Explanation& explanation, const TraceCandidate& candidate);
+
+/// The finding about a place; null where there is none.
+const Finding* FindingAt(const Explanation& explanation, const Eigen::Vector2d& pixel);
+
+/// What each stage made of what it got: "75 peaks > 25 corners > ...".
+std::string StageCounts(const Explanation& explanation);
+
 /// Lines for people, ending with a line's end: counts of the stages, what was found to be wrong and would help, then a
 /// line a candidate, then one a place of the second look.
 std::string DescribeExplanation(const Explanation& explanation);
+
+/// A picture that fits a screen, a PNG of at most kSheetWidth x kSheetHeight pixels: the image with what every stage saw,
+/// as large as there is room, and beside it close views of the candidates with the lowest numbers, the troubled ones
+/// first, each with what became of it.
+std::vector<std::uint8_t> DrawContactSheet(const Explanation& explanation);
+inline constexpr int kSheetWidth = 1840, kSheetHeight = 1030;
 
 /// The image with what every stage saw drawn in, a panel for each candidate that has cells and one for each
 /// place that was viewed again, as PNG.

@@ -3,13 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "capture/image_file.h"
 #include "core/file.h"
 #include "publish/lcm_publisher.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
+#include "tools/log_plot.h"
 #include "unit/publish/messages.h"
 
 namespace chequer {
@@ -123,6 +127,41 @@ TEST_F(ConvertLogTest, ALengthThatTheFileDoesNotHoldIsDamageAndTheRestIsRead) {
     WriteFileAtomically(log_, bytes);
     EXPECT_THAT(WhatIsWrong(log_, (folder_ / "out.jsonl").string()), HasSubstr("damaged after 1 messages"));
   }
+}
+
+TEST_F(ConvertLogTest, DrawsWaysAndSpeedsOfTheBestStreamThereIs) {
+  PlotLog(log_, folder_ / "poses.png", LogStream::kAll);
+  const Image picture = LoadImage(folder_ / "poses.png");
+  EXPECT_EQ(picture.width(), 1280);
+  EXPECT_THAT(test::ErrorOf([&] { PlotLog(log_, folder_ / "none.png", LogStream::kTracks); }),
+              HasSubstr("holds no poses"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "none.png"));
+}
+
+PosesMessage PosesAt(double time_s, double x, double y, const std::string& frame) {
+  PosesMessage message;
+  message.captured_monotonic = MonotonicTime(std::chrono::microseconds(std::llround(1e6 * time_s)));
+  message.frame = frame;
+  MarkerPose marker;
+  marker.id = 7;
+  marker.has_pose = true;
+  marker.camera_from_marker.translation = {x, y, 3};
+  message.markers.push_back(marker);
+  return message;
+}
+
+TEST(MoveCollector, SpeedsArePosesOverTimeAndTheCamerasDownIsDown) {
+  MoveCollector moves(LogStream::kPoses);
+  moves.Add(PosesAt(10.0, 0.1, 0.2, "camera"));
+  moves.Add(PosesAt(10.1, 0.1, 0.25, "camera"));
+  const auto& way = moves.moves().at("id 7");
+  ASSERT_EQ(way.size(), 2u);
+  EXPECT_NEAR(way[1].time_s, 0.1, 1e-9);
+  EXPECT_NEAR(way[1].speed_m_s, 0.5, 1e-9);
+  EXPECT_NEAR(way[1].position_m.y(), -0.25, 1e-12);
+  MoveCollector above(LogStream::kPoses);
+  above.Add(PosesAt(0, 0.1, 0.2, "world"));
+  EXPECT_NEAR(above.moves().at("id 7")[0].position_m.y(), 0.2, 1e-12);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "support/scenes.h"
 #include "support/temporary_directory.h"
 #include "tools/commands.h"
+#include "tools/detection_picture.h"
 #include "tools/explanation.h"
 #include "tools/explanation_place.h"
 #include "tools/label_layout.h"
@@ -61,6 +62,29 @@ class ExplainTest : public ::testing::Test {
 TEST_F(ExplainTest, TellsWhatWasRead) {
   EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("id 1234"));
   EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("1 boards > 1 markers"));
+}
+
+TEST_F(ExplainTest, ContactSheetFitsAScreenAndShowsTheTroubledFirst) {
+  const std::vector<std::uint8_t> read = DrawContactSheet(explanation_);
+  const Image sheet = ImageFromPng(read);
+  EXPECT_EQ(sheet.width(), kSheetWidth);
+  EXPECT_LE(sheet.height(), kSheetHeight);
+  // The stripe of the tile: green where it was read, red where it was refused.
+  EXPECT_GT(Count(read, {51, 158, 0}), 600);
+  ASSERT_FALSE(trace_.candidates.empty());
+  trace_.candidates[0].refusal = chequer::Refusal::kBorderDiffers;
+  trace_.candidates[0].marker = -1;
+  EXPECT_GT(Count(DrawContactSheet(explanation_), {26, 13, 230}), 600);
+}
+
+TEST_F(ExplainTest, DetectionsAreDrawnWithTheirIdsOverAnEnlargedImage) {
+  const std::vector<std::uint8_t> png = DrawDetection(image_.view(), markers_);
+  const Image picture = ImageFromPng(png);
+  EXPECT_EQ(picture.width(), std::min(1280, 2 * image_.width()));
+  EXPECT_GT(Count(png, {64, 242, 26}), 200);  // the outline
+  markers_[0].id.reset();
+  EXPECT_EQ(Count(DrawDetection(image_.view(), markers_), {64, 242, 26}), 0);
+  EXPECT_GT(Count(DrawDetection(image_.view(), markers_), {0, 166, 255}), 200);
 }
 
 // A cell far from all corners that were found has no place. It was drawn wherever the memory said.
