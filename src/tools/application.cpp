@@ -23,6 +23,7 @@ void DescribeTool(CLI::App& app) {
   AddRecordCommand(app);
   AddRenderCommand(app);
   AddSnapshotCommand(app);
+  AddStartCommand(app);
   AddStatusCommand(app);
 }
 

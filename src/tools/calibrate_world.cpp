@@ -221,7 +221,10 @@ void AddWorldOptions(CLI::App& command, WorldRequest& request) {
   AddFrameFeedOptions(command, request.feed, "the markers, the camera file and the file to write");
   AddMarkerOptions(command, request.markers);
   command.add_option("--calibration", request.calibration, "Camera file [the configuration's]")->type_name("FILE");
-  command.add_option("--references", request.references, "List of markers at known places (TOML); may also stand without the option")->type_name("FILE");
+  command
+      .add_option("--references", request.references,
+                  "List of markers at known places (TOML); may also stand without the option")
+      ->type_name("FILE");
   command.add_option("--l", request.l_of_three, "Three markers on the floor: corner, on the x axis, on the y axis")
       ->type_name("ID,ID,ID");
   command.add_option("--origin", request.origin, "One marker, whose frame is the world's")->type_name("ID");

@@ -40,6 +40,8 @@ void AddRecordCommand(CLI::App& app);
 void AddSnapshotCommand(CLI::App& app);
 /// `chequer render`: frames of markers as a camera would see them, written as a recording with truth.
 void AddRenderCommand(CLI::App& app);
+/// `chequer start`: from a new camera to poses in the room, step by step.
+void AddStartCommand(CLI::App& app);
 /// `chequer status`: how the services fare that are heard over LCM.
 void AddStatusCommand(CLI::App& app);
 

@@ -26,8 +26,8 @@ struct DetectOptions {
   bool NamesKind() const { return markers.names_kind || (setup && !setup->families.empty()); }
 };
 
-/// Adds --config, --marker and the like, --calibration, --pixel-format, --gamma and --color-space to a command. `options` must
-/// outlive the parsing.
+/// Adds --config, --marker and the like, --calibration, --pixel-format, --gamma and --color-space to a command.
+/// `options` must outlive the parsing.
 void AddDetectOptions(CLI::App& command, DetectOptions& options);
 
 /// Reads the configuration, if there is one, and takes its calibration where none is typed. A calibration that is not

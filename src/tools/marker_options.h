@@ -32,8 +32,8 @@ void AddMarkerOptions(CLI::App& command, MarkerOptions& options);
 /// @param need_sides whether a family without a side is an error (poses or drawings are wanted).
 std::vector<MarkerFamily> ParseMarkerFamilies(const MarkerOptions& options, bool need_sides);
 
-/// The same where a configuration may say it: its families, unless the options name a kind; with the side and the ids of
-/// the options, where those are typed. Throws as ParseMarkerFamilies.
+/// The same where a configuration may say it: its families, unless the options name a kind; with the side and the ids
+/// of the options, where those are typed. Throws as ParseMarkerFamilies.
 /// @param setup nothing: as ParseMarkerFamilies.
 std::vector<MarkerFamily> ChooseMarkerFamilies(const MarkerOptions& options, const std::optional<CameraSetup>& setup,
                                                bool need_sides);

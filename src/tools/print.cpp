@@ -211,7 +211,9 @@ void AddPrintCommand(CLI::App& app) {
   const auto request = std::make_shared<PrintRequest>();
   AddOptions(*command, *request);
   command->footer(
-      "Print without \"fit to page\" and hold a ruler to the bar at the foot. SVG and PNG of several pages are files\n"
+      "Print without \"fit to page\" and hold a ruler to the bars at the foot and at the left. The arrow below each "
+      "marker\n"
+      "points forward, along its x axis. SVG and PNG of several pages are files\n"
       "sheet-1.svg, sheet-2.svg, …\n\n"
       "The robots of the configuration north:\n"
       "  chequer print --config north --out sheet.pdf\n"

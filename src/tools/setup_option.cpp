@@ -9,10 +9,11 @@ namespace chequer {
 
 CLI::Option* AddSetupOption(CLI::App& command, std::string& config, const std::string& supplies) {
   return command
-      .add_option("--config", config,
-                  fmt::format("Configuration of chequerd, or the name of one in {}: supplies {} where the options below "
-                              "do not [./{}, if it is there]",
-                              kServiceFolder, supplies, kSetupHere))
+      .add_option(
+          "--config", config,
+          fmt::format("Configuration of chequerd, or the name of one in {}: supplies {} where the options below "
+                      "do not [./{}, if it is there]",
+                      kServiceFolder, supplies, kSetupHere))
       ->type_name("NAME|FILE");
 }
 
