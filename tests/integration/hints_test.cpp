@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 
 #include "core/file.h"
@@ -27,27 +29,49 @@ using ::testing::Not;
 
 const fs::path kSource = fs::path(CHEQUER_TEST_DATA).parent_path();
 
-/// Commands of the README's first block under "Use" that end by themselves.
-std::vector<std::string> FirstCommands() {
+/// The README's blocks of commands, those that are marked sh, one after the other.
+std::vector<std::string> CommandBlocks() {
   const std::string readme = ReadFile(kSource / "README.md", 1 << 20);
-  const std::size_t begin = readme.find("```\n", readme.find("## Use")) + 4;
-  std::istringstream block(readme.substr(begin, readme.find("```", begin) - begin));
-  std::vector<std::string> commands;
-  for (std::string line; std::getline(block, line);)
-    if (!line.starts_with("chequer listen")) commands.push_back(line);
-  return commands;
+  const std::string mark = "```sh\n";
+  std::vector<std::string> blocks;
+  for (std::size_t at = readme.find(mark); at != std::string::npos; at = readme.find(mark, at)) {
+    at += mark.size();
+    const std::size_t end = readme.find("```", at);
+    blocks.push_back(readme.substr(at, end - at));
+    at = end;
+  }
+  return blocks;
 }
 
-TEST(Readme, FirstCommandsWorkAsWritten) {
+TEST(Readme, CommandsWorkAsWritten) {
   const TemporaryDirectory folder;
-  fs::create_directory_symlink(kSource / "config", folder.path() / "config");
-  const std::string path = "PATH=" + fs::path(CHEQUER).parent_path().string() + ":$PATH";
-  const std::vector<std::string> commands = FirstCommands();
-  ASSERT_GE(commands.size(), 3u);
-  for (const std::string& command : commands) {
-    Process shell({"/bin/sh", "-c", "cd " + folder.path().string() + " && " + path + " && export PATH && " + command});
-    EXPECT_EQ(shell.Wait(std::chrono::seconds(60)), 0) << command << "\n" << shell.output();
+  for (const char* part : {"scripts", "tests", "config", "examples"})
+    fs::create_directory_symlink(kSource / part, folder.path() / part);
+  const fs::path bin = fs::path(CHEQUER).parent_path();
+  const std::vector<std::string> blocks = CommandBlocks();
+  ASSERT_GE(blocks.size(), 4u);
+  for (const std::string& block : blocks) {
+    // What a block leaves running ends with it.
+    std::ofstream(folder / "block.sh") << "set -e\ntrap 'kill $(jobs -p) 2>/dev/null; wait' EXIT\n" << block;
+    Process shell({"/bin/bash", "-c", "cd '" + folder.path().string() + "' && exec /bin/bash block.sh"},
+                  {"PATH=" + bin.string() + ":" + std::getenv("PATH"), "CHEQUER_BUILD=" + bin.parent_path().string()});
+    EXPECT_EQ(shell.Wait(std::chrono::seconds(110)), 0) << block << "\n" << shell.output();
   }
+  for (const char* made : {"plan.png", "north-markers.pdf", "north-robots.toml", "read.png", "why.png", "tracks.png"})
+    EXPECT_GT(fs::file_size(folder / made), 100u) << made;
+}
+
+TEST(Readme, IsShortAndItsLinksLeadSomewhere) {
+  const std::string readme = ReadFile(kSource / "README.md", 1 << 20);
+  std::istringstream text(readme);
+  const auto words = std::distance(std::istream_iterator<std::string>(text), std::istream_iterator<std::string>());
+  EXPECT_LE(words, 1200);
+  for (const char* file : {"docs/swarm.jpg", "docs/changes.md", "lcmtypes/README.md", "src/detect/README.md",
+                           "tests/README.md", "tests/bench/README.md", "config/chequerd.toml"}) {
+    EXPECT_THAT(readme, HasSubstr(file));
+    EXPECT_TRUE(fs::exists(kSource / file)) << file;
+  }
+  EXPECT_LT(fs::file_size(kSource / "docs/swarm.jpg"), 300'000u);
 }
 
 TEST(Readme, ALogByTheExamplesUrlIsWritten) {
