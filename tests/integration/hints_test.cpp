@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -52,9 +51,11 @@ TEST(Readme, CommandsWorkAsWritten) {
   ASSERT_GE(blocks.size(), 4u);
   for (const std::string& block : blocks) {
     // What a block leaves running ends with it.
-    std::ofstream(folder / "block.sh") << "set -e\ntrap 'kill $(jobs -p) 2>/dev/null; wait' EXIT\n" << block;
-    Process shell({"/bin/bash", "-c", "cd '" + folder.path().string() + "' && exec /bin/bash block.sh"},
-                  {"PATH=" + bin.string() + ":" + std::getenv("PATH"), "CHEQUER_BUILD=" + bin.parent_path().string()});
+    std::ofstream(folder / "block.sh") << "set -e\ntrap 'kill $(jobs -p) 2>/dev/null || true; wait' EXIT\nexport PATH='"
+                                       << bin.string() << "':$PATH CHEQUER_BUILD='" << bin.parent_path().string()
+                                       << "'\ncd '" << folder.path().string() << "'\n"
+                                       << block;
+    Process shell({"/bin/bash", folder / "block.sh"});
     EXPECT_EQ(shell.Wait(std::chrono::seconds(110)), 0) << block << "\n" << shell.output();
   }
   for (const char* made : {"plan.png", "north-markers.pdf", "north-robots.toml", "read.png", "why.png", "tracks.png"})
