@@ -34,7 +34,7 @@ MarkerPose SomeMarker() {
 
 nlohmann::json ParsedLine(const MarkerPose& marker) {
   const std::vector<MarkerPose> markers{marker};
-  const std::string line = JsonLine({"dir/a.png", 640, 480, 0.41, markers});
+  const std::string line = JsonLine({"dir/a.png", 640, 480, 0.41, 0, markers});
   EXPECT_EQ(line.find('\n'), std::string::npos);
   return nlohmann::json::parse(line);
 }
@@ -60,7 +60,7 @@ TEST(JsonLine, SaysEverythingOfAMarkerWithItsPose) {
 }
 
 TEST(JsonLine, KeepsTheOrderOfKeysAndEndsInTheMarkers) {
-  const std::string line = JsonLine({"a.png", 640, 480, 0.5, {}});
+  const std::string line = JsonLine({"a.png", 640, 480, 0.5, 0, {}});
   EXPECT_EQ(line, R"({"file":"a.png","width":640,"height":480,"detect_ms":0.5,"markers":[]})");
 }
 
@@ -86,7 +86,7 @@ TEST(JsonLine, WritesIdsOf64BitsAsIntegers) {
   MarkerPose marker = SomeMarker();
   marker.id = UINT64_MAX;
   const std::vector<MarkerPose> markers{marker};
-  EXPECT_THAT(JsonLine({"a.png", 1, 1, 0, markers}), HasSubstr(R"("id":18446744073709551615,)"));
+  EXPECT_THAT(JsonLine({"a.png", 1, 1, 0, 0, markers}), HasSubstr(R"("id":18446744073709551615,)"));
 }
 
 TEST(JsonLine, WritesNullForUndecidedIdsWithTheWarnings) {
@@ -113,7 +113,7 @@ TEST(JsonLine, WritesNullForCornersNotSeenAndNeverNan) {
 }
 
 TEST(JsonLine, EscapesFileNames) {
-  const std::string line = JsonLine({"a\"b\n\xff.png", 1, 1, 0, {}});
+  const std::string line = JsonLine({"a\"b\n\xff.png", 1, 1, 0, 0, {}});
   EXPECT_EQ(nlohmann::json::parse(line)["file"], "a\"b\n\xEF\xBF\xBD.png");
 }
 
@@ -121,7 +121,7 @@ TEST(Table, NamesPositionIdAndWarnings) {
   MarkerPose marker = SomeMarker();
   marker.warnings = static_cast<std::uint32_t>(Warning::kPoorIllumination);
   const std::vector<MarkerPose> markers{marker};
-  const std::string table = Table({"a.png", 640, 480, 0.414, markers});
+  const std::string table = Table({"a.png", 640, 480, 0.414, 0, markers});
   EXPECT_THAT(table, HasSubstr("a.png: 640x480, 1 marker, 0.41 ms\n"));
   EXPECT_THAT(table, HasSubstr("(0.1000, 0.3333, 0.9000) m"));
   EXPECT_THAT(table, HasSubstr("25/25"));
@@ -134,10 +134,10 @@ TEST(Table, FallsBackToPixelsAndDashes) {
   marker.id.reset();
   marker.center_px = {100.25, 50};
   const std::vector<MarkerPose> markers{marker};
-  const std::string table = Table({"a.png", 640, 480, 0, markers});
+  const std::string table = Table({"a.png", 640, 480, 0, 0, markers});
   EXPECT_THAT(table, HasSubstr("(100.25, 50.00) px"));
   EXPECT_THAT(table, HasSubstr("  -  secded"));
-  EXPECT_THAT(Table({"a.png", 640, 480, 0, {}}), Not(HasSubstr("variant")));
+  EXPECT_THAT(Table({"a.png", 640, 480, 0, 0, {}}), Not(HasSubstr("variant")));
 }
 
 }  // namespace
