@@ -7,9 +7,10 @@ namespace chequer {
 void DescribeDaemon(CLI::App& app, DaemonCommandLine& command_line) {
   app.name("chequerd");
   app.description("Finds colour-checkerboard markers in a camera's frames and publishes their poses over LCM.");
-  app.add_option("--config", command_line.config,
-                 "Configuration (TOML), or the name of one in /etc/chequer; chequerd.toml(5) documents every key "
-                 "[./chequer.toml, if it is there]")
+  app.add_option(
+         "--config", command_line.config,
+         "Configuration (TOML), or NAME for NAME.toml, here or in /etc/chequer; chequerd.toml(5) documents every key "
+         "[./chequer.toml, if it is there]")
       ->type_name("NAME|FILE");
   app.add_flag("--check", command_line.check,
                "Read the configuration, the files and the recording it names, say what is wrong or risky, end");

@@ -11,8 +11,8 @@ CLI::Option* AddSetupOption(CLI::App& command, std::string& config, const std::s
   return command
       .add_option(
           "--config", config,
-          fmt::format("Configuration of chequerd, or the name of one in {}: supplies {} where the options below "
-                      "do not [./{}, if it is there]",
+          fmt::format("Configuration of chequerd, or NAME for NAME.toml, here or in {}: supplies {} where the options "
+                      "below do not [./{}, if it is there]",
                       kServiceFolder, supplies, kSetupHere))
       ->type_name("NAME|FILE");
 }
