@@ -60,8 +60,8 @@ TEST(JsonLine, SaysEverythingOfAMarkerWithItsPose) {
 }
 
 TEST(JsonLine, KeepsTheOrderOfKeysAndEndsInTheMarkers) {
-  const std::string line = JsonLine({"a.png", 640, 480, 0.5, 0, {}});
-  EXPECT_EQ(line, R"({"file":"a.png","width":640,"height":480,"detect_ms":0.5,"markers":[]})");
+  const std::string line = JsonLine({"a.png", 640, 480, 0.5, 7, {}});
+  EXPECT_EQ(line, R"({"file":"a.png","width":640,"height":480,"detect_ms":0.5,"work":7,"markers":[]})");
 }
 
 TEST(JsonLine, WritesQuaternionsWithPositiveW) {
