@@ -129,6 +129,23 @@ void ReadPublish(TomlTable table, DaemonConfig& config) {
   if (const std::string wrong = publish.Check(); !wrong.empty()) table.Fail("prefix", wrong);
 }
 
+/// Reads [view]. @pre [publish] is read.
+void ReadView(TomlTable table, DaemonConfig& config) {
+  const LcmUrl url = ParseLcmUrl(config.publish.url, LcmDirection::kPublish);
+  const bool multicast = url.provider == LcmProvider::kUdpMulticast;
+  const bool fits = config.publish.prefix.size() <= kMaxViewedPrefix;
+  config.allow_view = multicast && fits && !url.LeavesTheHost();
+  if (bool allow = false; table.Read("allow", allow)) {
+    if (allow && !fits)
+      table.Fail("allow", "cannot be true with a channel prefix of more than " + std::to_string(kMaxViewedPrefix) +
+                              " characters");
+    config.allow_view = allow && multicast;
+    if (allow && url.LeavesTheHost())
+      config.remarks.push_back(table.Place("allow") +
+                               ": whoever can send to the group can ask for pictures, which then leave this host");
+  }
+}
+
 DaemonConfig ReadConfig(TomlFile& file, const std::filesystem::path& base, const std::string& camera_name) {
   DaemonConfig config;
   config.camera_name = camera_name;
@@ -143,6 +160,7 @@ DaemonConfig ReadConfig(TomlFile& file, const std::filesystem::path& base, const
   ReadFrameTables(root, base, config);
   ReadPipeline(root.Table("pipeline"), config);
   ReadPublish(root.Table("publish"), config);
+  ReadView(root.Table("view"), config);
   ReadMetrics(root.Table("metrics"), base, config.metrics);
   TomlTable log = root.Table("log");
   log.Read("level", config.log.level, kLevels);

@@ -36,6 +36,8 @@ struct DaemonConfig {
   /// The world, the robots and the tracks, with the files they name.
   FramePublisherOptions frames;
   LcmPublisherOptions publish;
+  /// Whether those who look (`chequer view`) are answered; needs multicast.
+  bool allow_view = true;
   MetricsOptions metrics;
   LogOptions log;
   /// What is allowed and looks like a mistake, each with its place, for whoever starts the daemon.

@@ -50,6 +50,7 @@ struct Pipeline::Impl {
   Clock clock;
   Progress progress;
   Outbox outbox;  ///< to state's publisher
+  std::optional<FrameViewer> viewer;
 
   NewestQueue<CapturedFrame> queue;
   ReorderBuffer<Finished> finished;
@@ -88,10 +89,11 @@ struct Pipeline::Impl {
         // While one worker is held up by a hard frame, each other can be one frame ahead of it, and no more.
         finished(2 * static_cast<std::uint64_t>(options.workers)),
         workers_left(options.workers),
-        threads_left(options.workers + 3),
+        threads_left(options.workers + (options.view ? 4 : 3)),
         statistics(BeginStatistics()),
         frames(options.frames),
         hints(options.families) {
+    if (options.view) viewer.emplace(*options.view, clock);
     if (state.source_is_open && state.capture.state != CameraState::kEnded) {
       state.capture.state = CameraState::kRunning;
       state.capture.source = source->Describe();
@@ -119,6 +121,7 @@ struct Pipeline::Impl {
       Stop();
       finished.Abort();
       outbox.Close();
+      if (viewer) viewer->Close();
       threads.clear();
       throw;
     }
@@ -136,7 +139,9 @@ struct Pipeline::Impl {
         Fail(std::current_exception());
       }
       outbox.Close();
+      if (viewer) viewer->Close();
     });
+    if (viewer) Launch("chq-view", [this] { viewer->Run(); });
     for (int index = 0; index < options.workers; ++index)
       Launch("chq-worker" + std::to_string(index), [this, index, detect = make_detect()] {
         if (!options.scheduling.cpus.empty()) TellOnce(PinThisThread(CpuOf(options.scheduling, index)));
@@ -149,7 +154,7 @@ struct Pipeline::Impl {
   void Launch(std::string name, Body body) {
     threads.emplace_back([this, name = std::move(name), body = std::move(body)] {
       pthread_setname_np(pthread_self(), name.c_str());
-      BecomeUrgent(!name.starts_with("chq-worker"));
+      if (name != "chq-view") BecomeUrgent(!name.starts_with("chq-worker"));
       try {
         body();
       } catch (...) {
@@ -230,12 +235,20 @@ struct Pipeline::Impl {
       const std::uint64_t ticket = taken->ticket;
       progress.worker(index).Begin(clock.monotonic());
       Finished result = Detect(detect, taken->item, state.superseded + taken->superseded);
+      auto viewed = KeptForView(taken->item.frame, result.found.markers);
       taken.reset();  // gives the buffer back to the source before it may have to wait for its turn
       progress.worker(index).End();
       progress.frames.Renew(clock.monotonic());  // it is published next
       finished.Push(ticket, std::move(result));
+      if (viewed) viewer->Offer(std::move(*viewed));  // behind it: no pose waits for those who look
     }
     if (--workers_left == 0) finished.Close();
+  }
+
+  /// The frame with its buffer, where somebody looks and it is the turn of one.
+  std::optional<ViewedFrame> KeptForView(Frame& frame, const std::vector<MarkerPose>& markers) const {
+    if (!viewer || !viewer->WantsFrame(clock.monotonic())) return std::nullopt;
+    return ViewedFrame{std::move(frame), viewer->Choose(markers)};
   }
 
   Finished Detect(const DetectFrame& detect, const CapturedFrame& captured, std::uint64_t superseded) {
@@ -259,7 +272,8 @@ struct Pipeline::Impl {
   std::uint64_t BudgetFor(double rate_hz) const {
     const std::uint64_t units = options.budget.For(rate_hz);
     if (told_budget.exchange(units) != units)
-      spdlog::info("a frame may take {}", units == 0 ? "as much work as it takes" : fmt::format("{} units of work", units));
+      spdlog::info("a frame may take {}",
+                   units == 0 ? "as much work as it takes" : fmt::format("{} units of work", units));
     return units;
   }
 

@@ -14,6 +14,7 @@
 #include "daemon/frame_budget.h"
 #include "daemon/frame_look.h"
 #include "daemon/frame_publisher.h"
+#include "daemon/frame_viewer.h"
 #include "daemon/pipeline_state.h"
 #include "daemon/progress.h"
 #include "daemon/scheduling.h"
@@ -43,6 +44,8 @@ struct PipelineOptions {
   /// What is sought, for the hints of the status.
   std::vector<MarkerFamily> families;
   FrameBudget budget;
+  /// Has a value where others may look at the frames.
+  std::optional<FrameViewerOptions> view;
 };
 
 /// What a detector made of one frame.
@@ -72,7 +75,7 @@ struct PipelineEvents {
 ///
 ///   capture thread ──▶ NewestQueue ──▶ workers ──▶ ReorderBuffer ──▶ publish thread ──▶ Outbox ──▶ send thread
 ///
-/// Runs from construction until the recording is over, or Stop or Drain is called. At the end every frame that a worker
+/// Beside them a thread that answers those who look (FrameViewer). Runs from construction until the recording is over, or Stop or Drain is called. At the end every frame that a worker
 /// had begun is published whole, then one last status.
 class Pipeline {
  public:

@@ -31,6 +31,17 @@ bool SamePublisher(const DaemonConfig& one, const DaemonConfig& other) {
   return Section(one, "publish") == Section(other, "publish") && one.publish.prefix == other.publish.prefix;
 }
 
+/// What those who look are told.
+FrameViewerOptions ViewOf(const DaemonConfig& config) {
+  FrameViewerOptions view{config.publish.url, config.publish.prefix, {}, config.detector};
+  view.camera.camera = config.camera_name;
+  view.camera.model = config.detector.camera;
+  if (config.frames.world) view.camera.world_from_camera = config.frames.world->world_from_camera;
+  for (const MarkerFamily& family : config.detector.families)
+    view.camera.families.push_back({family.code.variant(), family.code.size(), family.side_m});
+  return view;
+}
+
 /// A detector for each worker, whose threads run as the worker does and which count what they do.
 std::vector<DetectFrame> MakeDetectors(const DaemonConfig& config, const ServiceParts& parts,
                                        PipelineOptions& pipeline) {
@@ -78,6 +89,7 @@ PipelineOptions MakePipelineOptions(const DaemonConfig& config, const std::strin
   options.version = version;
   options.frames = config.frames;
   options.families = config.detector.families;
+  if (config.allow_view) options.view = ViewOf(config);
   return options;
 }
 

@@ -15,6 +15,11 @@ inline constexpr std::string_view kRobotsSuffix = "_ROBOTS";
 inline constexpr std::string_view kTracksSuffix = "_TRACKS";
 /// Poses in the camera's frame of reference, where those of kPosesSuffix are in the world and both are wanted.
 inline constexpr std::string_view kCameraSuffix = "_CAMERA";
+// What is published on request alone, beside a camera_t on kCameraSuffix, and the requests.
+inline constexpr std::string_view kAskSuffix = "_ASK";
+inline constexpr std::string_view kPreviewSuffix = "_PREVIEW";
+inline constexpr std::string_view kDetailSuffix = "_DETAIL";
+inline constexpr std::array kViewSuffixes{kPreviewSuffix, kDetailSuffix, kCameraSuffix};
 inline constexpr std::array kChannelSuffixes{kPosesSuffix, kStatusSuffix, kRobotsSuffix, kTracksSuffix, kCameraSuffix};
 
 /// LCM carries channel names of at most 63 bytes.
@@ -22,6 +27,9 @@ inline constexpr std::size_t kMaxChannelLength = 63;
 inline constexpr std::size_t kMaxPrefixLength = kMaxChannelLength - kStatusSuffix.size();
 static_assert(std::all_of(kChannelSuffixes.begin(), kChannelSuffixes.end(),
                           [](std::string_view suffix) { return suffix.size() <= kStatusSuffix.size(); }));
+
+/// Longest prefix of a camera that can be viewed: _PREVIEW is longer than the channels before it.
+inline constexpr std::size_t kMaxViewedPrefix = kMaxChannelLength - kPreviewSuffix.size();
 
 inline std::string ChannelName(std::string_view prefix, std::string_view suffix) {
   return std::string(prefix).append(suffix);

@@ -40,6 +40,11 @@ class LogEventReader {
   /// The next whole event; nothing at the end of the log.
   std::optional<LogEvent> Next();
 
+  /// Where the next event is looked for, bytes from the log's beginning; and to go on elsewhere. Damage that was found
+  /// stays found.
+  std::int64_t place() const { return offset_; }
+  void Seek(std::int64_t place) { offset_ = place; }
+
   /// Events so far.
   std::int64_t count() const { return count_; }
   /// Whether bytes were passed over that are no whole event: the log is cut off or damaged there.

@@ -10,12 +10,15 @@
 #include "publish/channels.h"
 #include "publish/lcm_url.h"
 #include "publish/log_player.h"
+#include "publish/wire_view.h"
 
 namespace chequer {
 namespace {
 
 /// Two seconds at 60 frames a second; LCM's default of 30 loses messages while a terminal is slow.
 constexpr int kQueuedMessages = 120;
+/// A viewer takes the channels of all cameras in one queue: a quarter of a second of ten at 60 frames a second.
+constexpr int kQueuedForView = 600;
 
 /// LCM reads channel names as regular expressions.
 std::string Quoted(const std::string& name) {
@@ -31,17 +34,22 @@ std::string ChannelPattern(const ChannelFilter& filter) {
   if (!filter.channel.empty()) return Quoted(filter.channel);
   const std::string prefix = filter.prefix.empty() ? ".*" : Quoted(filter.prefix);
   std::string suffixes;
-  for (const std::string_view suffix : kChannelSuffixes) suffixes.append(suffixes.empty() ? "" : "|").append(suffix);
+  const auto append = [&](std::string_view suffix) { suffixes.append(suffixes.empty() ? "" : "|").append(suffix); };
+  for (const std::string_view suffix : kChannelSuffixes) append(suffix);
+  if (filter.view)
+    for (const std::string_view suffix : kViewSuffixes) append(suffix);
   return prefix + "(" + suffixes + ")";
 }
 
 /// What ChannelPattern says, without LCM.
 bool Matches(const ChannelFilter& filter, std::string_view channel) {
   if (!filter.channel.empty()) return channel == filter.channel;
-  return std::any_of(kChannelSuffixes.begin(), kChannelSuffixes.end(), [&](std::string_view suffix) {
+  const auto matches = [&](std::string_view suffix) {
     if (filter.prefix.empty()) return channel.ends_with(suffix);
     return channel == ChannelName(filter.prefix, suffix);
-  });
+  };
+  return std::any_of(kChannelSuffixes.begin(), kChannelSuffixes.end(), matches) ||
+         (filter.view && std::any_of(kViewSuffixes.begin(), kViewSuffixes.end(), matches));
 }
 
 }  // namespace
@@ -65,28 +73,22 @@ std::string DefaultListenUrl() {
 
 struct LcmSubscriber::Impl {
   ChannelFilter filter;
-  Handler handler;
+  BytesHandler handler;
   std::unique_ptr<lcm::LCM> lcm;
   std::optional<LogPlayer> log;  ///< instead of LCM, whose own reader of logs trusts them
   bool damage_counted = false;
   std::uint64_t unreadable = 0;
 
-  void Take(const std::string& channel, std::span<const std::uint8_t> bytes) {
-    auto message = DecodeMessage(bytes);
-    if (message)
-      handler(channel, std::move(*message));
-    else
-      ++unreadable;
-  }
+  void Open(const std::string& url);
 
   void OnBytes(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
-    Take(channel, {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+    handler(channel, {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
   }
 
   Outcome WaitForLog(std::chrono::milliseconds timeout) {
     while (const auto event = log->Next(timeout)) {
       if (!Matches(filter, event->channel)) continue;
-      Take(event->channel, event->data);
+      handler(event->channel, event->data);
       return Outcome::kMessage;
     }
     if (!log->is_over()) return Outcome::kTimeout;
@@ -95,23 +97,45 @@ struct LcmSubscriber::Impl {
   }
 };
 
-LcmSubscriber::LcmSubscriber(const std::string& url, const ChannelFilter& filter, Handler handler)
-    : impl_(std::make_unique<Impl>()) {
+void LcmSubscriber::Impl::Open(const std::string& url) {
   if (const std::string wrong = filter.Check(); !wrong.empty()) throw std::runtime_error(wrong);
   const LcmUrl parsed = ParseLcmUrl(url, LcmDirection::kSubscribe);
-  impl_->handler = std::move(handler);
-  impl_->filter = filter;
   if (parsed.provider == LcmProvider::kFile) {
-    impl_->log.emplace(parsed);
+    log.emplace(parsed);
     return;
   }
   if (const std::string problem = ProbeLcmUrl(parsed); !problem.empty()) throw std::runtime_error(problem);
-  impl_->lcm = std::make_unique<lcm::LCM>(url);
-  if (!impl_->lcm->good()) throw std::runtime_error("LCM at " + url + " cannot be opened; its own message says why");
-  lcm::Subscription* subscription = impl_->lcm->subscribe(ChannelPattern(filter), &Impl::OnBytes, impl_.get());
-  subscription->setQueueCapacity(kQueuedMessages);
+  lcm = std::make_unique<lcm::LCM>(url);
+  if (!lcm->good()) throw std::runtime_error("LCM at " + url + " cannot be opened; its own message says why");
+  lcm::Subscription* subscription = lcm->subscribe(ChannelPattern(filter), &Impl::OnBytes, this);
+  subscription->setQueueCapacity(filter.view ? kQueuedForView : kQueuedMessages);
 }
 
+LcmSubscriber::LcmSubscriber(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+LcmSubscriber::LcmSubscriber(const std::string& url, const ChannelFilter& filter, Handler handler)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->filter = filter;
+  impl_->handler = [impl = impl_.get(), handler = std::move(handler)](const std::string& channel,
+                                                                      std::span<const std::uint8_t> bytes) {
+    if (auto message = DecodeMessage(bytes))
+      handler(channel, std::move(*message));
+    else if (!IsViewMessage(bytes))  // a camera_t comes on a channel that also carries poses
+      ++impl->unreadable;
+  };
+  impl_->Open(url);
+}
+
+LcmSubscriber LcmSubscriber::OfBytes(const std::string& url, const ChannelFilter& filter, BytesHandler handler) {
+  auto impl = std::make_unique<Impl>();
+  impl->filter = filter;
+  impl->handler = std::move(handler);
+  impl->Open(url);
+  return LcmSubscriber(std::move(impl));
+}
+
+LcmSubscriber::LcmSubscriber(LcmSubscriber&&) noexcept = default;
+LcmSubscriber& LcmSubscriber::operator=(LcmSubscriber&&) noexcept = default;
 LcmSubscriber::~LcmSubscriber() = default;
 
 LcmSubscriber::Outcome LcmSubscriber::Wait(std::chrono::milliseconds timeout) {
@@ -120,6 +144,8 @@ LcmSubscriber::Outcome LcmSubscriber::Wait(std::chrono::milliseconds timeout) {
   if (handled < 0) return Outcome::kClosed;
   return handled == 0 ? Outcome::kTimeout : Outcome::kMessage;
 }
+
+int LcmSubscriber::fd() const { return impl_->lcm ? impl_->lcm->getFileno() : -1; }
 
 std::uint64_t LcmSubscriber::unreadable() const { return impl_->unreadable; }
 

@@ -1,9 +1,15 @@
 #include <vector>
 
 #include "chequer/check.h"
+#include "chequer_ask_t.h"
+#include "chequer_camera_family_t.h"
+#include "chequer_camera_t.h"
 #include "chequer_count_t.h"
+#include "chequer_detail_cell_t.h"
+#include "chequer_detail_t.h"
 #include "chequer_marker_pose_t.h"
 #include "chequer_poses_t.h"
+#include "chequer_preview_t.h"
 #include "chequer_robot_pose_t.h"
 #include "chequer_robots_t.h"
 #include "chequer_stage_latency_t.h"
@@ -52,7 +58,13 @@ std::uint64_t TryCType(int type, const std::uint8_t* data, std::size_t size) {
     case 5: return CHEQUER_TRY(chequer_stage_latency_t);
     case 6: return CHEQUER_TRY(chequer_status_t);
     case 7: return CHEQUER_TRY(chequer_track_t);
-    default: return CHEQUER_TRY(chequer_tracks_t);
+    case 8: return CHEQUER_TRY(chequer_tracks_t);
+    case 9: return CHEQUER_TRY(chequer_ask_t);
+    case 10: return CHEQUER_TRY(chequer_camera_family_t);
+    case 11: return CHEQUER_TRY(chequer_camera_t);
+    case 12: return CHEQUER_TRY(chequer_detail_cell_t);
+    case 13: return CHEQUER_TRY(chequer_detail_t);
+    default: return CHEQUER_TRY(chequer_preview_t);
   }
 }
 

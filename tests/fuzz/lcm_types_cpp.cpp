@@ -1,6 +1,12 @@
+#include <chequer/ask_t.hpp>
+#include <chequer/camera_family_t.hpp>
+#include <chequer/camera_t.hpp>
 #include <chequer/count_t.hpp>
+#include <chequer/detail_cell_t.hpp>
+#include <chequer/detail_t.hpp>
 #include <chequer/marker_pose_t.hpp>
 #include <chequer/poses_t.hpp>
+#include <chequer/preview_t.hpp>
 #include <chequer/robot_pose_t.hpp>
 #include <chequer/robots_t.hpp>
 #include <chequer/stage_latency_t.hpp>
@@ -37,7 +43,13 @@ std::uint64_t TryCppType(int type, const std::uint8_t* data, std::size_t size) {
     case 5: return Try<stage_latency_t>(data, size);
     case 6: return Try<status_t>(data, size);
     case 7: return Try<track_t>(data, size);
-    default: return Try<tracks_t>(data, size);
+    case 8: return Try<tracks_t>(data, size);
+    case 9: return Try<ask_t>(data, size);
+    case 10: return Try<camera_family_t>(data, size);
+    case 11: return Try<camera_t>(data, size);
+    case 12: return Try<detail_cell_t>(data, size);
+    case 13: return Try<detail_t>(data, size);
+    default: return Try<preview_t>(data, size);
   }
 }
 

@@ -20,6 +20,7 @@ namespace chequer {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -66,6 +67,7 @@ void ExpectSameOptions(const DaemonConfig& config, const DaemonConfig& defaults)
   EXPECT_EQ(config.metrics.file, defaults.metrics.file);
   EXPECT_EQ(config.publish.url, defaults.publish.url);
   EXPECT_EQ(config.publish.prefix, DefaultPrefix(defaults.camera_name));
+  EXPECT_EQ(config.allow_view, defaults.allow_view);
   EXPECT_EQ(config.log.level, defaults.log.level);
   EXPECT_EQ(config.log.target, defaults.log.target);
   EXPECT_EQ(config.capture.source, defaults.capture.source);
@@ -323,6 +325,22 @@ TEST(Config, OffersMetricsWhereAskedTo) {
   const DaemonConfig config = Parse(kMinimal + "[metrics]\nport = 9464\nfile = \"a.prom\"\n");
   EXPECT_EQ(config.metrics.port, 9464);
   EXPECT_EQ(config.metrics.file, "/base/a.prom");
+}
+
+TEST(Config, LetsOthersLookWhereMessagesStayOnThisHost) {
+  const auto with = [](const std::string& publish, const std::string& view) {
+    return Parse(kMinimal + "[publish]\n" + publish + "\n[view]\n" + view + "\n");
+  };
+  const std::string leaves = "url = \"udpm://239.255.76.67:7667?ttl=1\"";
+  EXPECT_TRUE(with("", "").allow_view);
+  EXPECT_FALSE(with("", "allow = false").allow_view);
+  EXPECT_FALSE(with(leaves, "").allow_view);
+  EXPECT_TRUE(with(leaves, "allow = true").allow_view);
+  EXPECT_THAT(with(leaves, "allow = true").remarks, Contains(HasSubstr("pictures, which then leave this host")));
+  EXPECT_FALSE(with("url = \"memq://\"", "allow = true").allow_view) << "there is nobody who could ask";
+  const std::string longest = "prefix = \"" + std::string(56, 'x') + "\"";
+  EXPECT_FALSE(with(longest, "").allow_view);
+  EXPECT_THAT(Refusal(kMinimal + "[publish]\n" + longest + "\n[view]\nallow = true\n"), HasSubstr("view.allow"));
 }
 
 TEST(Config, NamesTheChannelsAfterTheCamera) {
