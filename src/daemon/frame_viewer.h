@@ -31,7 +31,7 @@ struct ViewedFrame {
 };
 
 /// Answers those who look (ask_t): previews, the detail of a marker, the camera. All that costs time happens on a
-/// thread of its own, which runs only when no other wants the processor, over a connection to LCM of its own: no pose
+/// thread of its own, which gives way to all others, over a connection to LCM of its own: no pose
 /// waits. A worker hands over a frame, with its buffer, when one is due. Opens no connection and asks for no frame
 /// while nobody looks.
 class FrameViewer {
