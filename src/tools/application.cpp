@@ -25,6 +25,7 @@ void DescribeTool(CLI::App& app) {
   AddSnapshotCommand(app);
   AddStartCommand(app);
   AddStatusCommand(app);
+  AddViewCommand(app);
 }
 
 }  // namespace chequer

@@ -42,6 +42,8 @@ void AddSnapshotCommand(CLI::App& app);
 void AddRenderCommand(CLI::App& app);
 /// `chequer start`: from a new camera to poses in the room, step by step.
 void AddStartCommand(CLI::App& app);
+/// `chequer view`: a web page of what cameras and robots do.
+void AddViewCommand(CLI::App& app);
 /// `chequer status`: how the services fare that are heard over LCM.
 void AddStatusCommand(CLI::App& app);
 

@@ -16,6 +16,7 @@
 #include "tools/columns.h"
 #include "tools/commands.h"
 #include "tools/id_filter.h"
+#include "tools/live_arena.h"
 #include "tools/live_robots.h"
 #include "tools/live_table.h"
 #include "tools/message_text.h"
@@ -35,6 +36,7 @@ struct ListenRequest {
   std::string url;
   ChannelFilter filter;
   bool json = false;
+  bool arena = false;       ///< a map instead of tables
   std::uint64_t count = 0;  ///< frames; 0: no limit
   double seconds = 0;       ///< 0: no limit
   std::string truth;        ///< a recording; empty: none
@@ -64,6 +66,8 @@ class Listener {
         ids_(request.ids) {
     if (!request.ids.empty() && !request.truth.empty())
       throw CLI::ValidationError("--ids", "hides markers that --truth would miss; give one of them");
+    if (request.arena && form_ != Form::kTable)
+      throw CLI::ValidationError("--arena", "draws on a terminal; standard output is none, or --json was given");
     if (!request.truth.empty()) truth_.emplace(request.truth);
   }
 
@@ -101,6 +105,7 @@ class Listener {
     // One call to the subscriber is one message, but a slow terminal must not make more of them than was asked for.
     if (!channel.ends_with(kCameraSuffix) || channel == request_.filter.channel) ++frames_;
     CompareWithTruth(message);
+    if (request_.arena) arena_.Add(channel, message, clock_.monotonic());
     if (form_ == Form::kTable)
       table_.Add(channel, message, clock_.monotonic());
     else
@@ -115,6 +120,7 @@ class Listener {
   template <typename Message>
   void TakeRobots(const std::string& channel, const Message& message) {
     if (channel == request_.filter.channel) ++frames_;  // they come once a frame, and no poses come
+    if (request_.arena) arena_.Add(channel, message, clock_.monotonic());
     if (form_ == Form::kTable)
       robots_.Add(channel, message, clock_.monotonic());
     else
@@ -150,9 +156,10 @@ class Listener {
     std::fflush(stdout);
   }
 
-  /// Markers, and below them robots where there are any.
+  /// Markers, and below them robots where there are any; or the map.
   std::string Tables(MonotonicTime now) {
     const int lines = TerminalLines();
+    if (request_.arena) return arena_.Text(now, std::max(5, lines), TerminalColumns());
     const std::string robots = robots_.Text(now, std::max(3, lines / 2));
     return table_.Text(now, std::max(3, lines - static_cast<int>(std::count(robots.begin(), robots.end(), '\n')))) +
            robots;
@@ -178,6 +185,7 @@ class Listener {
   IdFilter ids_;
   Clock clock_ = Clock::System();
   LiveTable table_;
+  LiveArena arena_;
   LiveRobots robots_;
   std::optional<TruthCheck> truth_;
   std::string other_frame_;  ///< in which poses came that the truth cannot be compared with
@@ -201,6 +209,7 @@ void AddListenCommand(CLI::App& app) {
   command->add_option("--ids", request->ids, "Only markers of these ids, and robots that bear them, such as 0-9,17")
       ->type_name("LIST");
   command->add_flag("--json", request->json, "One JSON object a line and message instead of a table");
+  command->add_flag("--arena", request->arena, "A map of robots (or markers) on the whole terminal instead of a table");
   command->add_option("--count", request->count, "End after so many frames; status 1 if fewer came")
       ->check(IsAboveZero)
       ->check(IsWhole());

@@ -1,0 +1,309 @@
+"""The page in a real browser, fed by a real chequerd: what it draws is where the truth says, and it recovers by itself.
+
+page_test.py [--pictures FOLDER]: also takes a picture of every page into FOLDER.
+"""
+import argparse
+import pathlib
+import signal
+import sys
+import tempfile
+import unittest
+
+import browser
+from browser import Browser, Program, config, daemon, distance, true_outline, truth, view
+
+pictures = None
+
+COLOURS = """
+const detail = chequer.store.cameras[0].detail;
+return detail && detail.found && detail.id === arguments[0] && chequer.panel.shownCells && chequer.panel.shownCells.length === 36 ? chequer.panel.shownCells.join('') : null;
+"""
+
+
+def take(window, name):
+    if pictures:
+        window.picture(pictures / f"{name}.png")
+
+
+class PageTest(unittest.TestCase):
+    """One browser for all tests; programs for each."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.window = Browser()
+        cls.folder = tempfile.TemporaryDirectory()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.window.close()
+        cls.folder.cleanup()
+
+    def setUp(self):
+        self.programs = []
+        self.window.size(1280, 800)
+
+    def tearDown(self):
+        complaints = self.window.complaints()
+        self.window.open("about:blank")
+        for program in self.programs:
+            program.stop(signal.SIGKILL)
+        self.assertEqual(complaints, [])
+
+    def start(self, program):
+        self.programs.append(program)
+        return program
+
+    def show(self, page="", rest="[tracks]\nenabled = true", capture="loop = true"):
+        self.daemon = self.start(daemon(config(self.folder.name, rest=rest, capture=capture)))
+        self.view = self.start(view())
+        self.window.open(self.view.line + page)
+
+    def test_markers_are_drawn_where_they_are(self):
+        self.show("#live?camera=demo")
+        self.window.until("const c = chequer.store.cameras[0]; return c?.picture?.frame?.count === 8 && c.about && chequer.live.drawn.length === 8")
+        known = truth()
+        worst = worst_map = 0
+        for _ in range(5):
+            before = self.window.run("return chequer.store.cameras[0].picture.sequence")
+            self.window.until("return chequer.store.cameras[0].picture.sequence > arguments[0]", 20, before)
+            shot = self.window.run("""
+                const app = chequer; app.live.draw();
+                const camera = app.store.cameras[0], frame = camera.picture.frame, tile = app.live.tiles.get(0);
+                const { ox, oy, scale } = tile.transform;
+                return { sequence: frame.sequence, picture: camera.picture.sequence, scale,
+                  drawn: app.live.drawn.map(each => ({ id: frame.u[each.i * 36], outline: each.outline, center: [(each.cx - ox) / scale, (each.cy - oy) / scale],
+                    pixels: Array.from({ length: 4 }, (_, k) => [(each.outline[2 * k] - ox) / scale, (each.outline[2 * k + 1] - oy) / scale]) })) };""")
+            self.assertEqual(shot["sequence"], shot["picture"], "markers are those of the picture they lie on")
+            markers = known[int(shot["sequence"]) % len(known)]
+            self.assertEqual(sorted(each["id"] for each in shot["drawn"]), sorted(markers))
+            for each in shot["drawn"]:
+                for drawn, true in zip(each["pixels"], true_outline(markers[each["id"]])):
+                    worst = max(worst, distance(drawn, true))
+        print(f"outlines: at most {worst:.3f} px from the truth")
+        self.assertLess(worst, 2)
+
+    def test_what_is_drawn_is_seen(self):
+        """The pixels of the canvas: on each side of each outline lies the colour of what is well."""
+        self.show("#live?camera=demo")
+        self.window.until("return chequer.live.drawn.length === 8 && chequer.store.cameras[0].picture")
+        shares = self.window.run("""
+            chequer.live.freeze(); chequer.live.draw();
+            const canvas = chequer.live.tiles.get(0).canvas, context = canvas.getContext('2d'), ratio = canvas.width / canvas.clientWidth;
+            return chequer.live.drawn.map(({ outline }) => {
+              let hits = 0, all = 0;
+              for (let side = 0; side < 4; ++side) for (let i = 1; i < 20; ++i) {
+                const [x0, y0, x1, y1] = [0, 1, 2, 3].map(k => outline[(2 * side + k) % 8]);
+                const at = [x0 + (x1 - x0) * i / 20, y0 + (y1 - y0) * i / 20].map(value => Math.round(value * ratio));
+                const [r, g, b] = context.getImageData(at[0], at[1], 1, 1).data;
+                ++all; hits += g > 150 && g > r + 30;
+              }
+              return hits / all;
+            });""")
+        self.assertEqual(len(shares), 8)
+        self.assertGreater(min(shares), 0.7, shares)
+
+    def test_robots_are_on_the_map_where_they_are(self):
+        self.show("#arena")
+        self.window.until("return chequer.arena.drawn.length === 8 && chequer.store.cameras[0].tracks")
+        known = truth()
+        worst = 0
+        for _ in range(5):
+            # A track lags its robot by what the filter smooths; poses are what is measured.
+            shot = self.window.run("""
+                const camera = chequer.store.cameras[0]; camera.tracks = camera.robots = null; chequer.arena.draw();
+                const { frame } = camera;
+                return { sequence: frame.sequence, bodies: chequer.arena.drawn.map(each => {
+                  const [x, y] = chequer.arena.view.toUnits(each.px, each.py);
+                  return { name: each.name, x, y }; }) };""")
+            markers = known[int(shot["sequence"]) % len(known)]
+            self.assertEqual(sorted(int(each["name"]) for each in shot["bodies"]), sorted(markers))
+            for each in shot["bodies"]:
+                worst = max(worst, distance((each["x"], each["y"]), markers[int(each["name"])]["position"][:2]))
+            before = self.window.run("return chequer.store.cameras[0].frame.sequence")
+            self.window.until("return chequer.store.cameras[0].frame.sequence > arguments[0]", 20, before)
+        print(f"map: at most {1000 * worst:.2f} mm from the truth")
+        self.assertLess(worst, 0.005)
+        take(self.window, "arena")
+
+    def test_a_click_shows_the_cells(self):
+        self.show("#live?camera=demo")
+        self.window.until("return chequer.live.drawn.length === 8 && chequer.store.cameras[0].picture")
+        for wanted in (3, 6):
+            self.window.run("""
+                const frame = chequer.live.frameOf(chequer.store.cameras[0]);
+                const each = chequer.live.drawn.find(drawn => frame.u[drawn.i * 36] === arguments[0]);
+                const canvas = chequer.live.tiles.get(0).canvas, box = canvas.getBoundingClientRect();
+                const at = { clientX: box.x + each.cx, clientY: box.y + each.cy, bubbles: true };
+                canvas.dispatchEvent(new MouseEvent('click', at));""", wanted)
+            self.assertEqual(self.window.run("return chequer.marker?.id"), str(wanted))
+            shown = self.window.until(COLOURS, 20, str(wanted))
+            printed = Program(browser.BIN / "chequer", "detect", "--marker", "6x6:secded", "--json", browser.DEMO / "000000.jpg")
+            printed.process.wait(20)
+            self.assertEqual(shown, self.colours_of(wanted), "as the code of that id has them")
+        if pictures:
+            self.window.until("return !!chequer.live.pictureOf(chequer.store.cameras[0])")
+            self.window.run("chequer.live.draw()")
+        take(self.window, "live")
+
+    def colours_of(self, wanted):
+        """What chequer itself prints for an id."""
+        cells = Program(browser.BIN.parent / "tests" / "view" / "cells", str(wanted))
+        self.assertEqual(cells.process.wait(20), 0)
+        return cells.output().strip()
+
+    def test_zooming_asks_for_the_part_that_is_seen(self):
+        self.show("#live?camera=demo")
+        self.window.until("return chequer.live.drawn.length === 8 && chequer.store.cameras[0].picture")
+        self.window.run("const view = chequer.live.tiles.get(0).view; view.zoomAt(view.size()[0] / 2, view.size()[1] / 2, 4);")
+        region = self.window.until("const zoom = chequer.store.cameras[0].zoom; return zoom && zoom.region")
+        self.assertLess(region[2], 640 * 0.5)
+        wish = self.window.run("return chequer.link.wish.region")
+        for asked, got in zip(wish, region):
+            self.assertLess(abs(asked - got), 3)
+        self.window.run("chequer.live.reset()")
+        self.assertIsNone(self.window.run("return chequer.link.wish.region"))
+
+    def test_a_hidden_page_gets_nothing(self):
+        self.show()
+        self.window.until("return chequer.store.cameras[0]?.frames > 5")
+        self.window.run("chequer.link.tell({ visible: false })")
+        # What was under way arrives; then nothing does, while the server's other page goes on.
+        other = Browser()
+        try:
+            other.open(self.view.line)
+            other.until("return chequer.store.cameras[0]?.frames > 5")
+            self.window.run("window.quiet = chequer.store.cameras[0].frames")
+            other.until("window.from ??= chequer.store.cameras[0].frames; return chequer.store.cameras[0].frames > window.from + 20")
+            self.assertLessEqual(self.window.run("return chequer.store.cameras[0].frames - window.quiet"), 1)
+        finally:
+            other.close()
+        self.window.run("chequer.link.tell({ visible: true })")
+        self.window.until("return chequer.store.cameras[0].frames > window.quiet + 5")
+
+    def notice(self, text, seconds=5):
+        return self.window.until("return chequer.store.notices.find(notice => notice.text.includes(arguments[0]))?.text", seconds, text)
+
+    def test_recovers_when_the_daemon_is_started_anew(self):
+        self.show()
+        self.window.until("return chequer.store.cameras[0]?.frames > 20 && chequer.store.cameras[0].status")
+        self.daemon.stop(signal.SIGKILL)
+        self.notice("not heard any more", 8)
+        self.window.run("window.before = chequer.store.cameras[0].frames")
+        self.start(daemon(config(self.folder.name)))
+        self.window.until("return chequer.store.cameras[0].frames > window.before + 2", 3)
+        self.notice("heard again")
+        self.notice("started anew")
+
+    def test_says_that_a_camera_was_lost(self):
+        self.show(capture='loop = true\nfaults = ["vanish 40 2s"]')
+        self.notice("camera waiting", 15)
+        self.notice("camera running", 15)
+        self.window.until("return chequer.store.cameras[0].frames > 60")
+
+    def test_recovers_when_the_view_is_started_anew(self):
+        self.show()
+        self.window.until("return chequer.store.cameras[0]?.frames > 5")
+        port = self.view.line.rstrip("/").rsplit(":", 1)[1]
+        self.view.stop(signal.SIGKILL)
+        self.notice("does not answer")
+        self.start(view(port=port))
+        self.window.until("return chequer.store.connected && chequer.store.cameras[0]?.frames > 2", 3)
+        self.notice("answers again")
+        self.notice("was started anew")
+
+    def test_a_page_from_elsewhere_gets_nothing(self):
+        """A blank page: to a browser, another origin."""
+        self.show()
+        self.window.until("return chequer.store.cameras[0]?.frames > 2")
+        # Not by the page itself, whose own rules forbid it to look elsewhere, but by one without such rules.
+        self.window.open("about:blank")
+        answer = self.window.driver.execute_async_script("""
+            const done = arguments[arguments.length - 1], results = [];
+            const socket = new WebSocket(arguments[0].replace('http', 'ws'), 'chequer');
+            socket.onopen = () => results.push('opened'); socket.onmessage = () => results.push('message');
+            socket.onclose = () => fetch(arguments[0]).then(() => results.push('read'), () => results.push('refused')).then(() => done(results));""", self.view.line)
+        self.assertEqual(answer, ["refused"])
+        self.window.driver.get_log("browser")  # it complained, as it should
+
+    def test_health_and_setup_say_what_to_do(self):
+        self.show("#health")
+        self.window.until("return document.querySelector('#health .good')?.textContent.includes('all is well')")
+        self.window.until("return chequer.store.cameras[0].timeline.length > 3")
+        self.assertIn("20", self.window.run("return document.querySelector('#health table').textContent"))
+        take(self.window, "health")
+        self.window.run("location.hash = '#setup'")
+        self.window.until("return [...document.querySelectorAll('#setup .good')].some(item => item.textContent.startsWith('white balance'))")
+        self.window.until("return document.querySelector('#setup small')?.textContent.includes('light cells')")
+        take(self.window, "setup")
+
+    def test_pictures_can_be_forbidden(self):
+        self.show(rest="[view]\nallow = false")
+        self.window.until("return chequer.store.cameras[0]?.frames > 20 && chequer.live.drawn.length === 8")
+        self.assertFalse(self.window.run("return !!chequer.store.cameras[0].picture"))
+
+    def test_is_readable_on_a_phone(self):
+        self.show()
+        self.window.size(400, 800)
+        self.window.until("return chequer.live.drawn.length === 8")
+        for page in ("live", "arena", "health", "setup"):
+            self.window.run("location.hash = '#' + arguments[0]", page)
+            self.window.until("return chequer.page === arguments[0]", 5, page)
+            self.assertLessEqual(self.window.run("return document.documentElement.scrollWidth - document.documentElement.clientWidth"), 0, page)
+        self.window.run("location.hash = '#live'")
+        self.window.until("return !!chequer.live.pictureOf(chequer.store.cameras[0])")
+        take(self.window, "phone")
+
+    def test_works_by_keyboard(self):
+        self.show()
+        self.window.until("return chequer.live.drawn.length === 8")
+        press = "document.dispatchEvent(new KeyboardEvent('keydown', { key: arguments[0], bubbles: true }))"
+        for key, page in (("2", "arena"), ("3", "health"), ("4", "setup"), ("1", "live")):
+            self.window.run(press, key)
+            self.window.until("return chequer.page === arguments[0]", 5, page)
+        self.window.run(press, "f")
+        self.assertTrue(self.window.run("return !!chequer.live.frozen"))
+        frozen = self.window.run("return chequer.live.frameOf(chequer.store.cameras[0]).sequence")
+        self.window.until("return chequer.store.cameras[0].frame.sequence > arguments[0] + 5", 20, frozen)
+        self.assertEqual(self.window.run("return chequer.live.frameOf(chequer.store.cameras[0]).sequence"), frozen)
+
+    def test_replays_a_log(self):
+        folder = pathlib.Path(self.folder.name)
+        log = folder / "run.lcm"
+        logger = self.start(Program("lcm-logger", "-q", log))
+        live = self.start(view())
+        self.daemon = self.start(daemon(config(folder)))
+        self.window.open(live.line)  # so that pictures are in the log
+        self.window.until("return chequer.store.cameras[0]?.frames > 100 && chequer.store.cameras[0].picture", 30)
+        self.window.open("about:blank")
+        self.daemon.stop()
+        logger.stop(signal.SIGINT)
+        replay = self.start(view("--log", log))
+        self.window.open(replay.line)
+        self.window.until("return !document.getElementById('replay').hidden && chequer.store.cameras[0]?.picture?.frame?.count === 8", 30)
+        span = self.window.run("const r = chequer.store.server.replay; return [r.first_ms, r.last_ms]")
+        moment = span[0] + 0.6 * (span[1] - span[0])
+        # A link to a moment shows the same in any window.
+        shown = []
+        for _ in range(2):
+            self.window.open("about:blank")
+            self.window.open(f"{replay.line}#live?t={int(moment)}")
+            self.window.until("return chequer.store.server?.replay?.playing === false && chequer.store.cameras[0]?.frame && chequer.store.cameras[0].picture")
+            shown.append(self.window.run("return chequer.store.cameras[0].frame.sequence"))
+        self.assertEqual(shown[0], shown[1])
+        self.assertLess(abs(self.window.run("return chequer.store.server.replay.now_ms") - moment), 50)
+        take(self.window, "replay")
+        self.window.run("chequer.replay.toggle()")
+        self.window.until("return chequer.store.cameras[0]?.frame?.sequence > arguments[0]", 10, shown[0])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--pictures", type=pathlib.Path)
+    options, rest = parser.parse_known_args()
+    if not browser.is_there():
+        print("chromium and chromedriver are not here: scripts/setup installs them")
+        sys.exit(77)
+    pictures = options.pictures
+    if pictures:
+        pictures.mkdir(parents=True, exist_ok=True)
+    unittest.main(argv=[sys.argv[0], *rest], verbosity=2, warnings="ignore")
