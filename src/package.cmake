@@ -2,6 +2,7 @@
 # directory.
 set(units ${PROJECT_SOURCE_DIR}/systemd)
 install(FILES ${units}/chequerd@.service ${units}/chequer.target ${units}/chequer-multicast.service
+  ${units}/chequer-view.service
   DESTINATION lib/systemd/system)
 install(FILES ${units}/drop-ins/network-camera.conf ${units}/drop-ins/realtime.conf
   DESTINATION ${CMAKE_INSTALL_DATADIR}/chequer/systemd)
@@ -24,6 +25,7 @@ set(CPACK_PACKAGE_DESCRIPTION
 daemon chequerd reads its frames, finds and identifies the markers and
 publishes every frame's poses over LCM, as a service of systemd for each
 camera. The package also brings chequer, the tool for everything else, and the
+web page that shows what they do, and the
 detector as a library for programs of one's own.")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -33,7 +35,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS "iproute2, systemd (>= 252)")
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "iproute2, libjs-chart.js, systemd (>= 252)")
 # What a program needs that is built against the library.
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "libeigen3-dev, liblcm-dev, bash-completion")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${package}/conffiles ${package}/triggers ${package}/postinst ${package}/prerm ${package}/postrm)
