@@ -2,6 +2,7 @@
 
 The browser's own polling is done by WebDriver's waits, which end when a condition holds; nothing sleeps for a fixed time.
 """
+import base64
 import json
 import math
 import os
@@ -35,14 +36,12 @@ def is_there():
 class Browser:
     """One window. `run` is JavaScript whose value comes back."""
 
-    def __init__(self, width=1280, height=800, dark=False):
+    def __init__(self, width=1280, height=800):
         self.profile = tempfile.mkdtemp(prefix="view-profile-")
         options = Options()
         options.binary_location = shutil.which("chromium")
         for flag in FLAGS + [f"--window-size={width},{height}", f"--user-data-dir={self.profile}"]:
             options.add_argument(flag)
-        if dark:
-            options.add_argument("--force-dark-mode")
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
         self.driver.set_script_timeout(60)
@@ -65,8 +64,13 @@ class Browser:
     def size(self, width, height):
         self.driver.set_window_size(width, height)
 
+    def dark(self, is_dark):
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark" if is_dark else "light"}]})
+
     def picture(self, path):
-        self.driver.save_screenshot(str(path))
+        """What is shown, as a JPEG."""
+        shot = self.driver.execute_cdp_cmd("Page.captureScreenshot", {"format": "jpeg", "quality": 72})
+        path.write_bytes(base64.b64decode(shot["data"]))
 
     def close(self):
         self.driver.quit()

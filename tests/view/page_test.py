@@ -22,7 +22,7 @@ return detail && detail.found && detail.id === arguments[0] && chequer.panel.sho
 
 def take(window, name):
     if pictures:
-        window.picture(pictures / f"{name}.png")
+        window.picture(pictures / f"view-{name}.jpg")
 
 
 class PageTest(unittest.TestCase):
@@ -124,6 +124,52 @@ class PageTest(unittest.TestCase):
         print(f"map: at most {1000 * worst:.2f} mm from the truth")
         self.assertLess(worst, 0.005)
         take(self.window, "arena")
+
+    def test_the_map_of_the_world_shows_robots_and_what_cameras_see(self):
+        height = 1.3  # of the camera, which looks straight down
+        (pathlib.Path(self.folder.name) / "world.toml").write_text(f"[world]\nposition = [1.0, 0.5, {height}]\norientation = [0, 1, 0, 0]\n")
+        self.show("#arena", rest='[world]\nfile = "world.toml"')
+        self.window.until("return chequer.arena.drawn.length === 8 && chequer.store.cameras[0].about?.world_from_camera")
+        known = truth()
+        shot = self.window.run("""
+            chequer.arena.draw();
+            return { sequence: chequer.store.cameras[0].frame.sequence, bodies: chequer.arena.drawn.map(each => {
+              const [x, y] = chequer.arena.view.toUnits(each.px, each.py); return { name: each.name, x, y }; }) };""")
+        markers = known[int(shot["sequence"]) % len(known)]
+        for each in shot["bodies"]:
+            x, y, _ = markers[int(each["name"])]["position"]
+            self.assertLess(distance((each["x"], each["y"]), (1.0 + x, 0.5 - y)), 0.005)
+        field = self.window.driver.execute_async_script("const done = arguments[arguments.length - 1]; import('/arena.js').then(({ fieldOf }) => done(fieldOf(chequer.store.cameras[0])));")
+        xs, ys = [point[0] for point in field], [point[1] for point in field]
+        self.assertAlmostEqual(max(xs) - min(xs), height * 640 / 480, delta=1e-3)
+        self.assertAlmostEqual(max(ys) - min(ys), height, delta=1e-3)
+        self.assertAlmostEqual(max(xs) + min(xs), 2.0, delta=1e-3)
+
+    def test_measures_between_two_clicks(self):
+        self.show("#arena")
+        self.window.until("return chequer.arena.drawn.length === 8")
+        measured, apart = self.window.run("""
+            const { arena } = chequer, box = arena.canvas.getBoundingClientRect();
+            arena.measure();
+            for (const [x, y] of [[100, 120], [400, 520]]) arena.canvas.dispatchEvent(new MouseEvent('click', { clientX: box.x + x, clientY: box.y + y, bubbles: true }));
+            arena.draw();
+            return [arena.measured, 500 / arena.view.scale];""")
+        self.assertAlmostEqual(measured, apart, delta=2 * apart / 500)
+
+    def test_follows_the_system_s_dark_theme(self):
+        self.show("#arena")
+        ground = "return getComputedStyle(document.body).backgroundColor"
+        light = self.window.run(ground)
+        self.window.dark(True)
+        try:
+            self.assertNotEqual(self.window.run(ground), light)
+            self.window.until("return chequer.arena.drawn.length === 8")
+            pixel = self.window.run("const { context } = { context: chequer.arena.canvas.getContext('2d') }; chequer.arena.draw(); return [...context.getImageData(2, 2, 1, 1).data]")
+            self.assertLess(max(pixel[:3]), 80, "the map is dark too")
+            self.window.until("return chequer.store.cameras[0].trails.size === 8 && [...chequer.store.cameras[0].trails.values()].every(trail => trail.length > 15)")
+            take(self.window, "arena-dark")
+        finally:
+            self.window.dark(False)
 
     def test_a_click_shows_the_cells(self):
         self.show("#live?camera=demo")

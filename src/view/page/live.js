@@ -3,13 +3,13 @@ import { kMarkerWords, marker } from './decode.js';
 import { Camera2D, fit, make } from './draw.js';
 import { rateHz } from './store.js';
 
-const kPictureLastsMs = 3000, kPictureIsOldMs = 700, kLabelFromPx = 16;
+const kPictureLastsMs = 3000, kPictureIsOldMs = 700, kTextMs = 250, kLabelFromPx = 16;
 // On a picture, whatever the theme: light lines with a dark rim.
 const kInk = { good: '#3dff9e', warn: '#ffc93d', none: '#ff8bd0', pick: '#ffffff', axisX: '#ff5f5f', axisY: '#5fdc5f', axisZ: '#7fb6ff' };
 
 export class Live {
   constructor(store, app) {
-    Object.assign(this, { store, app, tiles: new Map(), frozen: null, drawn: [] });
+    Object.assign(this, { store, app, tiles: new Map(), frozen: null, nextText: 0 });
     this.grid = document.getElementById('tiles');
     this.text = document.getElementById('live-text');
     this.freezeButton = document.getElementById('freeze');
@@ -112,30 +112,47 @@ export class Live {
     return true;
   }
 
+  /// Markers of the camera that is large: where each was drawn, CSS pixels.
+  get drawn() { return [...this.tiles.values()].filter(tile => tile.large || this.tiles.size === 1).flatMap(tile => tile.drawn ?? []); }
+
   draw() {
-    this.drawn = [];
     let markers = 0, slowest = 0;
     for (const tile of this.tiles.values()) {
       this.drawTile(tile);
       markers += tile.camera.frame?.count ?? 0;
       slowest = Math.max(slowest, tile.camera.frame?.latency ?? 0);
     }
+    const now = performance.now();
+    if (now < this.nextText) return;
+    this.nextText = now + kTextMs;
     this.text.textContent = `${this.tiles.size} camera${this.tiles.size === 1 ? '' : 's'}, ${markers} markers, latency up to ${slowest.toFixed(1)} ms${this.frozen ? ', frozen' : ''}`;
   }
 
   drawTile(tile) {
     const { camera, view } = tile;
-    const { context, width, height } = fit(tile.canvas);
     const frame = this.frameOf(camera), picture = this.pictureOf(camera);
+    const shownZoom = picture && this.zoomIsShown(camera, picture) ? camera.zoom : null;
+    this.caption(tile, frame, picture);
+    // Drawn anew only where something has changed.
+    const chosen = this.app.marker?.camera === camera.index ? `${this.app.marker.family}/${this.app.marker.id}` : '';
+    const key = `${picture?.sequence} ${frame?.sequence} ${shownZoom?.sequence} ${chosen} ${view.x} ${view.y} ${view.scale} ${tile.fitted} ${tile.canvas.clientWidth}x${tile.canvas.clientHeight}`;
+    if (key === tile.key) return;
+    tile.key = key;
+    const { context, width, height } = fit(tile.canvas);
     context.fillStyle = '#16181c';
     context.fillRect(0, 0, width, height);
     const imageWidth = picture?.imageWidth ?? frame?.width, imageHeight = picture?.imageHeight ?? frame?.height;
     if (imageWidth && !tile.fitted) { view.fitTo(-0.5, -0.5, imageWidth - 0.5, imageHeight - 0.5); tile.fitted = true; }
     if (imageWidth && tile.sized !== `${width}x${height}`) { if (tile.sized) tile.fitted = tile.large && !!this.app.link.wish.region; tile.sized = `${width}x${height}`; }
     if (picture) this.drawPicture(context, view, picture);
-    const zoom = picture && this.zoomIsShown(camera, picture) ? camera.zoom : null;
-    if (zoom) this.drawPicture(context, view, zoom);
-    if (frame) this.drawMarkers(context, tile, zoom?.frame ?? frame);
+    if (shownZoom) this.drawPicture(context, view, shownZoom);
+    if (frame) this.drawMarkers(context, tile, shownZoom?.frame ?? frame);
+  }
+
+  caption(tile, frame, picture) {
+    const { camera } = tile, now = performance.now();
+    if (now < (tile.nextCaption ?? 0)) return;
+    tile.nextCaption = now + kTextMs;
     const state = camera.silent ? '✕ not heard' : camera.status && camera.status.camera_state !== 'running' ? `✕ ${camera.status.camera_state}` : '';
     tile.caption.textContent = `${camera.name}  ${rateHz(camera).toFixed(0)} frames/s  ${frame ? frame.count : 0} markers  ${camera.frame ? camera.frame.latency.toFixed(1) : '–'} ms  ${this.ageOf(picture)}${state}`;
   }
@@ -165,6 +182,7 @@ export class Live {
     const [ox, oy] = view.toScreen(0, 0);
     const f = frame.f, u = frame.u;
     const paths = { good: new Path2D(), warn: new Path2D(), none: new Path2D() };
+    tile.drawn = [];
     const axes = [new Path2D(), new Path2D(), new Path2D()];
     const labels = [];
     for (let i = 0, at = 0; i < frame.count; ++i, at += kMarkerWords) {
@@ -184,7 +202,7 @@ export class Live {
       } else {
         path.moveTo(cx + 6, cy); path.arc(cx, cy, 6, 0, 7);
       }
-      if (tile.large || this.tiles.size === 1) this.drawn.push({ i, cx, cy, outline: known ? Array.from({ length: 8 }, (_, k) => (k % 2 ? oy : ox) + f[at + 8 + k] * scale) : null });
+      if (tile.large || this.tiles.size === 1) tile.drawn.push({ i, cx, cy, outline: known ? Array.from({ length: 8 }, (_, k) => (k % 2 ? oy : ox) + f[at + 8 + k] * scale) : null });
       if (size > kLabelFromPx) labels.push([i, at, cx, cy, size, state]);
     }
     context.lineJoin = 'round';

@@ -1,7 +1,7 @@
 // What the page knows: of each camera the newest of everything, and what is kept of the last minutes.
 import { Kind, body, marker } from './decode.js';
 
-const kSilentMs = 2500, kTrailMs = 10000, kHistoryMs = 60000, kHistoryStepMs = 500, kLatencyMs = 60000;
+const kSilentMs = 2500, kTrailMs = 10000, kTrailStepMs = 100, kHistoryMs = 60000, kHistoryStepMs = 500, kLatencyMs = 60000;
 const kMostNotices = 200, kTimelineRows = 600, kMostTracked = 2000;
 
 export class Store extends EventTarget {
@@ -97,13 +97,14 @@ export class Store extends EventTarget {
 
   trail(camera, message) {
     const now = performance.now();
+    if (now < (camera.nextTrail ?? 0)) return;
+    camera.nextTrail = now + kTrailStepMs;
     for (const each of places(message)) {
       let trail = camera.trails.get(each.key);
       if (!trail) {
         if (camera.trails.size >= kMostTracked) camera.trails.delete(camera.trails.keys().next().value);
         camera.trails.set(each.key, trail = []);
       }
-      if (trail.length && now - trail.at(-1)[0] < 100) continue;
       trail.push([now, each.x, each.y]);
       while (trail[0][0] < now - kTrailMs) trail.shift();
     }
