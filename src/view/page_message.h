@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -29,8 +30,8 @@ SharedPacket PicturePacket(TopicKind kind, const PreviewMessage& message, const 
 
 /// The marker's outline, clockwise from its top left, and the ends of its axes x, y, z, half a side long. Pixels.
 struct MarkerDrawing {
-  std::array<Eigen::Vector2d, 4> outline;
-  std::array<Eigen::Vector2d, 3> axes;
+  std::array<Eigen::Vector2d, 4> outline = Zeros<Eigen::Vector2d, 4>();
+  std::array<Eigen::Vector2d, 3> axes = Zeros<Eigen::Vector2d, 3>();
 };
 /// Nothing where the marker has no pose, its family is not known, or a part of it lies behind the camera.
 std::optional<MarkerDrawing> DrawMarker(const MarkerPose& marker, const RigidTransform& camera_from_marker,

@@ -43,6 +43,8 @@ constexpr unsigned kHeaderBytes = 4096;
 /// A request's headers must be there by then.
 constexpr unsigned kHeaderSeconds = 5;
 constexpr int kSendBufferBytes = 64 << 10;
+/// More than a page's messages have.
+constexpr std::size_t kPageReceiveBytes = 256;
 constexpr std::size_t kChunkBytes = 16384;
 constexpr int kMessagesAtOnce = 400;
 constexpr milliseconds kTick{40}, kLcmRetry{1000}, kStateEvery{250};
@@ -119,8 +121,9 @@ struct ViewServer::Impl {
 
   void OpenContext() {
     lws_set_log_level(0, nullptr);
-    protocols[0] = {"http", &OnEvent, sizeof(Connection), kHeaderBytes, 0, nullptr, 0};
-    protocols[1] = {"chequer", &OnEvent, sizeof(Connection), 256, 0, nullptr, 0};
+    protocols[0] = {"http", &OnEvent, sizeof(Connection), kHeaderBytes, 0, nullptr, kChunkBytes};
+    // Without the last number libwebsockets hands the system pieces of the size of its receive buffer.
+    protocols[1] = {"chequer", &OnEvent, sizeof(Connection), kPageReceiveBytes, 0, nullptr, kSendBufferBytes};
     protocols[2] = {"lcm", &OnEvent, 0, 0, 0, nullptr, 0};
     lws_context_creation_info info{};
     info.port = options.port;

@@ -71,6 +71,19 @@ TEST(Listen, HearsOnlyThePrefixThatWasAskedFor) {
   EXPECT_EQ(other.output().find("test frame"), std::string::npos);
 }
 
+TEST(Listen, DrawsAMapOnATerminal) {
+  const Workspace workspace;
+  Process listener({"script", "-qec", CHEQUER " listen --arena --count 30", "/dev/null"}, {"TERM=xterm"});
+  ASSERT_TRUE(listener.WaitForOutput("listening at"));
+  Process daemon({CHEQUERD, "--config", workspace.Configure("loop = true", "[tracks]\nenabled = true")});
+  EXPECT_EQ(listener.Wait(), 0) << listener.output();
+  EXPECT_THAT(listener.output(), HasSubstr("8 in the camera's frame"));
+  EXPECT_THAT(listener.output(), HasSubstr("cm"));
+  Process no_terminal({CHEQUER, "listen", "--arena"});
+  EXPECT_EQ(no_terminal.Wait(), 2);
+  EXPECT_THAT(no_terminal.output(), HasSubstr("draws on a terminal"));
+}
+
 TEST(Listen, EndsWhereItsOutputCannotBeWritten) {
   const Workspace workspace;
   Process listener({"/bin/sh", "-c", "exec '" CHEQUER "' listen >/dev/full"});
