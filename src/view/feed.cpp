@@ -1,7 +1,7 @@
 #include "view/feed.h"
 
 #include <algorithm>
-#include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "publish/channels.h"
@@ -74,9 +74,17 @@ void Feed::TakePoses(std::size_t index, const PosesMessage& message) {
   Camera& camera = cameras_[index];
   SharedPacket packet =
       FramePacket(message, camera.about ? &*camera.about : nullptr, static_cast<std::uint16_t>(index));
+  // A daemon that was started anew counts from the beginning: what is kept is another's.
+  if (!camera.frames.empty() && message.sequence <= camera.frames.back().first) {
+    camera.frames.clear();
+    camera.early.reset();
+  }
   camera.frames.emplace_back(message.sequence, packet);
   if (camera.frames.size() > kFramesKept) camera.frames.pop_front();
   Show(index, TopicKind::kFrame, std::move(packet));
+  if (!camera.early || camera.early->sequence > message.sequence) return;
+  const PreviewMessage early = *std::exchange(camera.early, std::nullopt);
+  TakePreview(index, early);
 }
 
 void Feed::TakeStatus(std::size_t index, const StatusMessage& message) {
@@ -100,7 +108,7 @@ SharedPacket Feed::PacketOf(std::size_t index, TopicKind kind) {
 }
 
 void Feed::TakePreview(std::size_t index, const PreviewMessage& message) {
-  const Camera& camera = cameras_[index];
+  Camera& camera = cameras_[index];
   const bool whole =
       message.region == PixelRegion{0, 0, message.image_width & ~1, message.image_height & ~1} ||
       (message.region.width >= message.image_width - 1 && message.region.height >= message.image_height - 1);
@@ -109,6 +117,11 @@ void Feed::TakePreview(std::size_t index, const PreviewMessage& message) {
   SharedPacket frame;
   for (const auto& [sequence, packet] : camera.frames)
     if (sequence == message.sequence) frame = packet;
+  // On a busy computer a preview may overtake its poses, which go another way.
+  if (!frame && !camera.frames.empty() && message.sequence > camera.frames.back().first) {
+    camera.early = message;
+    return;
+  }
   const TopicKind kind = whole ? TopicKind::kPicture : TopicKind::kZoom;
   Show(index, kind, PicturePacket(kind, message, frame, static_cast<std::uint16_t>(index)));
 }
@@ -116,6 +129,7 @@ void Feed::TakePreview(std::size_t index, const PreviewMessage& message) {
 void Feed::Rewind() {
   for (Camera& camera : cameras_) {
     camera.frames.clear();
+    camera.early.reset();
     camera.history.clear();
     camera.dropped = 0;
     for (Topic& topic : camera.topics) topic.packet.reset();

@@ -60,6 +60,7 @@ class Feed {
     std::optional<CameraMessage> about;
     std::array<Topic, kTopicKinds> topics;
     std::deque<std::pair<std::uint64_t, SharedPacket>> frames;  ///< by sequence
+    std::optional<PreviewMessage> early;  ///< a preview that came before the markers of its frame
     std::deque<HistoryEntry> history;
     std::uint64_t dropped = 0;
   };

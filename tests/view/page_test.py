@@ -65,7 +65,7 @@ class PageTest(unittest.TestCase):
         worst = worst_map = 0
         for _ in range(5):
             before = self.window.run("return chequer.store.cameras[0].picture.sequence")
-            self.window.until("return chequer.store.cameras[0].picture.sequence > arguments[0]", 20, before)
+            self.window.until("const { picture } = chequer.store.cameras[0]; return picture.frame && picture.sequence > arguments[0]", 20, before)
             shot = self.window.run("""
                 const app = chequer; app.live.draw();
                 const camera = app.store.cameras[0], frame = camera.picture.frame, tile = app.live.tiles.get(0);

@@ -61,7 +61,7 @@ function picture(buffer) {
     imageWidth: view.getUint32(40, true),
     imageHeight: view.getUint32(44, true),
     frame: frameBytes ? frame(buffer, kHeaderBytes) : null,
-    blob: new Blob([new Uint8Array(buffer, kHeaderBytes + frameBytes)], { type: 'image/jpeg' }),
+    jpeg: new Uint8Array(buffer, kHeaderBytes + frameBytes),
   };
 }
 

@@ -113,14 +113,20 @@ export class Store extends EventTarget {
     for (const [key, trail] of camera.trails) if (trail.at(-1)[0] < now - kTrailMs) camera.trails.delete(key);
   }
 
+  /// Decodes one at a time of each camera; what comes meanwhile is replaced by what is newer.
   takePicture(camera, message, name) {
-    camera[`${name}Sequence`] = message.sequence;
-    createImageBitmap(message.blob).then(bitmap => {
-      if (camera[`${name}Sequence`] !== message.sequence) return bitmap.close();  // a newer one overtook it
+    const waiting = `${name}Waiting`, decoding = `${name}Decoding`;
+    camera[waiting] = message;
+    if (camera[decoding]) return;
+    camera[decoding] = true;
+    camera[waiting] = null;
+    createImageBitmap(new Blob([message.jpeg], { type: 'image/jpeg' })).then(bitmap => {
       camera[name]?.bitmap.close();
       camera[name] = { ...message, bitmap, at: performance.now() };
-      this.dispatchEvent(new CustomEvent('picture', { detail: { camera } }));
-    }, () => this.note(`${camera.name}: a picture was damaged`, 'warn'));
+    }, () => this.note(`${camera.name}: a picture was damaged`, 'warn')).finally(() => {
+      camera[decoding] = false;
+      if (camera[waiting]) this.takePicture(camera, camera[waiting], name);
+    });
   }
 
   takeStatus(camera, status) {

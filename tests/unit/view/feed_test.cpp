@@ -89,6 +89,31 @@ TEST(Feed, APictureHasTheMarkersOfItsOwnFrame) {
   EXPECT_EQ(At<std::uint32_t>(feed.PacketOf(0, TopicKind::kPicture), 4), 0u) << "it is too old";
 }
 
+TEST(Feed, APictureThatComesBeforeItsMarkersWaitsForThem) {
+  Feed feed(kAsker);
+  feed.set_watched(true);
+  PosesMessage poses = SamplePoses(2);
+  poses.sequence = 7;
+  Give(feed, "a_POSES", poses);
+  feed.Take("a_PREVIEW", EncodeView(Picture(8)));
+  EXPECT_FALSE(feed.PacketOf(0, TopicKind::kPicture));
+  poses.sequence = 8;
+  Give(feed, "a_POSES", poses);
+  ASSERT_TRUE(feed.PacketOf(0, TopicKind::kPicture));
+  EXPECT_EQ(At<double>(feed.PacketOf(0, TopicKind::kPicture), 64 + 8), 8);
+}
+
+TEST(Feed, FramesOfADaemonBeforeAreNotThoseOfTheNext) {
+  Feed feed(kAsker);
+  feed.set_watched(true);
+  PosesMessage poses = SamplePoses(3);
+  for (poses.sequence = 1; poses.sequence < 9; ++poses.sequence) Give(feed, "a_POSES", poses);
+  poses.sequence = 1;
+  Give(feed, "a_POSES", poses);
+  feed.Take("a_PREVIEW", EncodeView(Picture(5)));
+  EXPECT_FALSE(feed.PacketOf(0, TopicKind::kPicture)) << "it waits for the new daemon's fifth frame";
+}
+
 TEST(Feed, PartsOfAFrameAreThoseThatWereAskedForHere) {
   Feed feed(kAsker);
   feed.set_watched(true);
