@@ -52,7 +52,6 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   shade_twice_ = bent_light_ = fit_ink_ = look_farther_ = false;
   corner_move_px_ = 0;
   edges_ = {};
-  input_.saturation = kSaturation;
   result_.geometry = start.geometry;
   if (!Collect(reader, lens)) return false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
@@ -80,6 +79,7 @@ bool BoardFit::Collect(const LightReader& reader, const Lens& lens) {
   const double cell_px = std::sqrt(std::abs(result_.geometry.PlaneByBoard({0, 0}).determinant())), way = smear_px_.norm();
   const double reach_px = kSmearReach * way + std::max(0.0, way / 2 - kSmearReachAllCells * cell_px) / kReachBlurs;
   const int corners = pixels_.Collect(reader, lens, size_, result_.geometry, blur_px_ + reach_px);
+  MarkSaturated(kSaturation, pixels_.lanes());
   work_.Add(WorkStep::kCollectedPixel, static_cast<std::uint64_t>(CountPixels()));
   return corners >= FittedBoard::kFewestCorners;
 }

@@ -45,7 +45,6 @@ void BoardFit::EvenOutPixels(const Light& even) {
     for (int i = 0; i < lanes.count(lane); ++i) {
       const std::size_t at = lanes.Place(lane, i);
       float &u = lanes.u_data()[at], &v = lanes.v_data()[at], &light = lanes.light_data()[at];
-      if (light >= input_.saturation) continue;
       const Eigen::Vector2d board = (board_from_plane * Eigen::Vector3d(u, v, 1)).hnormalized();
       const double share = std::max(even.At(board), kLeastShading);
       light /= static_cast<float>(share);
@@ -78,7 +77,7 @@ void BoardFit::EvenOutShading(const Start& start) {
     const Eigen::Matrix2d board_by_plane = result_.geometry.PlaneByBoard({0, 0}).inverse();
     const Eigen::Vector2d per_px = board_by_plane.transpose() * shading->slope;
     pixels_.MoveOrigin(blur_px_ * blur_px_ * per_px);
-    EvenOutLanes(FallOf(per_px, shading->bend, board_by_plane), input_.saturation, pixels_.lanes());
+    EvenOutLanes(FallOf(per_px, shading->bend, board_by_plane), pixels_.lanes());
   }
   for (int cell = 0; cell < size_.rows * size_.cols; ++cell) {
     const float scale = static_cast<float>(1 / shading->At(MiddleOfCell(size_, cell)));

@@ -140,7 +140,6 @@ void BoardFit::SetModelInput(int stride) {
                            value(std::sin(values[ShadowEdge::kDirection])), value(values[ShadowEdge::kOffset]),
                            value(std::exp(-values[ShadowEdge::kLogWidth]))};
   }
-  model_input_.saturation = input_.saturation;
   model_input_.stride = stride;
 }
 

@@ -307,12 +307,13 @@ struct FitSums {
 
 /// Weighs a pixel by its noise and by how well it fits, and puts its row.
 HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, const LaneModel& m, const Picture& p,
-                       const V* by_shadow, V x, V y, V light, hn::Mask<D> inside, float* HWY_RESTRICT row,
+                       const V* by_shadow, V x, V y, V marked_light, hn::Mask<D> inside, float* HWY_RESTRICT row,
                        FitSums& sums) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V one = Splat(1), zero = hn::Zero(d), limit = Splat(input.robust_limit);
-  const auto agrees = hn::And(hn::Ge(light, Splat(input.saturation)), hn::Ge(p.light, light));
+  const V light = hn::Abs(marked_light);
+  const auto agrees = hn::And(hn::Lt(marked_light, zero), hn::Ge(p.light, light));
   const auto used = hn::AndNot(agrees, inside);
   const V residual = hn::IfThenElseZero(used, hn::Sub(light, p.light));
   const V variance = hn::MulAdd(m.of(ModelLanes::kNoiseSlope), hn::Max(p.light, zero), m.of(ModelLanes::kNoiseFloor));

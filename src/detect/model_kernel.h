@@ -112,7 +112,6 @@ struct ModelInput {
   struct {
     float takes = 0, normal_x = 1, normal_y = 0, offset = 0, per_width = 1;
   } shadow;
-  float saturation = 1;
   float robust_limit = 1e9f;
   int stride = 1;  ///< every how many of a lane's pixels are used, ≥ 1
 };

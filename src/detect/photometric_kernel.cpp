@@ -88,7 +88,7 @@ struct Model {
   V l00, down, across, cross;  ///< light, its change from above to below at the left, from left to right above, and
                                ///< that by y
   V noise_floor, noise_slope;
-  V middle, saturation, limit;
+  V middle, limit;
   PowerTerms edge_x, edge_y;
   V corner_square, corner_product, corner_fall;
   bool plain_corners;
@@ -126,7 +126,6 @@ Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
   m.noise_floor = parameter(LaneBlock::kNoiseFloor);
   m.noise_slope = parameter(LaneBlock::kNoiseSlope);
   m.middle = hn::Mul(hn::Add(hn::Add(m.l00, l11), hn::Add(l10, l01)), hn::Set(d, 0.25f));
-  m.saturation = hn::Set(d, input.saturation);
   m.limit = hn::Set(d, input.robust_limit);
   const hn::RebindToSigned<D> di;
   m.count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
@@ -182,7 +181,7 @@ struct OtherSums {
 
 /// Fills the row of a pixel. @tparam kSums input.sums.
 template <LaneSums kSums, class M>
-HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V light, M inside, float* HWY_RESTRICT row,
+HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marked_light, M inside, float* HWY_RESTRICT row,
                         OtherSums& sums) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -209,7 +208,8 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V light
   const V w11 = hn::MulAdd(right, down, twist);
 
   // A saturated pixel agrees with every model that saturates too.
-  const auto agrees = hn::And(hn::Ge(light, m.saturation), hn::Ge(model, light));
+  const V light = hn::Abs(marked_light);
+  const auto agrees = hn::And(hn::Lt(marked_light, zero), hn::Ge(model, light));
   const auto used = hn::AndNot(agrees, inside);
   const V usable = hn::IfThenElseZero(used, one);
   const V residual = hn::IfThenElseZero(used, hn::Sub(light, model));
@@ -341,10 +341,24 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
   if (folded) GatherSums(input.sums == LaneSums::kShapes ? kProductSums : kLaneSums, block);
 }
 
-void EvenOut(const LightFall& fall, float saturation, LaneBlock& block) {
+void Mark(float saturation, LaneBlock& block) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const V by_u = hn::Set(d, fall.by_u), by_v = hn::Set(d, fall.by_v), limit = hn::Set(d, saturation);
+  const V limit = hn::Set(d, saturation);
+  for (int first = 0; first < block.padded(); first += lanes) {
+    const int most = MostOf(block, first);
+    std::size_t at = block.Place(first, 0);
+    for (int k = 0; k < most; ++k, at += LaneBlock::kNextPixel) {
+      const V light = hn::LoadU(d, block.light_data() + at);
+      hn::StoreU(hn::IfThenElse(hn::Ge(light, limit), hn::Neg(light), light), d, block.light_data() + at);
+    }
+  }
+}
+
+void EvenOut(const LightFall& fall, LaneBlock& block) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const V by_u = hn::Set(d, fall.by_u), by_v = hn::Set(d, fall.by_v);
   const V by_uu = hn::Set(d, fall.by_uu), by_uv = hn::Set(d, fall.by_uv), by_vv = hn::Set(d, fall.by_vv);
   const V one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f), twelfth = hn::Set(d, 1.0f / 12);
   for (int first = 0; first < block.padded(); first += lanes) {
@@ -359,7 +373,7 @@ void EvenOut(const LightFall& fall, float saturation, LaneBlock& block) {
       // e^−s by its Padé approximant.
       const V even = hn::MulAdd(hn::Mul(s, s), twelfth, one);
       const V scale = hn::Mul(hn::NegMulAdd(s, half, even), Reciprocal(d, hn::MulAdd(s, half, even)));
-      hn::StoreU(hn::IfThenElse(hn::Lt(light, limit), hn::Mul(light, scale), light), d, block.light_data() + at);
+      hn::StoreU(hn::Mul(light, scale), d, block.light_data() + at);
     }
   }
 }
@@ -375,14 +389,15 @@ namespace {
 
 HWY_EXPORT(Accumulate);
 HWY_EXPORT(EvenOut);
+HWY_EXPORT(Mark);
 
 }  // namespace
 
 void AccumulateLanes(const KernelInput& input, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(Accumulate)(input, block); }
 
-void EvenOutLanes(const LightFall& fall, float saturation, LaneBlock& block) {
-  HWY_DYNAMIC_DISPATCH(EvenOut)(fall, saturation, block);
-}
+void MarkSaturated(float saturation, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(Mark)(saturation, block); }
+
+void EvenOutLanes(const LightFall& fall, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(EvenOut)(fall, block); }
 
 }  // namespace chequer
 #endif  // HWY_ONCE

@@ -37,7 +37,6 @@ struct KernelInput {
   float blur_px = 1;               ///< standard deviation of the Gaussian, pixels
   EdgeTerms edge_x, edge_y;        ///< of edges of constant x and of constant y
   CornerExcess corner;
-  float saturation = 1;       ///< light from which on a pixel only says "at least that much"
   float robust_limit = 1e9f;  ///< residuals beyond so many standard deviations count with less weight (Huber)
   LaneSums sums = LaneSums::kNoise;
   int stride = 1;  ///< every how many of a lane's pixels are used, ≥ 1
@@ -52,7 +51,11 @@ struct LightFall {
   float by_u = 0, by_v = 0, by_uu = 0, by_uv = 0, by_vv = 0;
 };
 
-/// Takes it out of every pixel below `saturation` (to 1e-5 where it is up to 0.5).
-void EvenOutLanes(const LightFall& fall, float saturation, LaneBlock& block);
+/// Takes it out of every pixel (to 1e-5 where it is up to 0.5).
+void EvenOutLanes(const LightFall& fall, LaneBlock& block);
+
+/// Negates the light of pixels from `saturation` on, which say no more than "at least that much": whatever is done to the
+/// light afterwards, they are known by it. @pre the pixels were just collected.
+void MarkSaturated(float saturation, LaneBlock& block);
 
 }  // namespace chequer

@@ -68,7 +68,6 @@ CornerPicture Evaluate(const CornerScene& s) {
   input.shadow = {static_cast<float>(s.takes), static_cast<float>(std::cos(s.direction)),
                   static_cast<float>(std::sin(s.direction)), static_cast<float>(s.offset),
                   static_cast<float>(1 / s.width)};
-  input.saturation = 1e9f;
   AccumulateModel(input, block, model);
   // Of one pixel without light, of a weight of one: the residual is what the model has, turned around.
   CornerPicture picture;

@@ -232,19 +232,43 @@ TEST_F(Kernel, ASaturatedPixelAgreesWithABrighterModel) {
   for (double& level : lanes_[0].level) level = 1.2;
   for (int i = 0; i < 4; ++i) block_.parameter_data(LaneBlock::kL00 + i)[0] = 1.2f;
   for (int i = 0; i < block_.count(0); ++i) block_.light_data()[block_.Place(0, i)] = 1;
+  MarkSaturated(0.99f, block_);
   AccumulateLanes(input_, block_);
   EXPECT_EQ(block_.sum(kWeight, 0), 0);
   EXPECT_EQ(block_.sum(ProductSum(kResidual, kResidual), 0), 0);
 }
 
-TEST_F(Kernel, EvenOutTakesAGradientOutButNotOfSaturatedPixels) {
+/// A gradient was taken out of the light before it was asked whether a pixel is saturated: bright pixels that are not
+/// seemed to be, and saturated ones in brighter light said more than they know.
+TEST_F(Kernel, APixelIsSaturatedByItsCodeNotByItsCorrectedLight) {
+  const auto weight_of = [&](float code, float scale, float model) {
+    for (int i = 0; i < 4; ++i) block_.parameter_data(LaneBlock::kL00 + i)[0] = model;
+    for (int i = 0; i < block_.count(0); ++i) {
+      const std::size_t at = block_.Place(0, i);
+      block_.u_data()[at] = 1, block_.v_data()[at] = 0, block_.light_data()[at] = code;
+    }
+    MarkSaturated(0.99f, block_);
+    EvenOutLanes({.by_u = -std::log(scale)}, block_);
+    AccumulateLanes(input_, block_);
+    return block_.sum(kWeight, 0);
+  };
+  EXPECT_GT(weight_of(0.9f, 1.2f, 1.2f), 0) << "it says 1.08, though that is above full scale";
+  EXPECT_EQ(weight_of(1.0f, 0.8f, 0.9f), 0) << "it says at least 0.8";
+  EXPECT_GT(weight_of(1.0f, 1.2f, 1.1f), 0) << "it says at least 1.2";
+}
+
+TEST_F(Kernel, EvenOutTakesAGradientOut) {
   const std::size_t plain = block_.Place(3, 5), saturated = block_.Place(3, 6);
   block_.light_data()[saturated] = 1;
-  const float u = block_.u_data()[plain], v = block_.v_data()[plain], light = block_.light_data()[plain];
-  EvenOutLanes({0.02f, -0.03f, 0.004f, -0.003f, 0.002f}, 0.99f, block_);
-  const float fall = 0.02f * u - 0.03f * v + 0.004f * u * u - 0.003f * u * v + 0.002f * v * v;
-  EXPECT_NEAR(block_.light_data()[plain], light * std::exp(-fall), 1e-4);
-  EXPECT_EQ(block_.light_data()[saturated], 1);
+  const auto fall_at = [&](std::size_t at) {
+    const float u = block_.u_data()[at], v = block_.v_data()[at];
+    return 0.02f * u - 0.03f * v + 0.004f * u * u - 0.003f * u * v + 0.002f * v * v;
+  };
+  const float light = block_.light_data()[plain];
+  MarkSaturated(0.99f, block_);
+  EvenOutLanes({0.02f, -0.03f, 0.004f, -0.003f, 0.002f}, block_);
+  EXPECT_NEAR(block_.light_data()[plain], light * std::exp(-fall_at(plain)), 1e-4);
+  EXPECT_NEAR(block_.light_data()[saturated], -std::exp(-fall_at(saturated)), 1e-4) << "marked as it was";
 }
 
 }  // namespace
