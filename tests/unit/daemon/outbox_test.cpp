@@ -3,12 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <semaphore>
 #include <thread>
 
 #include "support/deadline.h"
 #include "support/log_capture.h"
 #include "support/recording_publisher.h"
+#include "support/semaphore.h"
 
 namespace chequer {
 namespace {
@@ -31,7 +31,7 @@ class SlowPublisher final : public Publisher {
   bool PublishInCamera(const PosesMessage& message) override { return Wait() && behind_.PublishInCamera(message); }
   PublisherHealth health() const override { return behind_.health(); }
 
-  std::counting_semaphore<10000> entered{0}, open{0};
+  test::Semaphore entered{0}, open{0};
 
  private:
   bool Wait() {

@@ -8,7 +8,6 @@
 #include <atomic>
 #include <mutex>
 #include <optional>
-#include <semaphore>
 #include <system_error>
 #include <thread>
 
@@ -17,6 +16,7 @@
 #include "support/no_room_for_threads.h"
 #include "support/recording_publisher.h"
 #include "support/scripted_source.h"
+#include "support/semaphore.h"
 #include "support/stepped_clock.h"
 
 namespace chequer {
@@ -118,8 +118,8 @@ TEST_F(PipelineTest, SaysWhenAndWhereAFrameWasCaptured) {
 
 /// Lets the test decide when a worker goes on.
 struct Gate {
-  std::counting_semaphore<1000> entered{0};
-  std::counting_semaphore<1000> open{0};
+  test::Semaphore entered{0};
+  test::Semaphore open{0};
 
   DetectFrame Detector() {
     return [this, detect = FindSequence()](const ImageView& image, DetectedFrame& found) {
@@ -171,13 +171,13 @@ TEST_F(PipelineTest, ReplacesWaitingFramesByTheNewestAndCountsThem) {
 TEST_F(PipelineTest, KeepsLatencyBelowTwoFramesWorkWhenFramesComeTwiceAsFast) {
   static constexpr milliseconds kWork{20};
   static constexpr int kFrames = 100;
-  std::counting_semaphore<1000> begun{0};
-  std::counting_semaphore<1000> done{0};
+  test::Semaphore begun{0};
+  test::Semaphore done{0};
   // The clock moves with the camera: a frame each half of a frame's work; the worker is done after two of them.
   class TooFast final : public FrameSource {
    public:
-    TooFast(test::SteppedClock& clock, Published& published, std::counting_semaphore<1000>& begun,
-            std::counting_semaphore<1000>& done)
+    TooFast(test::SteppedClock& clock, Published& published, test::Semaphore& begun,
+            test::Semaphore& done)
         : behind_(Frames(1, kFrames) + std::vector{kEnd}),
           clock_(clock),
           published_(published),
@@ -209,8 +209,8 @@ TEST_F(PipelineTest, KeepsLatencyBelowTwoFramesWorkWhenFramesComeTwiceAsFast) {
     ScriptedSource behind_;
     test::SteppedClock& clock_;
     Published& published_;
-    std::counting_semaphore<1000>& begun_;
-    std::counting_semaphore<1000>& done_;
+    test::Semaphore& begun_;
+    test::Semaphore& done_;
     int count_ = 0;
     std::size_t works_done_ = 0;
   };
@@ -283,7 +283,7 @@ TEST_F(PipelineTest, StopsWithoutAWorkerThatHangs) {
 /// Says nothing, and takes nothing, until it is let go.
 class HangingPublisher final : public Publisher {
  public:
-  explicit HangingPublisher(std::binary_semaphore& open) : open_(open) {}
+  explicit HangingPublisher(test::Semaphore& open) : open_(open) {}
   bool Publish(const PosesMessage&) override { return Hang(); }
   bool Publish(const StatusMessage&) override { return Hang(); }
   bool Publish(const RobotsMessage&) override { return Hang(); }
@@ -296,11 +296,11 @@ class HangingPublisher final : public Publisher {
     if (open_.try_acquire_for(kPatience)) open_.release();
     return false;
   }
-  std::binary_semaphore& open_;
+  test::Semaphore& open_;
 };
 
 TEST_F(PipelineTest, WorksOnWhileThePublisherHangsAndSaysSo) {
-  std::binary_semaphore open{0};
+  test::Semaphore open{0};
   std::atomic<int> worked{0};
   std::atomic<std::uint64_t> failed{0};
   options_.status_period = milliseconds(1);
@@ -510,7 +510,7 @@ TEST_F(PipelineTest, StopsWhenDestroyed) {
 
 TEST_F(PipelineTest, TellsWhenItIsReadyAndWhenItIsOver) {
   std::atomic<int> ready{0};
-  std::binary_semaphore finished{0};
+  test::Semaphore finished{0};
   events_.ready = [&] { ++ready; };
   events_.finished = [&] { finished.release(); };
   options_.when_busy = WhenBusy::kWait;
@@ -522,7 +522,7 @@ TEST_F(PipelineTest, TellsWhenItIsReadyAndWhenItIsOver) {
 }
 
 TEST_F(PipelineTest, IsReadyWhenThereIsACameraToWaitFor) {
-  std::binary_semaphore ready{0};
+  test::Semaphore ready{0};
   events_.ready = [&] { ready.release(); };
   options_.status_period = milliseconds(1);
   auto source = std::make_unique<ScriptedSource>(std::vector<Step>(100000, OpenFails("not there")));
@@ -542,7 +542,7 @@ TEST_F(PipelineTest, IsReadyThoughNoFrameIsUsableAndHasSaidWhatIsWrong) {
   for (const auto& script : {wrong_size, corrupt}) {
     std::mutex mutex;
     std::vector<std::string> said;  // of statuses and, at the end, of readiness
-    std::binary_semaphore ready{0};
+    test::Semaphore ready{0};
     events_.status = [&](const StatusMessage& status) {
       const std::lock_guard lock(mutex);
       said.push_back(status.camera_message);
@@ -582,7 +582,7 @@ TEST_F(PipelineTest, ThrowsWhatMakesASourceUseless) {
 
 TEST_F(PipelineTest, ThrowsWhatADetectorThrew) {
   options_.workers = 3;
-  std::binary_semaphore finished{0};
+  test::Semaphore finished{0};
   events_.finished = [&] { finished.release(); };
   Start(Frames(1, 100), [] {
     return [](const ImageView& image, DetectedFrame&) {

@@ -11,7 +11,6 @@
 #include <deque>
 #include <fstream>
 #include <mutex>
-#include <semaphore>
 #include <stdexcept>
 #include <thread>
 
@@ -20,6 +19,7 @@
 #include "support/no_room_for_threads.h"
 #include "support/recording_publisher.h"
 #include "support/scripted_source.h"
+#include "support/semaphore.h"
 #include "support/stepped_clock.h"
 #include "support/temporary_directory.h"
 
@@ -141,7 +141,7 @@ class ServiceTest : public ::testing::Test {
   PipelineEvents events_;
   std::deque<std::vector<Step>> scripts_;
   std::atomic<int> ready_{0};
-  std::counting_semaphore<100> finished_{0};
+  test::Semaphore finished_{0};
   int looked_while_waiting_ = 0;
   bool goes_on_waiting_ = true;
   int sources_made_ = 0;
@@ -258,10 +258,10 @@ TEST_F(ServiceTest, EndsWhereAReloadedCameraHadProvedItsWorth) {
 }
 
 TEST_F(ServiceTest, IsLookedAfterWhileItWaitsForACameraThatIsBeingOpened) {
-  std::binary_semaphore opening{0};
+  test::Semaphore opening{0};
   class Slow final : public FrameSource {
    public:
-    explicit Slow(std::binary_semaphore& opening) : opening_(opening) {}
+    explicit Slow(test::Semaphore& opening) : opening_(opening) {}
     std::string Open() override {
       opening_.release();
       std::unique_lock lock(mutex_);
@@ -279,7 +279,7 @@ TEST_F(ServiceTest, IsLookedAfterWhileItWaitsForACameraThatIsBeingOpened) {
     std::string Describe() const override { return "slow camera"; }
 
    private:
-    std::binary_semaphore& opening_;
+    test::Semaphore& opening_;
     std::mutex mutex_;
     std::condition_variable changed_;
     bool interrupted_ = false;
@@ -295,7 +295,7 @@ TEST_F(ServiceTest, IsLookedAfterWhileItWaitsForACameraThatIsBeingOpened) {
 
 TEST_F(ServiceTest, StopsWaitingForAReloadWhenItIsToStop) {
   scripts_ = {{Opens(), FrameNumber(1)}};
-  std::binary_semaphore entered{0}, open{0};
+  test::Semaphore entered{0}, open{0};
   parts_.make_detect = [&](const DetectorOptions&) {
     return [&](const ImageView&, DetectedFrame&) {
       entered.release();
@@ -350,7 +350,7 @@ TEST_F(ServiceTest, DetectorsThreadsAreBegunAsTheirWorkerIs) {
 
 TEST_F(ServiceTest, HearsOfProgressWithinAFrame) {
   scripts_ = {{Opens(), FrameNumber(1)}};
-  std::binary_semaphore entered{0}, open{0};
+  test::Semaphore entered{0}, open{0};
   std::function<void()> progress;
   parts_.make_detect = [&](const DetectorOptions& options) {
     progress = options.on_progress;
