@@ -291,6 +291,7 @@ TEST_F(ServiceTest, IsLookedAfterWhileItWaitsForACameraThatIsBeingOpened) {
   next.workers = 2;
   service_->Reload(next);
   EXPECT_GE(looked_while_waiting_, 1);
+  service_.reset();  // while there is what its threads wait for
 }
 
 TEST_F(ServiceTest, StopsWaitingForAReloadWhenItIsToStop) {
@@ -368,6 +369,7 @@ TEST_F(ServiceTest, HearsOfProgressWithinAFrame) {
   clock.Advance(std::chrono::seconds(6));
   EXPECT_THAT(service_->Stuck({}), HasSubstr("worker 0"));
   open.release();
+  service_.reset();  // while there is what its threads wait for
 }
 
 TEST_F(ServiceTest, EndsWhenTheRecordingIsOver) {

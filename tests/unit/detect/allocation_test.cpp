@@ -101,7 +101,9 @@ std::vector<Image> Frames(PixelFormat format) {
 class Allocations : public testing::TestWithParam<std::tuple<PixelFormat, int, std::uint64_t>> {};
 
 TEST_P(Allocations, ThereAreNoneOnceADetectorIsWarm) {
-  const auto [format, threads, budget] = GetParam();
+  const PixelFormat format = std::get<0>(GetParam());
+  const int threads = std::get<1>(GetParam());
+  const std::uint64_t budget = std::get<2>(GetParam());
   DetectorOptions options;
   options.families[0].side_m = 0.12;
   options.camera = test::PlainCamera();
