@@ -1,8 +1,7 @@
 """A client of chequerd to copy into programs of your own.
 
 Needs the Python that chequer_lcm_gen.py makes of chequer's lcmtypes (it is installed as .../lcmtypes/python) on
-PYTHONPATH, and for live messages the module lcm. Debian has no package of it; `pip install lcm` in a virtual environment
-brings it. Where it is absent, Client says so and reads an LCM log instead.
+PYTHONPATH. Where the module lcm is not installed (Debian has no package of it), lcm_udp.py beside this file does for it.
 """
 
 import sys
@@ -14,7 +13,7 @@ import lcm_log
 try:
     import lcm
 except ImportError:
-    lcm = None
+    import lcm_udp as lcm
 
 
 class Target:
@@ -71,14 +70,7 @@ class Client:
         self._tracks = {}  # targets by the name of the robot
         self._markers = {}  # targets by the marker's id
         self.log = None
-        if log is None and lcm is None:
-            raise RuntimeError(
-                "the Python module lcm is not installed, so nothing can be received live: install it (pip install lcm), "
-                "or give an LCM log (lcm-logger, or chequerd with url = \"file://poses.lcm\")"
-            )
         if log is not None:
-            if lcm is None:
-                print(f"the Python module lcm is not installed; reading {log}", file=sys.stderr)
             self.log = lcm_log.events(log)
             return
         self.lcm = lcm.LCM(url) if url else lcm.LCM()

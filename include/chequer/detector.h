@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -27,11 +29,13 @@ enum class Warning : std::uint32_t {
   kPoorWhiteBalance = 1u << 2,  ///< saturated and unsaturated saturations overlap more than configured
   kPartlyHidden = 1u << 3,      ///< cells or corners of the board were not seen
   kAmbiguous = 1u << 4,         ///< the mirrored pose explains the image nearly as well
+  kPoorFit = 1u << 6,           ///< the image says much that the pose does not explain; the covariance is widened
 };
-/// "id_undecided", "poor_illumination", "poor_white_balance", "partly_hidden", "ambiguous_pose".
+/// "id_undecided", "poor_illumination", "poor_white_balance", "partly_hidden", "ambiguous_pose",
+/// "poor_fit".
 std::string_view WarningName(Warning warning);
-inline constexpr std::array kAllWarnings{Warning::kIdUndecided, Warning::kPoorIllumination, Warning::kPoorWhiteBalance,
-                                         Warning::kPartlyHidden, Warning::kAmbiguous};
+inline constexpr std::array kAllWarnings{Warning::kIdUndecided,  Warning::kPoorIllumination, Warning::kPoorWhiteBalance,
+                                         Warning::kPartlyHidden, Warning::kAmbiguous,        Warning::kPoorFit};
 
 /// How saturation and luminance are told from colour (the publication, section II-A).
 enum class ColorSpace : std::uint8_t {
@@ -45,7 +49,39 @@ struct MarkerFamily {
   double side_m = 0;  ///< of the longer side of the board, cells included; used only with a calibration
   /// Ids in use; empty: all.
   std::vector<std::uint64_t> roster;
+  /// Width and height of the whole board as measured on the print, where the printer stretched one of them; zeros:
+  /// cells are square, of side_m.
+  Eigen::Vector2d printed_m = Eigen::Vector2d::Zero();
+
+  /// Width and height of a cell.
+  Eigen::Vector2d CellM() const {
+    const MarkerSize size = code.size();
+    if (printed_m.isZero()) return Eigen::Vector2d::Constant(side_m / std::max(size.rows, size.cols));
+    return {printed_m.x() / size.cols, printed_m.y() / size.rows};
+  }
+  /// Sets printed_m, and side_m to that of square cells of the same area. False, and nothing is set, where the cells
+  /// are not square to a fifth: no printer does that, and width and height are likely swapped, or not a board's.
+  bool SetPrinted(const Eigen::Vector2d& width_and_height_m) {
+    const MarkerSize size = code.size();
+    const Eigen::Vector2d cell(width_and_height_m.x() / size.cols, width_and_height_m.y() / size.rows);
+    if (!(cell.minCoeff() > 0 && cell.maxCoeff() <= 1.2 * cell.minCoeff())) return false;
+    printed_m = width_and_height_m;
+    side_m = std::max(size.rows, size.cols) * std::sqrt(cell.prod());
+    return true;
+  }
 };
+
+/// How far prints may be off what side_m or printed_m says: standard deviations. What is off is the same in every
+/// frame.
+struct PrintTolerance {
+  double scale = 0;       ///< of a board's width, and of its height, as a share of it; 0..0.05
+  double register_m = 0;  ///< of one ink against another, along either axis; 0..0.005
+
+  bool any() const { return scale > 0 || register_m > 0; }
+  bool operator==(const PrintTolerance&) const = default;
+};
+/// What office printers keep: 0.25 % of scale and 0.03 mm between inks.
+inline constexpr PrintTolerance kOfficePrints{.scale = 0.0025, .register_m = 3e-5};
 
 /// Units without which not even the corners of a small image are found.
 inline constexpr std::uint64_t kLeastBudget = 1000;
@@ -59,6 +95,8 @@ struct DetectorOptions {
   double max_luminance_overlap = 0.02;
   /// Warn poor_white_balance above this overlap of the saturations, 0..0.5.
   double max_saturation_overlap = 0.02;
+  /// Goes into the poses' covariances, and keeps poses from resting on what is not certain.
+  PrintTolerance print_tolerance;
   /// Threads for one image, 1..64.
   int threads = 1;
   /// Called first on each thread that the detector starts, 1 … threads − 1: to name it, or to make it as urgent as the
@@ -76,16 +114,23 @@ struct DetectorOptions {
   std::string Check() const;
 };
 
+/// How a board's homography moves with what its print may be off, each by one standard deviation: width, height, the
+/// blue ink right, and down. The same print errs alike in all frames: nobody may average it away.
+using PrintColumns = Eigen::Matrix<double, 8, 4>;
+
 /// What an image says of a board's place, before it is taken for a rigid body in front of a camera: whoever knows more
 /// (that the marker lies on the floor, or shares a body with another) estimates from it anew and loses nothing.
 struct BoardMeasurement {
   /// From cells (from the board's centre, x along its columns, y down its rows) to focal_px times the plane z = 1; its
   /// last entry is 1.
   Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
-  /// Inverse covariance of its first eight entries, row by row.
+  /// Inverse covariance of its first eight entries, row by row; what the print may be off included.
   Eigen::Matrix<double, 8, 8> information = Eigen::Matrix<double, 8, 8>::Zero();
   double focal_px = 0;
-  double cell_m = 0;  ///< side of a cell
+  double cell_m = 0;         ///< width of a cell
+  double cell_height_m = 0;  ///< mostly the same
+  /// The part of the covariance that the print is: its columns times themselves transposed.
+  PrintColumns by_print = PrintColumns::Zero();
 };
 
 /// Corners of a marker none of which was seen.
@@ -110,6 +155,11 @@ struct MarkerPose {
   /// R_true = Exp(θ) · R_estimated. An ambiguous pose's holds that it may be the other one: the way there, squared,
   /// times the ambiguity.
   Matrix6d covariance = Matrix6d::Zero();
+  /// The part of it that the print may be off, by DetectorOptions::print_tolerance: it stays from frame to frame.
+  Matrix6d print_covariance = Matrix6d::Zero();
+  /// How many times more than noise does the image differs from what the pose explains, per degree of freedom; 0
+  /// without a pose. Beyond what noise can do, the covariance is widened by it. Does not travel over LCM.
+  double misfit = 0;
   /// Probability that the pose's mirror image (the second minimum) is the true one, 0..0.5.
   double ambiguity = 0;
   /// What the pose was made of; valid with has_pose. Does not travel over LCM.

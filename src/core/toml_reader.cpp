@@ -209,6 +209,16 @@ bool TomlTable::HoldsInteger(std::string_view key) const {
   return node != nullptr && node->is_integer();
 }
 
+bool TomlTable::HoldsList(std::string_view key) const {
+  const toml::node* node = node_->table == nullptr ? nullptr : node_->table->get(key);
+  return node != nullptr && node->is_array();
+}
+
+bool TomlTable::HoldsTable(std::string_view key) const {
+  const toml::node* node = node_->table == nullptr ? nullptr : node_->table->get(key);
+  return node != nullptr && node->is_table();
+}
+
 std::string TomlTable::OrANumber(IntegerRange range) {
   return ", or a whole number from " + std::to_string(range.min) + " to " + std::to_string(range.max);
 }

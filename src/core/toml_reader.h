@@ -98,6 +98,10 @@ class TomlTable {
   /// Whether the key is there. Does not count as asking for it.
   bool Has(std::string_view key) const;
 
+  /// Whether the key holds a list, or a table. Does not count as asking for it.
+  bool HoldsList(std::string_view key) const;
+  bool HoldsTable(std::string_view key) const;
+
   /// The table of that name; an empty one where it is missing.
   TomlTable Table(std::string_view key);
   /// The tables of that name ([[key]]), in order; none where it is missing.

@@ -141,8 +141,8 @@ void CaptureLoop::Unusable(const std::string& why) {
   const bool again = std::exchange(last_was_unusable_, true);
   report_.Update([&](CaptureReport& report) {
     ++report.corrupt;
-    // One alone is counted; where no other comes, it must be said.
-    if (again) report.message = "frames are unusable: " + why;
+    // Among usable frames, one alone is counted; where there is nothing else, it must be said.
+    if (again || !had_frame_) report.message = "frames are unusable: " + why;
   });
   if (const std::string log = bad_frames_.Occurred("a frame is unusable", why, last_frame_); !log.empty())
     spdlog::warn("{}", log);

@@ -13,6 +13,7 @@
 #include "publish/channels.h"
 #include "publish/lcm_url.h"
 #include "setup/marker_table.h"
+#include "setup/print_table.h"
 
 namespace chequer {
 namespace {
@@ -46,7 +47,7 @@ auto AtKey(const TomlTable& table, std::string_view key, Read&& read) {
 }
 
 /// Keeps what the file says that a key names, for ChangedSections. To be called before the file is read: then a change
-/// in between is told of once more, never not at all.
+/// in between is reported twice at worst, never lost.
 void NoteFile(const std::filesystem::path& file, const std::string& section, DaemonConfig& config) {
   std::error_code unknown;
   if (!std::filesystem::is_regular_file(file, unknown)) return;
@@ -155,6 +156,7 @@ DaemonConfig ReadConfig(TomlFile& file, const std::filesystem::path& base, const
   TakeSizeOfCalibration(config);
   ReadDetect(root.Table("detect"), config.detector, config.budget);
   ReadMarkers(root, base, config);
+  config.detector.print_tolerance = ReadPrintTolerance(root.Table("print"));
   for (const char* section : {"world", "robots"})
     if (std::string name; root.Table(section).Read("file", name)) NoteFile(base / name, section, config);
   ReadFrameTables(root, base, config);
@@ -171,8 +173,6 @@ DaemonConfig ReadConfig(TomlFile& file, const std::filesystem::path& base, const
 }
 
 }  // namespace
-
-std::string DefaultPrefix(const std::string& camera_name) { return "CHEQUER_" + camera_name; }
 
 DaemonConfig LoadDaemonConfig(const std::filesystem::path& path) {
   TomlFile file = TomlFile::Load(path);

@@ -47,9 +47,6 @@ struct DaemonConfig {
   std::map<std::string, std::string> sections;
 };
 
-/// Channel prefix unless another is configured: CHEQUER_<camera name>.
-std::string DefaultPrefix(const std::string& camera_name);
-
 /// Reads a configuration and the files it names (calibration, tables). Relative paths are relative to the
 /// configuration's folder; a camera without a name has the file's (CameraNameOf). Throws std::runtime_error naming
 /// file, line, key, value and what would be right.

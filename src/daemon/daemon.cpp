@@ -231,7 +231,7 @@ class Runner {
   Report report_{Clock::System()};
   std::unique_ptr<Metrics> metrics_;
   StatusMessage last_status_;
-  std::string refused_;  ///< what the service manager is told of a configuration that was not taken
+  std::string refused_;  ///< why the last configuration was refused, for the service manager; else empty
   std::optional<std::filesystem::path> runtime_folder_;  ///< where starts are counted
   bool reload_at_once_ = false;                          ///< the configuration was changed after it was read
   int stop_signal_ = 0;                                  ///< that asked to stop

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "detect/trace_kernel.h"
+#include "detect/common/trace_kernel.h"
 
 namespace chequer {
 namespace {

@@ -22,18 +22,23 @@ void MoveInto(const RigidTransform& target_from_camera, MarkerPose& marker) {
   Matrix6d turn = Matrix6d::Zero();
   turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = target_from_camera.rotation.toRotationMatrix();
   marker.covariance = (turn * marker.covariance * turn.transpose()).eval();
+  marker.print_covariance = (turn * marker.print_covariance * turn.transpose()).eval();
 }
 
 TrackedPose ToTrack(const RobotPose& robot) {
   const TrackKey key{robot.name, robot.family, robot.ids[0]};
-  if (!robot.floor || robot.floor->off_floor) return {key, robot.frame_from_body, robot.covariance};
+  if (!robot.floor || robot.floor->off_floor)
+    return {key, robot.frame_from_body, robot.covariance, robot.print_covariance};
   const FloorPose& floor = *robot.floor;
   const Eigen::Vector3d position(floor.position.x(), floor.position.y(), floor.height_m);
-  TrackedPose pose{key, {RotationFromVector({0, 0, floor.heading_rad}), position}, Matrix6d::Zero()};
+  TrackedPose pose{key, {RotationFromVector({0, 0, floor.heading_rad}), position}, Matrix6d::Zero(), Matrix6d::Zero()};
   pose.covariance.diagonal() << 0, 0, kSwayM * kSwayM, kSwayRad * kSwayRad, kSwayRad * kSwayRad, 0;
   constexpr int kPlaces[] = {0, 1, 5};  // of x, y and heading among the six
   for (int row = 0; row < 3; ++row)
-    for (int col = 0; col < 3; ++col) pose.covariance(kPlaces[row], kPlaces[col]) = floor.covariance(row, col);
+    for (int col = 0; col < 3; ++col) {
+      pose.covariance(kPlaces[row], kPlaces[col]) = floor.covariance(row, col);
+      pose.print_covariance(kPlaces[row], kPlaces[col]) = floor.print_covariance(row, col);
+    }
   return pose;
 }
 
@@ -113,7 +118,8 @@ void FramePublisher::Collect(std::span<const MarkerPose> markers) {
   if (finder_) return;
   for (const MarkerPose& marker : markers)
     if (marker.id && marker.has_pose)
-      followed_.push_back({{"", marker.family, *marker.id}, marker.camera_from_marker, marker.covariance});
+      followed_.push_back(
+          {{"", marker.family, *marker.id}, marker.camera_from_marker, marker.covariance, marker.print_covariance});
 }
 
 void FramePublisher::Follow(const FrameHeader& header, const Clock& clock) {

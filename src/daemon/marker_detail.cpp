@@ -5,7 +5,7 @@
 
 #include "chequer/detect_trace.h"
 #include "core/crop.h"
-#include "detect/colours.h"
+#include "detect/common/colours.h"
 
 namespace chequer {
 namespace {

@@ -31,7 +31,7 @@ bool SamePublisher(const DaemonConfig& one, const DaemonConfig& other) {
   return Section(one, "publish") == Section(other, "publish") && one.publish.prefix == other.publish.prefix;
 }
 
-/// What those who look are told.
+/// What viewers get.
 FrameViewerOptions ViewOf(const DaemonConfig& config) {
   FrameViewerOptions view{config.publish.url, config.publish.prefix, {}, config.detector};
   view.camera.camera = config.camera_name;

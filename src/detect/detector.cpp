@@ -11,32 +11,29 @@
 #include <tuple>
 
 #include "chequer/check.h"
-#include "detect/anchor.h"
-#include "detect/board_geometry.h"
-#include "detect/corners.h"
-#include "detect/crew.h"
+#include "detect/boards/anchor.h"
+#include "detect/boards/second_look.h"
+#include "detect/boards/twins.h"
+#include "detect/common/board_geometry.h"
+#include "detect/common/crew.h"
+#include "detect/common/light.h"
+#include "detect/common/scratch.h"
+#include "detect/common/tone_table.h"
+#include "detect/common/work_meter.h"
+#include "detect/corners/corners.h"
 #include "detect/deferred_places.h"
-#include "detect/fit.h"
+#include "detect/fit/fit.h"
 #include "detect/fit_schedule.h"
-#include "detect/work_plan.h"
-#include "detect/grids.h"
-#include "detect/identify.h"
-#include "detect/light.h"
-#include "detect/plane_pose.h"
-#include "detect/scratch.h"
-#include "detect/second_look.h"
-#include "detect/tone_table.h"
+#include "detect/grids/grids.h"
+#include "detect/identity/identify.h"
+#include "detect/identity/marker_description.h"
+#include "detect/pose/plane_pose.h"
 #include "detect/tracer.h"
-#include "detect/twins.h"
-#include "detect/work_meter.h"
+#include "detect/work_plan.h"
 
 namespace chequer {
 namespace {
 
-/// Warn of an ambiguous pose above this probability.
-constexpr double kAmbiguous = 0.001;
-/// Below this probability, the other pose adds nothing to the covariance.
-constexpr double kNeverTheOther = 1e-6;
 /// Least contrast of a board over the noise of a pixel.
 constexpr double kLeastSignal = 2.5;
 
@@ -79,35 +76,7 @@ std::vector<BorderPattern> PatternsOf(const DetectorOptions& options) {
   return patterns;
 }
 
-void Set(MarkerPose& marker, Warning warning) { marker.warnings |= static_cast<std::uint32_t>(warning); }
-
 }  // namespace
-
-std::string_view WarningName(Warning warning) {
-  switch (warning) {
-    case Warning::kIdUndecided: return "id_undecided";
-    case Warning::kPoorIllumination: return "poor_illumination";
-    case Warning::kPoorWhiteBalance: return "poor_white_balance";
-    case Warning::kPartlyHidden: return "partly_hidden";
-    case Warning::kAmbiguous: return "ambiguous_pose";
-  }
-  return "";
-}
-
-std::string DetectorOptions::Check() const {
-  if (families.empty()) return "no marker family: at least one size, variant and side must be given";
-  for (const MarkerFamily& family : families)
-    if (camera && !(family.side_m > 0 && family.side_m < 100))
-      return "marker side " + std::to_string(family.side_m) + " m: must be above 0 and below 100 m";
-  if (!(max_luminance_overlap >= 0 && max_luminance_overlap <= 0.5))
-    return "max_luminance_overlap: must be from 0 to 0.5";
-  if (!(max_saturation_overlap >= 0 && max_saturation_overlap <= 0.5))
-    return "max_saturation_overlap: must be from 0 to 0.5";
-  if (threads < 1 || threads > 64) return "threads: must be from 1 to 64";
-  if (budget != 0 && budget < kLeastBudget)
-    return "budget " + std::to_string(budget) + ": must be 0, for no limit, or at least " + std::to_string(kLeastBudget);
-  return "";
-}
 
 struct Detector::Impl {
   explicit Impl(DetectorOptions given);
@@ -139,17 +108,14 @@ struct Detector::Impl {
   /// Of tasks in this order, fits those that the budget lasts for. Returns how many.
   std::size_t FitInRounds(const LightReader& reader, const Lens& lens, bool plain_only, std::span<FitTask> tasks,
                           Tracer& tracer);
-  /// How the first of these boards moved, the others of the image may have moved.
-  void ShareMotion(std::span<const FitTask> round);
+  /// Hands the motion and the dot gain of the first of these boards on to the others of the image.
+  void ShareTraits(std::span<const FitTask> round);
   /// Fits once more, by all that may be in their way, boards for which the plain fit does not do.
   void Refine(const LightReader& reader, const Lens& lens, Tracer& tracer);
   /// To fit a board plainly.
   FitTask TaskOf(std::size_t board) const;
   void FindMosaic(const ImageView& image, const std::array<float, 256>& table, const Lens& lens,
                   LightReader& reader) const;
-  void Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity, const Lens& lens,
-                MarkerPose& marker) const;
-  void DescribePose(const std::array<PlanePose, 2>& poses, MarkerPose& marker) const;
 
   /// Says that the image is still worked on.
   void TellProgress() const {
@@ -241,57 +207,6 @@ void Detector::Impl::FindMosaic(const ImageView& image, const std::array<float, 
       return;
     }
   }
-}
-
-void Detector::Impl::DescribePose(const std::array<PlanePose, 2>& poses, MarkerPose& marker) const {
-  const auto& [pose, other] = poses;
-  marker.has_pose = true;
-  marker.camera_from_marker = CameraFromMarker(pose.camera_from_board);
-  marker.camera_from_marker.rotation = Canonical(marker.camera_from_marker.rotation);
-  marker.covariance = pose.covariance;
-  // Both poses are as likely before the image is seen.
-  marker.ambiguity = 1 / (1 + std::exp(std::min((other.chi_square - pose.chi_square) / 2, 100.0)));
-  // Where both minima are one, nothing is ambiguous: the covariance tells the whole story.
-  const double apart = (pose.camera_from_board.rotation.inverse() * other.camera_from_board.rotation)
-                           .angularDistance(Eigen::Quaterniond::Identity());
-  if (apart < 3 * std::sqrt(std::max(pose.covariance(3, 3), pose.covariance(4, 4)))) marker.ambiguity = 0;
-  if (marker.ambiguity > kAmbiguous) Set(marker, Warning::kAmbiguous);
-  if (marker.ambiguity < kNeverTheOther) return;
-  // That it may be the other pose is a part of the error.
-  Eigen::Matrix<double, 6, 1> to_other;
-  to_other << other.camera_from_board.translation - pose.camera_from_board.translation,
-      VectorFromRotation((other.camera_from_board.rotation * pose.camera_from_board.rotation.conjugate()).normalized());
-  marker.covariance += marker.ambiguity * to_other * to_other.transpose();
-}
-
-void Detector::Impl::Describe(const FittedBoard& fitted, const AnchoredBoard& board, const Identity& identity,
-                              const Lens& lens, MarkerPose& marker) const {
-  marker = MarkerPose{};
-  const MarkerFamily& family = options.families[static_cast<std::size_t>(identity.family)];
-  marker.family = identity.family;
-  marker.variant = family.code.variant();
-  marker.size = board.size;
-  marker.luminance_overlap = identity.luminance_overlap;
-  marker.saturation_overlap = identity.saturation_overlap;
-  if (identity.luminance_overlap > options.max_luminance_overlap) Set(marker, Warning::kPoorIllumination);
-  if (identity.saturation_overlap > options.max_saturation_overlap) Set(marker, Warning::kPoorWhiteBalance);
-  if (identity.id_decided) {
-    marker.id = identity.decoded->id;
-    marker.bits_corrected = identity.decoded->bits_corrected;
-  } else {
-    Set(marker, Warning::kIdUndecided);
-  }
-  marker.corners_used = fitted.corners_used;
-  marker.reprojection_rms_px = fitted.reprojection_rms_px;
-  if (identity.cells_hidden > 0 || fitted.corners_used < CornerCount(board.size)) Set(marker, Warning::kPartlyHidden);
-  marker.corners.fill(Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN()));
-  for (int i = 0; i < CornerCount(board.size); ++i)
-    if (fitted.corner_used[static_cast<std::size_t>(i)])
-      marker.corners[static_cast<std::size_t>(i)] =
-          lens.ToImage(fitted.geometry.ToPlane(
-                           CornerOnBoard(board.size, i / (board.size.cols - 1), i % (board.size.cols - 1))))
-              .cast<float>();
-  marker.center_px = lens.ToImage(fitted.geometry.ToPlane({0, 0}));
 }
 
 void Detector::Impl::FindBoards(const LightReader& reader, const Lens& lens, Tracer& tracer) {
@@ -390,8 +305,13 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Trac
     ++stats.deferred;
     return;
   }
-  while (second_look.Next(frame->pyramid, reader)) {
+  const auto may_go_on = [&] {
+    const std::uint64_t spent = frame->work.units() + second_look.work().units();
+    return frame->plan.MayLookAgain(spent, SecondLook::kMostUnitsOfLook, waited);
+  };
+  while (may_go_on() && second_look.Next(frame->pyramid, reader)) {
     tracer.StartLook(second_look, frame->boards.size());
+    const std::size_t known_before = frame->boards.size();
     finder.Start(second_look.corners().size());
     for (const Grid& grid : second_look.grids().grids) {
       TellProgress();
@@ -404,6 +324,7 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Trac
       tracer.EndGrid(members, found);
       KeepBetter(known, tracer);
     }
+    if (frame->boards.size() > known_before) second_look.CountBoard();
     tracer.EndLook(frame->boards.size());
   }
   frame->work.Add(second_look.work());
@@ -512,16 +433,20 @@ std::size_t Detector::Impl::FitInRounds(const LightReader& reader, const Lens& l
     // By reference: a copy would be allocated.
     crew.Run(static_cast<int>(round.size()), std::ref(fit_one));
     for (const FitTask& task : round) frame->work.Add(frame->outcomes[task.board].work);
-    ShareMotion(round);
+    ShareTraits(round);
   };
   return RunInRounds(frame->plan, !plain_only, tasks, [&] { return frame->work.units(); }, fit_round);
 }
 
-void Detector::Impl::ShareMotion(std::span<const FitTask> round) {
+void Detector::Impl::ShareTraits(std::span<const FitTask> round) {
   for (const FitTask& task : round) {
     const Outcome& outcome = frame->outcomes[task.board];
-    if (!frame->traits || !frame->traits->motion_px.isZero()) return;
-    if (outcome.accepted) frame->traits->motion_px = outcome.image.motion_px;
+    if (!frame->traits) return;
+    if (!outcome.accepted) continue;
+    ImageTraits& traits = *frame->traits;
+    if (traits.motion_px.isZero()) traits.motion_px = outcome.image.motion_px;
+    // Blur and noise, too: plain fits have taken a part of the ink's spread for them.
+    if (traits.motion_px.isZero() && traits.ink_spread == 0 && outcome.image.ink_spread != 0) traits = outcome.image;
   }
 }
 
@@ -595,22 +520,23 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
   if (fitted->reprojection_rms_px > kMostDeviationPx)
     return refuse(Refusal::kCornersOff, fitted->reprojection_rms_px, kMostDeviationPx);
   const Identity identity = worker.identifier.Identify(*fitted, board.size, reader, lens);
+  outcome.work.Add(WorkStep::kMixedPixel, identity.mixed_pixels);
   tracer.Read(index, *fitted, identity, worker.identifier, lens);
   if (!identity.plausible) return refuse(Refusal::kCellsHidden);
   std::optional<std::array<PlanePose, 2>> poses;
-  const double side_m = options.families[static_cast<std::size_t>(identity.family)].side_m;
-  const double cell_m = side_m / std::max(board.size.rows, board.size.cols);
+  BoardMeasurement measured;
   if (lens.calibrated()) {
-    poses = PlanePoses({fitted->geometry, fitted->information}, cell_m, lens.focal());
+    measured = MeasurementOf(*fitted, board.saturated, options.families[static_cast<std::size_t>(identity.family)],
+                             options.print_tolerance, lens.focal());
+    poses = PosesOf(measured);
     if (!poses) return refuse(Refusal::kNoPose);
   }
   outcome.accepted = true;
   outcome.image = fitted->image;
-  Describe(*fitted, board, identity, lens, outcome.marker);
+  Describe(*fitted, identity, options, lens, outcome.marker);
   if (!poses) return outcome;
-  DescribePose(*poses, outcome.marker);
+  DescribePose(*poses, measured, outcome.marker);
   if (worker.fit.cut_short()) outcome.marker.covariance *= kPlainCovariance;
-  outcome.marker.measurement = {fitted->geometry.plane_from_board(), fitted->information, lens.focal(), cell_m};
   return outcome;
 }
 

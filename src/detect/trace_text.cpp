@@ -1,7 +1,7 @@
 #include <cstdio>
 
 #include "chequer/detect_trace.h"
-#include "detect/grids.h"
+#include "detect/grids/grids.h"
 
 namespace chequer {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "detect/colours.h"
+#include "detect/common/colours.h"
 
 namespace chequer {
 namespace {

@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "chequer/detect_trace.h"
-#include "detect/anchor.h"
-#include "detect/fitted_board.h"
-#include "detect/grids.h"
-#include "detect/identify.h"
-#include "detect/second_look.h"
+#include "detect/boards/anchor.h"
+#include "detect/boards/second_look.h"
+#include "detect/fit/fitted_board.h"
+#include "detect/grids/grids.h"
+#include "detect/identity/identify.h"
 
 namespace chequer {
 

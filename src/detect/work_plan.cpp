@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "detect/work_meter.h"
+#include "detect/common/work_meter.h"
 
 namespace chequer {
 namespace {

@@ -217,7 +217,12 @@ LensCalibration CalibrateLens(const std::vector<LensView>& views, const LensCali
   Working working = Gather(views, calibration);
   CheckEnoughViews(working, " can be used");
   Begin(working, options, calibration);
-  const BundleFit fit = FitWithoutBadViews(working, calibration);
+  BundleFit fit = FitWithoutBadViews(working, calibration);
+  calibration.print = FindPrintStretch(working.views, working.bundle, fit);
+  if (calibration.print.matters()) {
+    working.views = Stretched(working.views, calibration.print.stretch);
+    fit = FitBundle(working.views, {}, working.bundle);
+  }
   CheckResult(fit, working.bundle.camera);
   Report(working, fit, calibration);
   return calibration;

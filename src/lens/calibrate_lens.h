@@ -7,6 +7,7 @@
 #include "chequer/camera_file.h"
 #include "chequer/camera_model.h"
 #include "lens/lens_views.h"
+#include "lens/print_stretch.h"
 
 namespace chequer {
 
@@ -35,6 +36,7 @@ struct LensCalibration {
   CalibrationRecord record;             ///< the date is left to the caller
   std::vector<CalibratedView> views;    ///< in the order given
   std::vector<LensResidual> residuals;  ///< of the views that were used
+  PrintStretch print;                   ///< of the target; the camera allows for it where it matters
   int boards = 0;                       ///< of the target
   int loose_boards = 0;                 ///< of them, those that no view ties to the others; they were left out
 };

@@ -4,7 +4,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "detect/plane.h"
+#include "detect/common/plane.h"
 #include "lens/bounded_search.h"
 #include "lens/edge_width.h"
 #include "lens/lens_target.h"

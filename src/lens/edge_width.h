@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "detect/plane.h"
+#include "detect/common/plane.h"
 
 namespace chequer {
 

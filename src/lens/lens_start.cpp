@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "core/median.h"
-#include "detect/homography.h"
+#include "detect/common/homography.h"
 
 namespace chequer {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "detect/plane.h"
+#include "detect/common/plane.h"
 #include "lens/edge_width.h"
 #include "lens/lens_target.h"
 
@@ -67,14 +67,13 @@ class MarkerTarget final : public LensTarget {
 
   void AddPoints(const MarkerPose& marker, LensView& view) {
     const MarkerSize size = marker.size;
-    const double side_m = options_.families[static_cast<std::size_t>(marker.family)].side_m;
-    const double cell_m = side_m / std::max(size.rows, size.cols);
+    const Eigen::Vector2d cell_m = options_.families[static_cast<std::size_t>(marker.family)].CellM();
     const int board = BoardOf(marker), cols = size.cols - 1;
     for (int i = 0; i < CornerCount(size); ++i) {
       const Eigen::Vector2f& corner = marker.corners[static_cast<std::size_t>(i)];
       if (!corner.allFinite()) continue;
-      const Eigen::Vector2d on_board(cell_m * (i % cols + 1 - 0.5 * size.cols),
-                                     cell_m * (0.5 * size.rows - (i / cols + 1)));
+      const Eigen::Vector2d on_board(cell_m.x() * (i % cols + 1 - 0.5 * size.cols),
+                                     cell_m.y() * (0.5 * size.rows - (i / cols + 1)));
       view.points.push_back({board, on_board, corner.cast<double>()});
     }
   }

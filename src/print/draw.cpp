@@ -77,9 +77,9 @@ class Pen {
 void DrawBoard(Pen& pen, const SheetOptions& options, const PlacedMarker& marker) {
   const MarkerSize size = options.code.size();
   const std::string cells = CellColours(size, options.code.Encode(marker.id));
-  const double cell = options.CellM();
+  const Eigen::Vector2d cell = options.CellM();
   const auto add = [&](double row, double col, double rows, double cols) {
-    pen.AddRectangle(marker.x_m + col * cell, marker.y_m + row * cell, cols * cell, rows * cell);
+    pen.AddRectangle(marker.x_m + col * cell.x(), marker.y_m + row * cell.y(), cols * cell.x(), rows * cell.y());
   };
   for (const char colour : {'W', 'Y', 'K', 'B'}) {
     for (int row = 0; row < size.rows; ++row)
@@ -146,10 +146,10 @@ void DrawPage(cairo_surface_t* surface, double units_per_metre, const SheetOptio
   pen.AddRectangle(0, 0, options.paper.width_m, options.paper.height_m);
   pen.Fill();
   const MarkerSize size = options.code.size();
-  const double cell = options.CellM(), margin = options.margin_cells * cell;
+  const Eigen::Vector2d cell = options.CellM(), margin = options.margin_cells * cell;
   for (const PlacedMarker& marker : layout.pages[page]) {
-    const double left = marker.x_m - margin, top = marker.y_m - margin;
-    const double bottom = marker.y_m + size.rows * cell + margin;
+    const double left = marker.x_m - margin.x(), top = marker.y_m - margin.y();
+    const double bottom = marker.y_m + size.rows * cell.y() + margin.y();
     DrawBoard(pen, options, marker);
     pen.Colour({0, 0, 0});
     DrawCaption(pen, options, layout, marker, left, bottom);

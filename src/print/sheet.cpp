@@ -136,7 +136,11 @@ std::string PrintInkNames() {
   return names;
 }
 
-double SheetOptions::CellM() const { return side_m / std::max(code.size().rows, code.size().cols); }
+Eigen::Vector2d SheetOptions::CellM() const {
+  const MarkerSize size = code.size();
+  if (printed_m.isZero()) return Eigen::Vector2d::Constant(side_m / std::max(size.rows, size.cols));
+  return {printed_m.x() / size.cols, printed_m.y() / size.rows};
+}
 
 std::string SheetOptions::Check() const {
   if (ids.empty()) return "no ids: at least one must be given";
@@ -156,11 +160,11 @@ std::string SheetOptions::Check() const {
 SheetLayout LayOutSheet(const SheetOptions& options) {
   if (const std::string wrong = options.Check(); !wrong.empty()) throw std::runtime_error(wrong);
   const MarkerSize size = options.code.size();
-  const double cell = options.CellM(), margin = options.margin_cells * cell;
+  const Eigen::Vector2d cell = options.CellM(), margin = options.margin_cells * cell;
   SheetLayout layout;
   layout.caption_m = kCaptionM;
-  layout.tile_width_m = size.cols * cell + 2 * margin;
-  layout.tile_height_m = size.rows * cell + 2 * margin + kCaptionM;
+  layout.tile_width_m = size.cols * cell.x() + 2 * margin.x();
+  layout.tile_height_m = size.rows * cell.y() + 2 * margin.y() + kCaptionM;
   const double width = options.paper.width_m - 2 * options.border_m;
   const double height = options.paper.height_m - 2 * options.border_m - kFootM;
   layout.scale_bar_m = std::min(kScaleBarM, std::floor(std::max(width, 0.01) * 100) / 100);
@@ -176,15 +180,17 @@ SheetLayout LayOutSheet(const SheetOptions& options) {
     if (i % a_page == 0) layout.pages.emplace_back();
     const int place = static_cast<int>(i % a_page);
     const int column = place % layout.columns, row = place / layout.columns;
-    layout.pages.back().push_back({options.ids[i], left + column * (layout.tile_width_m + options.gap_m) + margin,
-                                   top + row * (layout.tile_height_m + options.gap_m) + margin});
+    layout.pages.back().push_back({options.ids[i], left + column * (layout.tile_width_m + options.gap_m) + margin.x(),
+                                   top + row * (layout.tile_height_m + options.gap_m) + margin.y()});
   }
   return layout;
 }
 
 std::string Caption(const SheetOptions& options, std::uint64_t id) {
-  return fmt::format("{}  {} {}  {:g} mm", id, ToString(options.code.size()), VariantName(options.code.variant()),
-                     options.side_m * 1000);
+  const std::string side = options.printed_m.isZero()
+                               ? fmt::format("{:g}", options.side_m * 1000)
+                               : fmt::format("{:g} x {:g}", options.printed_m.x() * 1000, options.printed_m.y() * 1000);
+  return fmt::format("{}  {} {}  {} mm", id, ToString(options.code.size()), VariantName(options.code.variant()), side);
 }
 
 }  // namespace chequer

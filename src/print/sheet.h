@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -58,6 +59,8 @@ struct SheetOptions {
   MarkerCode code{MarkerSize{}, Variant::kSecded};
   std::vector<std::uint64_t> ids;
   double side_m = 0.06;  ///< of the longer side of the board, cells included
+  /// Width and height of the board, where they are not side_m's: for a printer that stretches one of them.
+  Eigen::Vector2d printed_m = Eigen::Vector2d::Zero();
   PaperSize paper;
   double border_m = 0.010;  ///< of the page, which printers leave white
   double margin_cells = 1;  ///< plain border round each board
@@ -66,7 +69,7 @@ struct SheetOptions {
 
   /// Empty, or what is wrong and what would be right.
   std::string Check() const;
-  double CellM() const;
+  Eigen::Vector2d CellM() const;  ///< width and height of a cell
 };
 
 /// A marker on a page.

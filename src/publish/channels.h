@@ -19,7 +19,10 @@ inline constexpr std::string_view kCameraSuffix = "_CAMERA";
 inline constexpr std::string_view kAskSuffix = "_ASK";
 inline constexpr std::string_view kPreviewSuffix = "_PREVIEW";
 inline constexpr std::string_view kDetailSuffix = "_DETAIL";
-inline constexpr std::array kViewSuffixes{kPreviewSuffix, kDetailSuffix, kCameraSuffix};
+/// calibration_t, of a calibration that runs; asked for on kCalibrationPrefix, as nobody knows its camera before.
+inline constexpr std::string_view kSetupSuffix = "_SETUP";
+inline constexpr std::string_view kCalibrationPrefix = "CHEQUER";
+inline constexpr std::array kViewSuffixes{kPreviewSuffix, kDetailSuffix, kCameraSuffix, kSetupSuffix};
 inline constexpr std::array kChannelSuffixes{kPosesSuffix, kStatusSuffix, kRobotsSuffix, kTracksSuffix, kCameraSuffix};
 
 /// LCM carries channel names of at most 63 bytes.
@@ -43,6 +46,9 @@ bool IsValidPrefix(std::string_view prefix);
 
 /// Longest name of a camera: its prefix has to fit.
 inline constexpr std::size_t kMaxCameraName = kMaxPrefixLength - std::string_view("CHEQUER_").size();
+
+/// Channel prefix of a camera unless another is configured: CHEQUER_<name>.
+std::string DefaultPrefix(const std::string& camera_name);
 
 /// The name of a camera whose configuration says none: that of the file ("north" of /etc/chequer/north.toml), so that
 /// the instance of a service has the name of its camera; "camera" where a file's name cannot be part of a channel.

@@ -67,8 +67,13 @@ std::string ChannelFilter::Check() const {
 std::string DefaultListenUrl() {
   const char* from_environment = std::getenv("LCM_DEFAULT_URL");
   if (from_environment != nullptr && *from_environment != '\0') return from_environment;
+  return ListenUrlFor(std::string(kDefaultLcmUrl));
+}
+
+std::string ListenUrlFor(const std::string& published) {
+  if (!published.starts_with("udpm://") || published.find("recv_buf_size") != std::string::npos) return published;
   // The kernel grants what net.core.rmem_max allows and says nothing where that is less.
-  return std::string(kDefaultLcmUrl) + "&recv_buf_size=4194304";
+  return published + (published.find('?') == std::string::npos ? '?' : '&') + "recv_buf_size=4194304";
 }
 
 struct LcmSubscriber::Impl {

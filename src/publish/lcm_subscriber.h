@@ -15,7 +15,7 @@ namespace chequer {
 struct ChannelFilter {
   std::string prefix;   ///< <prefix>_POSES, <prefix>_STATUS, <prefix>_TRACKS and so on
   std::string channel;  ///< this channel alone, whatever its name
-  bool view = false;    ///< beside those also what is published on request: *_PREVIEW, *_DETAIL
+  bool view = false;    ///< beside those also what is published on request: *_PREVIEW, *_DETAIL, *_SETUP
 
   /// Empty, or what is wrong and what would be right.
   std::string Check() const;
@@ -24,6 +24,8 @@ struct ChannelFilter {
 /// The URL tools listen at unless told otherwise: the environment's LCM_DEFAULT_URL as with every LCM program, else
 /// LCM's own group with room for large messages in the receive buffer.
 std::string DefaultListenUrl();
+/// Where the messages that are published at a URL are heard: multicast with that room, unless the URL says how much.
+std::string ListenUrlFor(const std::string& published);
 
 /// Receives what publishers send. One thread.
 class LcmSubscriber {

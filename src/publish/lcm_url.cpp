@@ -189,6 +189,8 @@ bool LcmUrl::LeavesTheHost() const {
   return ttl != arguments.end() && ParseNumber<long>(ttl->second, 1, 255).has_value();
 }
 
+std::string DefaultPrefix(const std::string& camera_name) { return "CHEQUER_" + camera_name; }
+
 std::string CameraNameOf(const std::filesystem::path& configuration) {
   const std::string name = configuration.stem().string();
   return IsValidPrefix(name) && name.size() <= kMaxCameraName ? name : "camera";

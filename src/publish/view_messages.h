@@ -45,6 +45,7 @@ struct AskMessage {
   bool wants_camera = false;
   std::optional<Preview> preview;
   std::optional<MarkerChoice> detail;
+  bool wants_calibration = false;
 };
 
 /// preview_t without LCM.
@@ -110,6 +111,40 @@ struct CameraMessage {
   std::optional<CameraModel> model;
   std::optional<RigidTransform> world_from_camera;
   std::vector<Family> families;
+};
+
+/// Most residuals that a calibration_t holds.
+inline constexpr std::size_t kMostCalibrationResiduals = 800;
+
+/// calibration_t without LCM.
+struct CalibrationMessage {
+  enum class Kind : std::uint8_t { kLens, kWorld };
+  enum class State : std::uint8_t { kCollecting, kSolving, kDone, kFailed };
+  struct Residual {
+    Eigen::Vector2f pixel = Eigen::Vector2f::Zero();
+    Eigen::Vector2f error_px = Eigen::Vector2f::Zero();  ///< seen minus expected
+  };
+  struct Reference {
+    std::uint64_t id = 0;
+    int frames = 0;                                          ///< in which it was seen
+    Eigen::Vector2f center_px = Eigen::Vector2f::Zero();     ///< where
+    std::optional<Eigen::Vector3f> offset_m = std::nullopt;  ///< in the world, seen minus said; nothing: not fitted
+    double limit_m = 0;                                      ///< beyond which it contradicts the others; 0: unknown
+  };
+  UtcTime utc{};
+  std::string camera;
+  Kind kind = Kind::kLens;
+  State state = State::kCollecting;
+  std::string advice;
+  int width = 0, height = 0;  ///< of the frames, pixels
+  int frames = 0;             ///< that were looked at
+  int views = 0, tilted = 0;  ///< of a lens: taken, and of them tilted
+  double edge_px = 0;         ///< of a lens, in the newest view; 0: not measured
+  int rows = 0, cols = 0;     ///< of `parts`
+  std::vector<int> parts;     ///< of a lens: views that show a point in each part of the image, row by row
+  double rms = 0;             ///< of a lens: pixels; of the world: metres; 0: nothing was fitted yet
+  std::vector<Residual> residuals;
+  std::vector<Reference> references;
 };
 
 }  // namespace chequer

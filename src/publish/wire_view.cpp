@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chequer/ask_t.hpp>
+#include <chequer/calibration_t.hpp>
 #include <chequer/camera_t.hpp>
 #include <chequer/detail_t.hpp>
 #include <chequer/preview_t.hpp>
@@ -25,6 +26,9 @@ namespace values = wire_values;
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 /// A daemon has at most 64 families.
 constexpr std::size_t kMostFamilies = 64;
+/// Far more than a calibration has: parts of an image to a side, and references.
+constexpr int kMostParts = 64;
+constexpr std::size_t kMostReferences = 1000;
 
 constexpr std::array<std::pair<CameraModel::Kind, std::string_view>, 3> kModelNames{
     {{CameraModel::Kind::kPinhole, "pinhole"},
@@ -78,12 +82,16 @@ ask_t Write(const AskMessage& message) {
     wire.id_valid = message.detail->id.has_value();
     WritePoint(message.detail->center_px, wire.center_px);
   }
+  if (message.wants_calibration) wire.wants |= ask_t::WANT_CALIBRATION;
   return wire;
 }
 
 std::optional<ViewMessage> Read(const ask_t& wire) {
-  AskMessage message{
-      .asker = wire.asker, .wants_camera = (wire.wants & ask_t::WANT_CAMERA) != 0, .preview = {}, .detail = {}};
+  AskMessage message{.asker = wire.asker,
+                     .wants_camera = (wire.wants & ask_t::WANT_CAMERA) != 0,
+                     .preview = {},
+                     .detail = {},
+                     .wants_calibration = (wire.wants & ask_t::WANT_CALIBRATION) != 0};
   if ((wire.wants & ask_t::WANT_PREVIEW) != 0) {
     message.preview = AskMessage::Preview{ReadRegion(wire.region_px), wire.preview_width};
     if (!IsInRange(message.preview->region) || wire.preview_width < kLeastPreviewWidth ||
@@ -289,6 +297,101 @@ std::optional<ViewMessage> Read(const camera_t& wire) {
   return message;
 }
 
+calibration_reference_t Write(const CalibrationMessage::Reference& reference) {
+  calibration_reference_t wire{};
+  wire.id = values::Signed(reference.id);
+  wire.frames = reference.frames;
+  const Eigen::Vector3f offset = reference.offset_m.value_or(Eigen::Vector3f::Zero());
+  for (int axis = 0; axis < 2; ++axis) wire.center_px[axis] = reference.center_px(axis);
+  for (int axis = 0; axis < 3; ++axis) wire.offset_m[axis] = offset(axis);
+  wire.fitted = reference.offset_m.has_value();
+  wire.limit_m = static_cast<float>(reference.limit_m);
+  return wire;
+}
+
+calibration_t Write(const CalibrationMessage& message) {
+  calibration_t wire{};
+  wire.utc_us = values::Microseconds(message.utc);
+  wire.camera = message.camera;
+  wire.kind = values::WireEnum(message.kind);
+  wire.state = values::WireEnum(message.state);
+  wire.advice = message.advice;
+  wire.width = message.width;
+  wire.height = message.height;
+  wire.frames = message.frames;
+  wire.views = message.views;
+  wire.tilted = message.tilted;
+  wire.edge_px = static_cast<float>(message.edge_px);
+  wire.rows = static_cast<std::int16_t>(message.rows);
+  wire.cols = static_cast<std::int16_t>(message.cols);
+  for (const int views : message.parts) wire.parts.push_back(static_cast<std::int16_t>(std::min(views, INT16_MAX)));
+  wire.part_count = static_cast<std::int32_t>(wire.parts.size());
+  wire.rms = message.rms;
+  for (const CalibrationMessage::Residual& each : message.residuals)
+    wire.residuals.insert(wire.residuals.end(), {each.pixel.x(), each.pixel.y(), each.error_px.x(), each.error_px.y()});
+  wire.residual_values = static_cast<std::int32_t>(wire.residuals.size());
+  for (const CalibrationMessage::Reference& each : message.references) wire.references.push_back(Write(each));
+  wire.reference_count = static_cast<std::int32_t>(wire.references.size());
+  return wire;
+}
+
+bool IsSound(const calibration_t& wire) {
+  const auto is_number = [](float value) { return std::isfinite(value); };
+  const auto is_share = [](std::int16_t parts) { return parts >= 0 && parts <= kMostParts; };
+  const auto is_length = [](int pixels) { return pixels >= 0 && pixels <= kMaxImageSide; };
+  return values::IsText(wire.camera) && values::IsText(wire.advice) && is_length(wire.width) &&
+         is_length(wire.height) && std::min({wire.frames, wire.views, wire.tilted}) >= 0 && is_share(wire.rows) &&
+         is_share(wire.cols) && wire.parts.size() == static_cast<std::size_t>(wire.rows * wire.cols) &&
+         std::all_of(wire.parts.begin(), wire.parts.end(), [](std::int16_t views) { return views >= 0; }) &&
+         std::isfinite(wire.rms) && wire.rms >= 0 && is_number(wire.edge_px) && wire.residuals.size() % 4 == 0 &&
+         wire.residuals.size() <= 4 * kMostCalibrationResiduals &&
+         std::all_of(wire.residuals.begin(), wire.residuals.end(), is_number) &&
+         wire.references.size() <= kMostReferences;
+}
+
+std::optional<CalibrationMessage::Reference> Read(const calibration_reference_t& wire) {
+  CalibrationMessage::Reference reference;
+  reference.id = values::Unsigned(wire.id);
+  reference.frames = wire.frames;
+  reference.center_px = {wire.center_px[0], wire.center_px[1]};
+  const Eigen::Vector3f offset{wire.offset_m[0], wire.offset_m[1], wire.offset_m[2]};
+  if (wire.fitted != 0) reference.offset_m = offset;
+  reference.limit_m = static_cast<double>(wire.limit_m);
+  const bool sound = wire.frames >= 0 && reference.center_px.allFinite() && offset.allFinite() &&
+                     std::isfinite(wire.limit_m) && wire.limit_m >= 0;
+  return sound ? std::optional(reference) : std::nullopt;
+}
+
+std::optional<ViewMessage> Read(const calibration_t& wire) {
+  if (!IsSound(wire)) return std::nullopt;
+  CalibrationMessage message;
+  message.utc = values::FromMicroseconds<UtcTime>(wire.utc_us);
+  message.camera = wire.camera;
+  message.kind = values::ReadEnum<CalibrationMessage::Kind>(wire.kind);
+  message.state = values::ReadEnum<CalibrationMessage::State>(wire.state);
+  message.advice = wire.advice;
+  message.width = wire.width;
+  message.height = wire.height;
+  message.frames = wire.frames;
+  message.views = wire.views;
+  message.tilted = wire.tilted;
+  message.edge_px = static_cast<double>(wire.edge_px);
+  message.rows = wire.rows;
+  message.cols = wire.cols;
+  message.parts.assign(wire.parts.begin(), wire.parts.end());
+  message.rms = wire.rms;
+  for (std::size_t i = 0; i < wire.residuals.size(); i += 4) {
+    const float* at = wire.residuals.data() + i;
+    message.residuals.push_back({{at[0], at[1]}, {at[2], at[3]}});
+  }
+  for (const calibration_reference_t& each : wire.references) {
+    const auto reference = Read(each);
+    if (!reference) return std::nullopt;
+    message.references.push_back(*reference);
+  }
+  return message;
+}
+
 template <typename Wire>
 std::vector<std::uint8_t> EncodeWire(const Wire& wire) {
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(wire.getEncodedSize()));
@@ -316,12 +419,13 @@ std::vector<std::uint8_t> EncodeView(const AskMessage& message) { return EncodeW
 std::vector<std::uint8_t> EncodeView(const PreviewMessage& message) { return EncodeWire(Write(message)); }
 std::vector<std::uint8_t> EncodeView(const DetailMessage& message) { return EncodeWire(Write(message)); }
 std::vector<std::uint8_t> EncodeView(const CameraMessage& message) { return EncodeWire(Write(message)); }
+std::vector<std::uint8_t> EncodeView(const CalibrationMessage& message) { return EncodeWire(Write(message)); }
 
 bool IsViewMessage(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < 8) return false;
   const std::int64_t fingerprint = FingerprintOf(bytes);
   return fingerprint == ask_t::getHash() || fingerprint == preview_t::getHash() || fingerprint == detail_t::getHash() ||
-         fingerprint == camera_t::getHash();
+         fingerprint == camera_t::getHash() || fingerprint == calibration_t::getHash();
 }
 
 std::optional<ViewMessage> DecodeViewMessage(std::span<const std::uint8_t> bytes) {
@@ -332,7 +436,8 @@ std::optional<ViewMessage> DecodeViewMessage(std::span<const std::uint8_t> bytes
     if (fingerprint == ask_t::getHash()) return DecodeViewAs<ask_t>(bytes);
     if (fingerprint == preview_t::getHash()) return DecodeViewAs<preview_t>(bytes);
     if (fingerprint == detail_t::getHash()) return DecodeViewAs<detail_t>(bytes);
-    return DecodeViewAs<camera_t>(bytes);
+    if (fingerprint == camera_t::getHash()) return DecodeViewAs<camera_t>(bytes);
+    return DecodeViewAs<calibration_t>(bytes);
   } catch (const std::exception&) {
     return std::nullopt;  // more elements than memory holds
   }

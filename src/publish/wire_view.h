@@ -15,8 +15,9 @@ std::vector<std::uint8_t> EncodeView(const AskMessage& message);
 std::vector<std::uint8_t> EncodeView(const PreviewMessage& message);
 std::vector<std::uint8_t> EncodeView(const DetailMessage& message);
 std::vector<std::uint8_t> EncodeView(const CameraMessage& message);
+std::vector<std::uint8_t> EncodeView(const CalibrationMessage& message);
 
-using ViewMessage = std::variant<AskMessage, PreviewMessage, DetailMessage, CameraMessage>;
+using ViewMessage = std::variant<AskMessage, PreviewMessage, DetailMessage, CameraMessage, CalibrationMessage>;
 
 /// What bytes from LCM say; nothing where they are none of these types, cut off, or hold what cannot be: a region or a
 /// size out of range, numbers that are none.

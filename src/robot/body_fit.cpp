@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "core/robot_pose.h"
-#include "detect/plane_pose.h"
+#include "detect/pose/plane_pose.h"
 
 namespace chequer {
 namespace {
@@ -28,6 +28,8 @@ struct Equations {
   Matrix6d normal = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();
   double chi_square = 0;
+  /// Of the gradient by what each print may be off: Σ over the boards of its columns times themselves transposed.
+  Matrix6d of_prints = Matrix6d::Zero();
 };
 
 /// Half a turn about x, both ways.
@@ -51,13 +53,15 @@ Equations Linearize(std::span<const MountedBoard> boards, const RigidTransform& 
     HomographyByPose by_marker;
     const BoardMeasurement& board = mounted.board;
     const BoardGeometry::Parameters expected =
-        HomographyOfPose(camera_from_board, board.cell_m, board.focal_px, &by_marker);
+        HomographyOfPose(camera_from_board, {board.cell_m, board.cell_height_m}, board.focal_px, &by_marker);
     const BoardGeometry::Parameters residual = BoardGeometry(board.plane_from_board).parameters() - expected;
     const HomographyByPose by_body =
         by_marker * MarkerByBody(camera_from_board.translation - camera_from_body.translation);
     const HomographyByPose weighted = board.information * by_body;
     equations.normal += by_body.transpose() * weighted;
     equations.gradient += weighted.transpose() * residual;
+    const Eigen::Matrix<double, 6, 4> by_print = weighted.transpose() * board.by_print;
+    equations.of_prints += by_print * by_print.transpose();
     equations.chi_square += residual.dot(board.information * residual);
   }
   return equations;
@@ -103,6 +107,11 @@ Square CovarianceAlong(const Equations& equations, const Directions& directions)
   return normal.llt().solve(Square::Identity(normal.rows(), normal.cols()));
 }
 
+/// The part of it that the prints may be off.
+Square PrintCovarianceAlong(const Equations& equations, const Directions& directions, const Square& covariance) {
+  return covariance * (directions.transpose() * equations.of_prints * directions) * covariance;
+}
+
 }  // namespace
 
 double ChiSquare(std::span<const MountedBoard> boards, const RigidTransform& camera_from_body) {
@@ -114,6 +123,7 @@ std::optional<BodyFit> FitFreeBody(std::span<const MountedBoard> boards, const R
   const auto found = Descend(boards, camera_from_body, all);
   if (!found) return std::nullopt;
   BodyFit fit{found->camera_from_body, CovarianceAlong(found->equations, all), found->equations.chi_square};
+  fit.print_covariance = PrintCovarianceAlong(found->equations, all, fit.covariance);
   if (!fit.covariance.allFinite()) return std::nullopt;
   return fit;
 }
@@ -132,6 +142,7 @@ std::optional<FloorFit> FitBodyOnFloor(std::span<const MountedBoard> boards, con
   const RigidTransform settled = camera_from_world.Inverse() * found->camera_from_body;
   FloorFit fit{settled.translation.head<2>(), HeadingRad(settled.rotation), CovarianceAlong(found->equations, on_floor),
                found->equations.chi_square};
+  fit.print_covariance = PrintCovarianceAlong(found->equations, on_floor, fit.covariance);
   if (!fit.covariance.allFinite()) return std::nullopt;
   return fit;
 }

@@ -29,7 +29,7 @@ Matrix6d MovedBy(const Matrix6d& covariance, const Eigen::Vector3d& arm) {
 BodyFit ByOneMarker(const MarkerPose& marker, const RosterMarker& mounted) {
   const RigidTransform camera_from_body = marker.camera_from_marker * mounted.body_from_marker.Inverse();
   const Eigen::Vector3d arm = camera_from_body.translation - marker.camera_from_marker.translation;
-  return {camera_from_body, MovedBy(marker.covariance, arm), 0};
+  return {camera_from_body, MovedBy(marker.covariance, arm), 0, MovedBy(marker.print_covariance, arm)};
 }
 
 double Spread(const Matrix6d& covariance) { return std::sqrt(covariance.topLeftCorner<3, 3>().trace()); }
@@ -154,9 +154,11 @@ RobotPose RobotFinder::Describe(const RosterRobot& robot, const Chosen& chosen) 
   }
   pose.frame_from_body = fit.camera_from_body;
   pose.covariance = fit.covariance;
+  pose.print_covariance = fit.print_covariance;
   if (options_.world_from_camera) {
     pose.frame_from_body = *options_.world_from_camera * fit.camera_from_body;
     pose.covariance = Rotated(fit.covariance, options_.world_from_camera->rotation);
+    pose.print_covariance = Rotated(fit.print_covariance, options_.world_from_camera->rotation);
   }
   pose.frame_from_body.rotation = Canonical(pose.frame_from_body.rotation);
   if (options_.floor_mode) pose.floor = DescribeFloor(robot, chosen, fit.camera_from_body);
@@ -174,6 +176,7 @@ std::optional<FloorPose> RobotFinder::DescribeFloor(const RosterRobot& robot, co
   floor.height_m = robot.body_height_m;
   floor.heading_rad = fit->heading_rad;
   floor.covariance = fit->covariance;
+  floor.print_covariance = fit->print_covariance;
   for (const MountedBoard& board : boards) {
     const double expected = robot.body_height_m + board.body_from_marker.translation.z();
     floor.height_error_m +=

@@ -10,6 +10,7 @@
 #include "core/suggestion.h"
 #include "core/toml_reader.h"
 #include "setup/marker_table.h"
+#include "setup/print_table.h"
 
 namespace chequer {
 namespace {
@@ -52,7 +53,11 @@ CameraSetup LoadCameraSetup(const fs::path& path) {
   setup.world = ReadPath(root.Table("world"), "file", base);
   setup.robots = ReadPath(root.Table("robots"), "file", base);
   if (root.Has("capture")) setup.capture = ReadCaptureOptions(root.Table("capture"), base);
+  if (std::string url; root.Table("publish").Read("url", url)) setup.publish_url = url;
+  if (std::string prefix; root.Table("publish").Read("prefix", prefix)) setup.publish_prefix = prefix;
+  if (bool allow = false; root.Table("view").Read("allow", allow)) setup.allow_view = allow;
   root.Table("detect").Read("color_space", setup.color_space, kColorSpaces);
+  setup.print_tolerance = ReadPrintTolerance(root.Table("print"));
   for (TomlTable& table : root.Tables("marker", kMaxFamilies))
     setup.families.push_back(ReadMarkerFamily(table, base, false));
   return setup;

@@ -19,9 +19,13 @@ struct CameraSetup {
   std::optional<CaptureOptions> capture;             ///< nothing without [capture]
   std::vector<MarkerFamily> families;                ///< none without [[marker]]; a side that is left out is 0
   ColorSpace color_space = ColorSpace::kLab;         ///< [detect]
+  PrintTolerance print_tolerance;                    ///< [print]
   std::optional<std::filesystem::path> calibration;  ///< the camera file
   std::optional<std::filesystem::path> world;
   std::optional<std::filesystem::path> robots;
+  std::optional<std::string> publish_url;     ///< [publish] url
+  std::optional<std::string> publish_prefix;  ///< [publish] prefix
+  std::optional<bool> allow_view;             ///< [view] allow
 };
 
 /// Reads those keys; chequerd checks the others. Throws std::runtime_error naming file, line, key, value and what would

@@ -61,6 +61,16 @@ Variant ReadVariant(TomlTable& table) {
                  DidYouMean(text, known));
 }
 
+/// One length, or width and height as measured on the print.
+bool ReadSide(TomlTable& table, MarkerFamily& family) {
+  if (!table.HoldsList("side")) return table.ReadLength("side", family.side_m, kSide);
+  std::vector<double> printed;
+  table.ReadLengths("side", printed, LengthRange{2, 2}, kSide);
+  if (!family.SetPrinted({printed[0], printed[1]}))
+    table.Fail("side", "must be [width, height] of a board of nearly square cells");
+  return true;
+}
+
 MarkerCode MakeCode(TomlTable& table, const std::filesystem::path& base) {
   const MarkerSize size = ReadSize(table);
   const Variant variant = ReadVariant(table);
@@ -80,7 +90,7 @@ MarkerCode MakeCode(TomlTable& table, const std::filesystem::path& base) {
 
 MarkerFamily ReadMarkerFamily(TomlTable& table, const std::filesystem::path& base, bool need_side) {
   MarkerFamily family{.code = MakeCode(table, base), .side_m = 0, .roster = {}};
-  if (!table.ReadLength("side", family.side_m, kSide) && need_side)
+  if (!ReadSide(table, family) && need_side)
     table.Fail("side", "is missing: poses need the side of the whole board, such as \"120mm\" or 0.12 (metres)");
   std::vector<std::string> roster;
   table.Read("roster", roster, LengthRange{1, 100'000});

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "simulate/random.h"
+#include "simulate/separations.h"
 
 namespace chequer {
 namespace {
@@ -81,6 +82,7 @@ std::vector<Rectangle> CutOut(const std::vector<Rectangle>& rectangles, const Re
 }  // namespace
 
 std::vector<Rectangle> BoardRectangles(const SceneMarker& marker) {
+  if (!marker.print.in_register()) return SeparatedRectangles(marker);
   const Board& board = marker.board;
   const double spread = marker.ink_spread_cells;
   std::vector<Rectangle> rectangles;

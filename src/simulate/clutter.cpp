@@ -13,7 +13,16 @@
 namespace chequer {
 namespace {
 
+// A seed must give the same frame whatever the compiler: in which order it works out the arguments of a call is its own
+// affair, so that no call has two that draw.
+
 double Level(Random& random, double low = 0, double high = 255) { return std::floor(random.Uniform(low, high)); }
+
+/// A colour between these levels, all alike.
+cv::Scalar ColourBetween(double low, double high, Random& random) {
+  const double third = Level(random, low, high), second = Level(random, low, high), first = Level(random, low, high);
+  return {first, second, third};
+}
 
 cv::Scalar AnyColour(Random& random) {
   if (random.Below(2) == 0) {
@@ -48,8 +57,9 @@ void DrawNoise(cv::Mat& image, Random& random) {
   for (int scale = 1; scale <= 128; scale *= 2, weight *= 1 / std::max(rough, 0.7)) {
     sum += weight * 0.5 * OctaveOf(image.size(), scale, random);
   }
-  const cv::Scalar base(Level(random, 60, 190), Level(random, 60, 190), Level(random, 60, 190));
-  const cv::Scalar gain(random.Uniform(0.5, 1), random.Uniform(0.5, 1), random.Uniform(0.5, 1));
+  const cv::Scalar base = ColourBetween(60, 190, random);
+  const double third = random.Uniform(0.5, 1), second = random.Uniform(0.5, 1), first = random.Uniform(0.5, 1);
+  const cv::Scalar gain(first, second, third);
   for (int y = 0; y < image.rows; ++y)
     for (int x = 0; x < image.cols; ++x)
       for (int c = 0; c < 3; ++c)
@@ -86,8 +96,8 @@ void DrawChess(cv::Mat& image, Random& random) {
     const bool shuffled = random.Below(3) == 0;
     // The inks of the markers themselves, in no order that any border has.
     if (shuffled) colours = {{40, 40, 40}, {235, 235, 235}, {160, 70, 45}, {60, 205, 225}};
-    FillLattice(image, AnyPoint(image, random), u, v, 2 + random.Below(9), 2 + random.Below(9), colours, shuffled,
-                random);
+    const int rows = 2 + random.Below(9), cols = 2 + random.Below(9);
+    FillLattice(image, AnyPoint(image, random), u, v, cols, rows, colours, shuffled, random);
   }
 }
 
@@ -97,18 +107,24 @@ void DrawText(cv::Mat& image, Random& random) {
   for (int i = 0; i < words; ++i) {
     std::string word;
     for (int letters = 2 + random.Below(8); letters > 0; --letters) word += static_cast<char>('!' + random.Below(94));
-    cv::putText(image, word, AnyPoint(image, random), random.Below(8), random.Uniform(0.3, 2.5), AnyColour(random),
-                1 + random.Below(4), cv::LINE_AA);
-    if (random.Below(3) == 0)
-      cv::line(image, AnyPoint(image, random), AnyPoint(image, random), AnyColour(random), 1 + random.Below(4),
-               cv::LINE_AA);
+    const int thickness = 1 + random.Below(4);
+    const cv::Scalar colour = AnyColour(random);
+    const double size = random.Uniform(0.3, 2.5);
+    const int font = random.Below(8);
+    cv::putText(image, word, AnyPoint(image, random), font, size, colour, thickness, cv::LINE_AA);
+    if (random.Below(3) == 0) {
+      const int width = 1 + random.Below(4);
+      const cv::Scalar line_colour = AnyColour(random);
+      const cv::Point to = AnyPoint(image, random), from = AnyPoint(image, random);
+      cv::line(image, from, to, line_colour, width, cv::LINE_AA);
+    }
   }
 }
 
 void DrawTiles(cv::Mat& image, Random& random) {
   image.setTo(AnyColour(random));
   const double size = random.Uniform(12, 120), joint = random.Uniform(1, 5);
-  const cv::Scalar base(Level(random, 60, 220), Level(random, 60, 220), Level(random, 60, 220));
+  const cv::Scalar base = ColourBetween(60, 220, random);
   const double angle = random.Uniform(0, M_PI / 2);
   const cv::Point2d u(std::cos(angle), std::sin(angle)), v(-u.y, u.x);
   const int reach = static_cast<int>((image.cols + image.rows) / size) + 2;
@@ -126,7 +142,8 @@ void DrawTiles(cv::Mat& image, Random& random) {
 
 void DrawWood(cv::Mat& image, Random& random) {
   const double plank = random.Uniform(40, 160), stretch = random.Uniform(30, 90), rings = random.Uniform(3, 9);
-  const cv::Scalar base(Level(random, 40, 90), Level(random, 80, 130), Level(random, 130, 190));
+  const double red = Level(random, 130, 190), green = Level(random, 80, 130), blue = Level(random, 40, 90);
+  const cv::Scalar base(blue, green, red);
   const cv::Mat bends = OctaveOf({image.cols, image.rows}, 64, random);
   const cv::Mat grain = OctaveOf({image.cols, image.rows}, 2, random);
   std::vector<double> offsets, shades;
@@ -152,10 +169,9 @@ void DrawBlobs(cv::Mat& image, Random& random) {
   const int blobs = 20 + image.cols * image.rows / 4000;
   for (int i = 0; i < blobs; ++i) {
     const int size = static_cast<int>(3 * std::pow(30.0, random.Uniform()));
-    const cv::RotatedRect box(
-        cv::Point2f(AnyPoint(image, random)),
-        cv::Size2f(static_cast<float>(size), static_cast<float>(size) * static_cast<float>(random.Uniform(0.3, 1))),
-        static_cast<float>(random.Uniform(0, 360)));
+    const float angle_deg = static_cast<float>(random.Uniform(0, 360)), slant = static_cast<float>(random.Uniform(0.3, 1));
+    const cv::RotatedRect box(cv::Point2f(AnyPoint(image, random)),
+                              cv::Size2f(static_cast<float>(size), static_cast<float>(size) * slant), angle_deg);
     if (random.Below(2) == 0) {
       cv::ellipse(image, box, AnyColour(random), cv::FILLED, cv::LINE_AA);
     } else {

@@ -96,12 +96,24 @@ std::string SwarmOptions::Check() const {
   if (!(max_tilt_rad >= 0 && max_tilt_rad < 1.2)) return "max_tilt_rad must be from 0 to 1.2";
   if (!(max_speed_m_s >= 0)) return "max_speed_m_s must be at least 0";
   if (!(gap_m >= 0)) return "gap_m must be at least 0";
-  return {};
+  return print.Check();
 }
 
 Swarm::Swarm(SwarmOptions options, std::uint64_t seed) : options_(std::move(options)) {
   if (std::string wrong = options_.Check(); !wrong.empty()) throw std::runtime_error(wrong);
   Place(seed);
+  for (std::size_t i = 0; i < options_.boards.size(); ++i) prints_.push_back(PrintFor(i, DeriveSeed(seed, i)));
+}
+
+SceneMarker Swarm::PrintFor(std::size_t index, std::uint64_t seed) const {
+  SceneMarker marker;
+  marker.board = options_.boards[index];
+  marker.side_m = options_.SideOf(index);
+  marker.inks = options_.inks;
+  marker.margin_cells = options_.margin_cells;
+  marker.ink_spread_cells = options_.ink_spread_cells;
+  Print(options_.print, seed, marker);
+  return marker;
 }
 
 std::optional<Swarm::Circle> Swarm::FindRoom(double radius_m, const std::vector<Circle>& taken, Random& random) const {
@@ -170,12 +182,7 @@ SceneMarker Swarm::MarkerAt(std::size_t index, double time_s) const {
     const double at = robot.roam_m * Triangle(robot.speed_m_s * time_s / robot.roam_m);
     offset = at * Eigen::Vector2d(std::cos(heading), std::sin(heading));
   }
-  SceneMarker marker;
-  marker.board = options_.boards[index];
-  marker.side_m = options_.SideOf(index);
-  marker.inks = options_.inks;
-  marker.margin_cells = options_.margin_cells;
-  marker.ink_spread_cells = options_.ink_spread_cells;
+  SceneMarker marker = prints_[index];
   const Eigen::Vector3d position = robot.home + Eigen::Vector3d(offset.x(), offset.y(), 0);
   marker.camera_from_marker = FacingPose(position, heading, robot.tilt_rad, robot.tilt_axis_rad);
   return marker;

@@ -9,6 +9,7 @@
 
 #include "chequer/camera_model.h"
 #include "chequer/marker.h"
+#include "simulate/print_quality.h"
 #include "simulate/random.h"
 #include "simulate/scene.h"
 
@@ -40,6 +41,7 @@ struct SwarmOptions {
   InkSet inks;
   double margin_cells = 0;
   double ink_spread_cells = 0;
+  PrintQuality print{};
 
   /// Empty, or what is wrong and what would be right.
   std::string Check() const;
@@ -74,12 +76,14 @@ class Swarm {
   };
 
   void Place(std::uint64_t seed);
+  SceneMarker PrintFor(std::size_t index, std::uint64_t seed) const;
   /// Gives robots places as long as there is room; how many have one.
   std::size_t TryPlace(double roam_m, std::uint64_t seed);
   std::optional<Circle> FindRoom(double radius_m, const std::vector<Circle>& taken, Random& random) const;
   SceneMarker MarkerAt(std::size_t index, double time_s) const;
 
   SwarmOptions options_;
+  std::vector<SceneMarker> prints_;  ///< one a robot, without its pose
   std::vector<Robot> robots_;
 };
 

@@ -1,5 +1,7 @@
 #include "simulate/render.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -13,11 +15,6 @@ namespace {
 
 void ThrowIf(const std::string& wrong) {
   if (!wrong.empty()) throw std::runtime_error(wrong);
-}
-
-RenderOptions Checked(RenderOptions options) {
-  ThrowIf(options.Check());
-  return options;
 }
 
 bool IsPlanarYuv(PixelFormat format) {
@@ -57,6 +54,11 @@ Image Deliver(Image image, const RenderOptions& options) {
 
 }  // namespace
 
+RenderOptions Checked(RenderOptions options) {
+  ThrowIf(options.Check());
+  return options;
+}
+
 std::string RenderOptions::Check() const {
   if (camera.width < 1 || camera.height < 1 || camera.width > kMaxImageSide || camera.height > kMaxImageSide)
     return "the camera's width and height must be from 1 to " + std::to_string(kMaxImageSide);
@@ -68,6 +70,8 @@ std::string RenderOptions::Check() const {
   if (jpeg_quality && (*jpeg_quality < 1 || *jpeg_quality > 100)) return "jpeg_quality must be from 1 to 100";
   if (jpeg_quality && (IsBayer(format) || (IsYuv(format) && !IsPlanarYuv(format))))
     return "JPEG holds BGR8, RGB8, Mono8, YUV420P, YUV422P or YUV444P, not " + std::string(PixelFormatName(format));
+  if (IsBayer(format) && processing.any()) return "raw frames (Bayer) are not processed";
+  if (std::string wrong = processing.Check(); !wrong.empty()) return wrong;
   if (std::string wrong = shadow.Check(); !wrong.empty()) return wrong;
   if (std::string wrong = lighting.Check(); !wrong.empty()) return wrong;
   return sensor.Check();
@@ -99,9 +103,19 @@ Image Renderer::Render(const std::vector<SceneMarker>& markers, std::uint64_t se
 }
 
 Image Capture(LinearImage light, const RenderOptions& options, std::uint64_t seed) {
+  const ProcessingOptions& processing = options.processing;
+  const int width = light.width, height = light.height;
+  if (processing.chromatic_aberration_px > 0) light = WithChromaticAberration(light, processing.chromatic_aberration_px);
   Illuminate(light, options.lighting);
   const PixelFormat captured = IsYuv(options.format) ? PixelFormat::kBgr8 : options.format;
-  return Deliver(Expose(light, options.sensor, captured, options.tone_curve, seed), options);
+  if (!processing.any())
+    return Deliver(Expose(light, options.sensor, captured, options.tone_curve, seed), options);
+  if (processing.upscaling > 1) {
+    const auto fewer = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels / processing.upscaling))); };
+    light = Reduced(light, fewer(width), fewer(height));
+  }
+  const Image exposed = Expose(light, options.sensor, captured, options.tone_curve, seed, processing);
+  return Deliver(Processed(exposed, processing, width, height), options);
 }
 
 Image Render(const Scene& scene, const RenderOptions& options, std::uint64_t seed) {

@@ -9,6 +9,7 @@
 #include "chequer/image.h"
 #include "simulate/cast_shadow.h"
 #include "simulate/lens.h"
+#include "simulate/processing.h"
 #include "simulate/scene.h"
 #include "simulate/sensor.h"
 
@@ -23,6 +24,7 @@ struct RenderOptions {
   CastShadow shadow;            ///< on the scene; the lens blurs what it has shaded
   LightingOptions lighting;
   SensorOptions sensor;
+  ProcessingOptions processing;  ///< not of Bayer formats
   ToneCurve tone_curve = ToneCurve::Srgb();
   PixelFormat format = PixelFormat::kBgr8;
   YuvRange yuv_range = YuvRange::kFull;  ///< of the YUV formats; planar JPEG YUV is always full
@@ -32,6 +34,8 @@ struct RenderOptions {
   /// Empty, or what is wrong and what would be right.
   std::string Check() const;
 };
+/// The same options. Throws std::runtime_error with what Check() finds.
+RenderOptions Checked(RenderOptions options);
 
 /// Renders frames of scenes with one camera before one background, which is drawn once.
 class Renderer {
@@ -56,7 +60,7 @@ class Renderer {
 /// A background in a shadow. @param rim pixels by which it is larger than the image on each side.
 LinearImage Shaded(LinearImage background, int rim, const CastShadow& shadow);
 
-/// What the camera delivers of the light on its sensor: gradients, exposure, conversion and coding.
+/// What the camera delivers of the light on its sensor: gradients, exposure, processing, conversion and coding.
 /// @pre options.Check() is empty.
 Image Capture(LinearImage light, const RenderOptions& options, std::uint64_t seed);
 

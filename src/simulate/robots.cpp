@@ -81,6 +81,7 @@ std::vector<Robots::Body> Robots::MakeBodies(const Scenario& scenario) {
     body.marker.inks = swarm.inks;
     body.marker.margin_cells = swarm.margin_cells;
     body.marker.ink_spread_cells = swarm.ink_spread_cells;
+    Print(swarm.print, DeriveSeed(DeriveSeed(scenario.seed, 4), static_cast<std::uint64_t>(i)), body.marker);
     body.depth_m = scenario.camera.distance_m - random.Uniform(0, swarm.height_spread_m);
     body.tilt_rad = random.Uniform(0, swarm.max_tilt_rad);
     body.tilt_axis_rad = random.Uniform(-M_PI, M_PI);

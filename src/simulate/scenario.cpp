@@ -100,8 +100,24 @@ void ReadCamera(TomlTable table, const std::filesystem::path& folder, std::uint6
   camera.auto_exposure = exposure;
 }
 
+/// A kind of print, and what is different from it. Returns the name of its inks.
+std::string ReadPrint(TomlTable& table, PrintQuality& print) {
+  std::string name = "ideal";
+  table.Read("print", name);
+  const auto kind = NamedPrint(name);
+  if (!kind) table.Fail("print", "must be one of " + PrintKindNames());
+  print = kind->quality;
+  std::vector<double> scale{print.scale.x(), print.scale.y()};
+  table.Read("print_scale", scale, LengthRange{2, 2}, NumberRange{0.9, 1.1});
+  print.scale = {scale[0], scale[1]};
+  table.ReadLength("register", print.register_m, NumberRange{0, 0.005});
+  table.Read("fading", print.fading, NumberRange{0, 0.9});
+  table.Read("dirt", print.dirt, NumberRange{0, 0.3});
+  return std::string(kind->ink);
+}
+
 void ReadMarkers(TomlTable& table, ScenarioSwarm& swarm) {
-  std::string size = ToString(swarm.size), variant(VariantName(swarm.variant)), ink = "laser";
+  std::string size = ToString(swarm.size), variant(VariantName(swarm.variant)), ink;
   table.Read("size", size);
   const auto parsed = ParseMarkerSize(size);
   if (!parsed) table.Fail("size", "must be ROWSxCOLS such as \"6x6\", at least 3x3, with at most 64 cells inside");
@@ -116,6 +132,7 @@ void ReadMarkers(TomlTable& table, ScenarioSwarm& swarm) {
   table.ReadLength("side", swarm.side_m, NumberRange{0.001, 99});
   table.Read("first_id", swarm.first_id, kId);
   table.Read("margin_cells", swarm.margin_cells, NumberRange{0, 20});
+  ink = ReadPrint(table, swarm.print);
   table.Read("ink", ink);
   const auto inks = NamedInks(ink);
   if (!inks) table.Fail("ink", "must be one of " + InkNames());

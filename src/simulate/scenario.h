@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "chequer/marker.h"
+#include "simulate/print_quality.h"
 #include "simulate/render.h"
 
 namespace chequer {
@@ -73,6 +74,7 @@ struct ScenarioSwarm {
   double margin_cells = 0;
   InkSet inks;
   double ink_spread_cells = 0;
+  PrintQuality print;
   double speed_m_s = 0.4;         ///< the largest, where a phase says nothing else
   double acceleration_m_s2 = 5;   ///< the largest, also of braking
   double gap_m = 0.02;            ///< kept free between the circles about boards

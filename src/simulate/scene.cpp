@@ -16,12 +16,16 @@ std::string CheckMarker(const SceneMarker& marker) {
   if (!(marker.side_m > 0 && marker.side_m <= 100)) return "side_m must be above 0, at most 100";
   if (!(marker.margin_cells >= 0 && marker.margin_cells <= 20)) return "margin_cells must be from 0 to 20";
   if (std::string("KWBY").find(marker.margin_colour) == std::string::npos) return "margin_colour must be K, W, B or Y";
-  if (!(marker.ink_spread_cells >= 0 && marker.ink_spread_cells <= 0.4))
+  if (!(marker.ink_spread_cells >= 0 && marker.ink_spread_cells <= kMostInkSpreadCells))
     return "ink_spread_cells must be from 0 to 0.4";
   if (marker.ink_spread_cells > 0 && !board.Alternates())
     return "ink_spread_cells must be 0 on a board that is no checkerboard";
   if (marker.margin_cells > 0 && marker.margin_cells < marker.ink_spread_cells)
     return "margin_cells must be 0 or at least ink_spread_cells";
+  if (!(marker.print.scale.minCoeff() >= 0.8 && marker.print.scale.maxCoeff() <= 1.2))
+    return "the print's scale must be from 0.8 to 1.2";
+  const double farthest = std::max(marker.print.blue_shift_m.norm(), marker.print.yellow_shift_m.norm());
+  if (!(farthest <= 0.5 * marker.CellSize())) return "the print's inks must lie within half a cell of each other";
   if (!(marker.gradient >= 0 && marker.gradient <= 1)) return "gradient must be from 0 to 1";
   if (!marker.camera_from_marker.translation.allFinite()) return "its position is not finite";
   if (std::abs(marker.camera_from_marker.rotation.norm() - 1) > 1e-6) return "its orientation is not of length 1";
@@ -35,9 +39,9 @@ std::string CheckMarker(const SceneMarker& marker) {
 }  // namespace
 
 Eigen::Vector3d SceneMarker::PointAt(double col, double row) const {
-  const double cell = CellSize();
-  const double x = (col - 0.5 * board.cols) * cell;
-  return {mirrored ? -x : x, (0.5 * board.rows - row) * cell, 0};
+  const Eigen::Vector2d cell = CellSize() * print.scale;
+  const double x = (col - 0.5 * board.cols) * cell.x();
+  return {mirrored ? -x : x, (0.5 * board.rows - row) * cell.y(), 0};
 }
 
 std::string Scene::Check() const {

@@ -24,6 +24,19 @@ struct Occluder {
   std::uint64_t seed = 0;  ///< of the patches
 };
 
+/// What is wrong with one print. The truth has the marker that was meant.
+struct PrintErrors {
+  Eigen::Vector2d scale{1, 1};  ///< printed over nominal length: of the board's width, of its height; 0.8..1.2
+  // Where the blue and the yellow ink lie against the black one, which lies where it should: right, down, metres.
+  Eigen::Vector2d blue_shift_m{0, 0};
+  Eigen::Vector2d yellow_shift_m{0, 0};
+
+  bool in_register() const { return blue_shift_m.isZero() && yellow_shift_m.isZero(); }
+};
+
+/// Largest SceneMarker::ink_spread_cells.
+inline constexpr double kMostInkSpreadCells = 0.4;
+
 /// A marker that stands in the scene.
 struct SceneMarker {
   RigidTransform camera_from_marker;  ///< origin at the board's centre, x right, y up, z out of the face
@@ -33,14 +46,15 @@ struct SceneMarker {
   double margin_cells = 0;  ///< plain border round the board
   char margin_colour = 'W';
   double ink_spread_cells = 0;  ///< by which dark cells grow on each side, 0..0.4; of checkerboards alone
-  bool mirrored = false;        ///< seen in a mirror: left and right of the board exchanged
+  PrintErrors print;
+  bool mirrored = false;  ///< seen in a mirror: left and right of the board exchanged
   /// Light falls from 1 at one rim of the board to 1 − gradient at the other; 0..1.
   double gradient = 0;
   double gradient_angle_rad = 0;  ///< where it falls to, in the image: 0 right, π/2 down
   std::vector<Occluder> occluders;
 
   double CellSize() const { return board.CellSize(side_m); }
-  /// The point of the marker frame at that many cells right and down of the board's top left.
+  /// The point of the marker frame where what is that many cells right and down of the board's top left was printed.
   Eigen::Vector3d PointAt(double col, double row) const;
 };
 

@@ -106,10 +106,11 @@ cv::Mat ReadGrey(const LinearImage& light, const SensorOptions& options, Photosi
 }
 
 /// Raw values through the curve into packed bytes; with `swapped`, the first and third of three channels change places.
-void Code(const cv::Mat& raw, ToneCurve tone_curve, bool swapped, std::span<std::uint8_t> bytes) {
+void Code(const cv::Mat& raw, ToneCurve tone_curve, const CameraCurve& curve, bool swapped,
+          std::span<std::uint8_t> bytes) {
   std::vector<std::uint8_t> table(65536);
   for (std::size_t i = 0; i < table.size(); ++i)
-    table[i] = static_cast<std::uint8_t>(tone_curve.FromLinear(static_cast<double>(i) / 65535.0) * 255 + 0.5);
+    table[i] = static_cast<std::uint8_t>(curve.CodeOf(static_cast<double>(i) / 65535.0, tone_curve) * 255 + 0.5);
   const auto channels = static_cast<std::size_t>(raw.channels());
   const std::size_t samples = static_cast<std::size_t>(raw.cols) * channels;
   for (int y = 0; y < raw.rows; ++y) {
@@ -118,6 +119,20 @@ void Code(const cv::Mat& raw, ToneCurve tone_curve, bool swapped, std::span<std:
     for (std::size_t i = 0; i < samples; ++i) out[i] = table[in[i]];
     if (swapped)
       for (std::size_t i = 0; i + 2 < samples; i += 3) std::swap(out[i], out[i + 2]);
+  }
+}
+
+/// Multiplies the colours' distance from grey of the same luminance (BT.709's, of linear light).
+void Saturate(cv::Mat& raw, double saturation) {
+  constexpr std::array<double, 3> kLuminance{0.0722, 0.7152, 0.2126};  // blue, green, red
+  for (int y = 0; y < raw.rows; ++y) {
+    auto* pixel = raw.ptr<cv::Vec3w>(y);
+    for (int x = 0; x < raw.cols; ++x) {
+      double grey = 0;
+      for (int c = 0; c < 3; ++c) grey += kLuminance[static_cast<std::size_t>(c)] * pixel[x][c];
+      for (int c = 0; c < 3; ++c)
+        pixel[x][c] = cv::saturate_cast<std::uint16_t>(grey + saturation * (pixel[x][c] - grey));
+    }
   }
 }
 
@@ -160,7 +175,7 @@ void Illuminate(LinearImage& image, const LightingOptions& lighting) {
 }
 
 Image Expose(const LinearImage& light, const SensorOptions& options, PixelFormat format, ToneCurve tone_curve,
-             std::uint64_t seed) {
+             std::uint64_t seed, const ProcessingOptions& processing) {
   Photosite site(options, seed);
   Image image(format, light.width, light.height, tone_curve);
   cv::Mat raw;
@@ -175,7 +190,8 @@ Image Expose(const LinearImage& light, const SensorOptions& options, PixelFormat
     else
       raw = ReadColours(light, options, site);
   }
-  Code(raw, tone_curve, format == PixelFormat::kRgb8, image.bytes());
+  if (processing.saturation != 1 && raw.channels() == 3) Saturate(raw, processing.saturation);
+  Code(raw, tone_curve, processing.curve, format == PixelFormat::kRgb8, image.bytes());
   return image;
 }
 

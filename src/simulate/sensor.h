@@ -6,6 +6,7 @@
 
 #include "chequer/image.h"
 #include "simulate/linear_image.h"
+#include "simulate/processing.h"
 
 namespace chequer {
 
@@ -49,8 +50,9 @@ void Illuminate(LinearImage& image, const LightingOptions& lighting);
 
 /// The 8-bit image that the sensor gives through its tone curve: `format` is kBgr8, kRgb8, kMono8 (a sensor without
 /// colour filters) or one of the Bayer formats (raw, also coded with the curve). Noise hangs on the seed alone.
+/// @param processing of which the saturation (not of Mono8 and raw images) and the curve are applied here.
 /// @pre options.Check() is empty.
 Image Expose(const LinearImage& light, const SensorOptions& options, PixelFormat format, ToneCurve tone_curve,
-             std::uint64_t seed);
+             std::uint64_t seed, const ProcessingOptions& processing = {});
 
 }  // namespace chequer

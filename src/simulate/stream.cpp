@@ -52,11 +52,6 @@ void SetShares(const SceneMarker& marker, const CameraModel& camera, TrueMarker&
   truth.visible = static_cast<double>(visible) / (kSteps * kSteps);
 }
 
-RenderOptions Checked(RenderOptions options) {
-  if (std::string wrong = options.Check(); !wrong.empty()) throw std::runtime_error(wrong);
-  return options;
-}
-
 void Flicker(const FramePlan& plan, double rows_read_s, LinearImage& light) {
   if (plan.flicker.amplitude == 0) return;
   for (int y = 0; y < light.height; ++y) {

@@ -36,7 +36,8 @@ std::vector<std::optional<Occluder>> LayHands(const Phase& phase, int robots, st
   for (long laid = 0; laid < count;) {
     std::optional<Occluder>& hand = hands[static_cast<std::size_t>(random.Below(robots))];
     if (hand) continue;
-    hand = HandFrom(random.Below(4), random.Uniform(phase.occluded_least, phase.occluded_most));
+    const double share = random.Uniform(phase.occluded_least, phase.occluded_most);
+    hand = HandFrom(random.Below(4), share);
     hand->patches = phase.hand_patches;
     hand->seed = random.Bits();
     ++laid;

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "chequer/detect_trace.h"
-#include "detect/trace_kernel.h"
+#include "detect/common/trace_kernel.h"
 
 namespace chequer {
 namespace {

@@ -21,6 +21,7 @@
 #include "tools/commands.h"
 #include "tools/frame_feed.h"
 #include "tools/length_option.h"
+#include "tools/lens_progress.h"
 #include "tools/lens_watch.h"
 #include "tools/marker_options.h"
 #include "tools/setup_option.h"
@@ -87,8 +88,8 @@ class Feedback {
 
   void Tell(const ViewCollector& collector, const LensView& view, ViewVerdict verdict) {
     const std::string line = fmt::format(
-        "{} views, {} tilted; coverage {:.0f} %; edges {}; {}", collector.views().size(), collector.tilted(),
-        100 * collector.coverage().Share(),
+        "{} view{}, {} tilted; coverage {:.0f} %; edges {}; {}", collector.views().size(),
+        collector.views().size() == 1 ? "" : "s", collector.tilted(), 100 * collector.coverage().Share(),
         view.edge_px > 0 ? fmt::format("{:.1f} px", view.edge_px) : std::string("-"), collector.Hint(verdict));
     if (over_itself_) {
       if (lines_ > 0) fmt::print("\x1b[{}A", lines_);
@@ -120,7 +121,7 @@ std::string NothingSeen(const LensRequest& request, std::size_t frames, int gave
 }
 
 /// Collects views until the frames end, or, of a camera, until there is enough.
-ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed& feed) {
+ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed& feed, LensProgress& shown) {
   std::optional<ViewCollector> collector;
   int width = 0, height = 0;
   int gave_up = 0;
@@ -143,7 +144,10 @@ ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed&
     gave_up += view.gave_up ? 1 : 0;
     const ViewVerdict verdict = collector->Offer(view, frame->reload);
     feedback.Tell(*collector, view, verdict);
-    if (!feed.is_live()) progress.Tell(collector->offered(), collector->views().size());
+    shown.Look(*collector, view.edge_px, collector->Hint(verdict));
+    // A view that was taken has its own line.
+    if (!feed.is_live() && verdict != ViewVerdict::kTaken)
+      progress.Tell(collector->offered(), collector->views().size());
     if (collector->is_full() || (feed.is_live() && collector->Hint(verdict) == "enough")) break;
   }
   if (!collector) throw std::runtime_error("there are no frames");
@@ -192,6 +196,27 @@ LensCalibration Calibrate(const LensRequest& request, const ViewCollector& colle
   return calibration;
 }
 
+struct CollectedLens {
+  ViewCollector collector;
+  LensCalibration calibration;
+};
+
+CollectedLens CollectAndCalibrate(const LensRequest& request, LensTarget& target, FrameFeed& feed,
+                                  LensProgress& shown) {
+  try {
+    ViewCollector collector = Collect(request, target, feed, shown);
+    shown.Solve(collector);
+    LensCalibration calibration =
+        Calibrate(request, collector, target, collector.options().width, collector.options().height);
+    calibration.record.date = NowInUtc();
+    shown.Finish(collector, calibration);
+    return {std::move(collector), std::move(calibration)};
+  } catch (const std::runtime_error& error) {
+    shown.Fail(error.what());
+    throw;
+  }
+}
+
 void PrintResult(const LensCalibration& calibration, const Coverage& coverage) {
   const CameraModel& c = calibration.camera;
   const CalibrationRecord& r = calibration.record;
@@ -203,6 +228,12 @@ void PrintResult(const LensCalibration& calibration, const Coverage& coverage) {
   fmt::print("fx {:.3f} ± {:.3f}, fy {:.3f} ± {:.3f}, cx {:.3f} ± {:.3f}, cy {:.3f} ± {:.3f} px\n", c.fx,
              r.uncertainty[0], c.fy, r.uncertainty[1], c.cx, r.uncertainty[2], c.cy, r.uncertainty[3]);
   fmt::print("RMS {:.3f} px over {} points of {} views\n", r.rms_px, calibration.residuals.size(), r.views);
+  if (calibration.print.matters())
+    fmt::print(
+        "The print is {:.2f} ± {:.2f} % {} than it should be for its width; the calibration allows for it. "
+        "Measure a marker both ways and write side = [width, height], or --side WIDTHxHEIGHT.\n",
+        100 * std::abs(calibration.print.stretch), 100 * calibration.print.deviation,
+        calibration.print.stretch > 0 ? "taller" : "lower");
   if (coverage.Share() < 0.6)
     fmt::print("Only {:.0f} % of the image is covered: the distortion elsewhere is a guess. Hold the target there.\n",
                100 * coverage.Share());
@@ -223,10 +254,8 @@ void RunLens(LensRequest& request) {
   CheckFolderOf("--picture", picture);
   const std::unique_ptr<LensTarget> target = MakeTarget(request);
   FrameFeed feed(request.feed, request.setup, nullptr);
-  const ViewCollector collector = Collect(request, *target, feed);
-  LensCalibration calibration =
-      Calibrate(request, collector, *target, collector.options().width, collector.options().height);
-  calibration.record.date = NowInUtc();
+  LensProgress shown(request.setup, ParseModel(request.model));
+  const auto [collector, calibration] = CollectAndCalibrate(request, *target, feed, shown);
   PrintResult(calibration, collector.coverage());
   WriteCalibration(out, FormatCamera(calibration.camera, &calibration.record));
   WriteFileAtomically(picture, DrawLensPicture(calibration));

@@ -16,6 +16,7 @@
 #include "tools/frame_feed.h"
 #include "tools/marker_options.h"
 #include "tools/setup_option.h"
+#include "tools/world_progress.h"
 #include "world/estimate.h"
 #include "world/world_file.h"
 
@@ -59,24 +60,6 @@ void CheckWays(const WorldRequest& request) {
     throw CLI::ValidationError("--frames", fmt::format("{} is outside 1 to 10000", request.frames));
 }
 
-/// What stands still in the frames.
-std::vector<StillMarker> Watch(const WorldRequest& request, const DetectorOptions& options, FrameFeed& feed) {
-  Detector detector(options);
-  StillMarkers still;
-  const CameraModel& camera = *options.camera;
-  while (still.frames() < request.frames) {
-    const auto frame = feed.Next();
-    if (!frame) break;
-    if (frame->image.width() != camera.width || frame->image.height() != camera.height)
-      throw std::runtime_error(fmt::format("{} is {}x{}, but the calibration {} is for {}x{}", frame->name,
-                                           frame->image.width(), frame->image.height(), request.calibration,
-                                           camera.width, camera.height));
-    still.Add(detector.Detect(frame->image));
-  }
-  if (still.frames() == 0) throw std::runtime_error("there are no frames");
-  return still.Means();
-}
-
 /// Of the families together, the one marker that has that id.
 const StillMarker& Find(const std::vector<StillMarker>& seen, std::uint64_t id) {
   const auto is_it = [&](const StillMarker& marker) { return marker.id == id; };
@@ -91,12 +74,6 @@ const StillMarker& Find(const std::vector<StillMarker>& seen, std::uint64_t id) 
     throw std::runtime_error(fmt::format("there are markers {} of several kinds; name one kind by --marker", id));
   return *found;
 }
-
-/// The estimate with the markers that its residuals number.
-struct Result {
-  WorldEstimate estimate;
-  std::vector<StillMarker> markers;
-};
 
 std::vector<std::uint64_t> ParseIds(const char* option, const std::string& text, std::size_t count) {
   std::vector<std::uint64_t> ids;
@@ -125,35 +102,80 @@ std::vector<std::uint64_t> ParseIds(const char* option, const std::string& text,
   return ids;
 }
 
-Result Estimate(const WorldRequest& request, const DetectorOptions& options, FrameFeed& feed) {
-  Result result;
-  if (!request.references.empty()) {
-    const ReferenceList list = LoadReferences(request.references);
-    for (const Reference& reference : list.references)
-      if (static_cast<std::size_t>(reference.family) >= options.families.size())
-        throw std::runtime_error(fmt::format("{}: reference {}: family = {}: must be below {}, the number of --marker",
-                                             request.references, reference.id, reference.family,
-                                             options.families.size()));
-    result.markers = Watch(request, options, feed);
-    try {
-      result.estimate = EstimateFromReferences(list, result.markers);
-    } catch (const std::runtime_error& error) {
-      throw std::runtime_error(request.references + ": " + error.what());
-    }
-  } else if (!request.origin.empty()) {
-    const auto ids = ParseIds("--origin", request.origin, 1);
-    result.markers = {Find(Watch(request, options, feed), ids[0])};
-    result.estimate = EstimateFromMarker(result.markers[0]);
-  } else {
-    const auto ids = ParseIds("--l", request.l_of_three, 3);
-    const std::vector<StillMarker> seen = Watch(request, options, feed);
-    for (const std::uint64_t id : ids) result.markers.push_back(Find(seen, id));
-    result.estimate = EstimateFromL(std::span<const StillMarker, 3>(result.markers));
+/// What stands still in the frames.
+std::vector<StillMarker> Watch(const WorldRequest& request, const DetectorOptions& options, FrameFeed& feed,
+                               WorldProgress& shown) {
+  Detector detector(options);
+  StillMarkers still;
+  const CameraModel& camera = *options.camera;
+  while (still.frames() < request.frames) {
+    const auto frame = feed.Next();
+    if (!frame) break;
+    if (frame->image.width() != camera.width || frame->image.height() != camera.height)
+      throw std::runtime_error(fmt::format("{} is {}x{}, but the calibration {} is for {}x{}", frame->name,
+                                           frame->image.width(), frame->image.height(), request.calibration,
+                                           camera.width, camera.height));
+    still.Add(detector.Detect(frame->image));
+    shown.Look(still, request.frames);
   }
-  return result;
+  if (still.frames() == 0) throw std::runtime_error("there are no frames");
+  return still.Means();
 }
 
-WorldCalibration MakeWorld(const Result& result, const DetectorOptions& options) {
+/// Where the world is, in one of the three ways of saying it.
+struct WorldWay {
+  std::vector<std::uint64_t> ids;  ///< of the references
+  WorldProgress::Solver solve;
+};
+
+WorldWay ByReferences(const WorldRequest& request, const DetectorOptions& options) {
+  const ReferenceList list = LoadReferences(request.references);
+  WorldWay way;
+  for (const Reference& reference : list.references) {
+    way.ids.push_back(reference.id);
+    if (static_cast<std::size_t>(reference.family) >= options.families.size())
+      throw std::runtime_error(fmt::format("{}: reference {}: family = {}: must be below {}, the number of --marker",
+                                           request.references, reference.id, reference.family,
+                                           options.families.size()));
+  }
+  way.solve = [list, name = request.references](const std::vector<StillMarker>& seen) {
+    try {
+      return WorldResult{EstimateFromReferences(list, seen), seen};
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(name + ": " + error.what());
+    }
+  };
+  return way;
+}
+
+WorldWay ByMarkers(const char* option, const std::string& text, std::size_t count) {
+  const std::vector<std::uint64_t> ids = ParseIds(option, text, count);
+  return {ids, [ids](const std::vector<StillMarker>& seen) {
+            std::vector<StillMarker> markers;
+            for (const std::uint64_t id : ids) markers.push_back(Find(seen, id));
+            WorldEstimate estimate = markers.size() == 1
+                                         ? EstimateFromMarker(markers[0])
+                                         : EstimateFromL(std::span<const StillMarker, 3>(markers.begin(), 3));
+            return WorldResult{std::move(estimate), std::move(markers)};
+          }};
+}
+
+WorldResult Estimate(const WorldRequest& request, const DetectorOptions& options, FrameFeed& feed) {
+  const WorldWay way = !request.references.empty() ? ByReferences(request, options)
+                       : !request.origin.empty()   ? ByMarkers("--origin", request.origin, 1)
+                                                   : ByMarkers("--l", request.l_of_three, 3);
+  WorldProgress shown(request.setup, *options.camera, way.ids, way.solve);
+  try {
+    WorldResult result = way.solve(Watch(request, options, feed, shown));
+    shown.Finish(result);
+    return result;
+  } catch (const std::runtime_error& error) {
+    shown.Fail(error.what());
+    throw;
+  }
+}
+
+WorldCalibration MakeWorld(const WorldResult& result, const DetectorOptions& options) {
   WorldCalibration world;
   world.world_from_camera = result.estimate.world_from_camera;
   world.covariance = result.estimate.covariance;
@@ -177,7 +199,7 @@ std::string Degrees(const std::optional<double>& angle_rad) {
   return angle_rad ? fmt::format("{:8.2f}", *angle_rad * 180 / M_PI) : fmt::format("{:>8}", "-");
 }
 
-void PrintResult(const Result& result) {
+void PrintResult(const WorldResult& result) {
   fmt::print("reference  frames   dx mm   dy mm   dz mm   off mm  tilt deg  heading deg\n");
   for (const ReferenceResidual& residual : result.estimate.residuals) {
     const StillMarker& marker = result.markers[residual.seen];
@@ -210,7 +232,7 @@ void RunWorld(WorldRequest& request) {
   if (setup) options.color_space = setup->color_space;
   options.camera = LoadCamera(request.calibration);
   FrameFeed feed(request.feed, setup, &*options.camera);
-  const Result result = Estimate(request, options, feed);
+  const WorldResult result = Estimate(request, options, feed);
   PrintResult(result);
   WriteCalibration(request.out, FormatWorld(MakeWorld(result, options)));
   fmt::print("written: {}\n", request.out);

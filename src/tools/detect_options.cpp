@@ -8,6 +8,7 @@
 
 #include "chequer/camera_file.h"
 #include "core/suggestion.h"
+#include "setup/print_table.h"
 #include "tools/setup_option.h"
 
 namespace chequer {
@@ -21,6 +22,16 @@ ColorSpace ChooseColorSpace(const std::string& name, const std::optional<CameraS
   if (name == "hsv") return ColorSpace::kHsv;
   throw CLI::ValidationError(
       "--color-space", "'" + name + "' is not known; it must be lab or hsv" + DidYouMean(name, WordsOf("lab, hsv")));
+}
+
+PrintTolerance ChoosePrintTolerance(const std::string& typed, const std::optional<CameraSetup>& setup) {
+  if (typed.empty()) return setup ? setup->print_tolerance : PrintTolerance{};
+  const auto tolerance = ParsePrintTolerance(typed);
+  if (!tolerance)
+    throw CLI::ValidationError(
+        "--print-tolerance",
+        fmt::format("'{}' is not known; it must be {}, at most 0.05 and 5mm", typed, kPrintToleranceForms));
+  return *tolerance;
 }
 
 }  // namespace
@@ -62,6 +73,7 @@ DetectorOptions MakeDetectorOptions(const DetectOptions& request) {
   DetectorOptions options;
   options.families = ChooseMarkerFamilies(request.markers, request.setup, !request.calibration.empty());
   options.color_space = ChooseColorSpace(request.color_space, request.setup);
+  options.print_tolerance = ChoosePrintTolerance(request.print_tolerance, request.setup);
   options.threads = request.threads;
   if (!request.calibration.empty()) options.camera = LoadCamera(request.calibration);
   return options;
@@ -94,6 +106,10 @@ void AddDetectOptions(CLI::App& command, DetectOptions& request) {
       ->capture_default_str();
   command.add_option("--gamma", request.gamma, "Curve of the values, 1 is linear; without it sRGB, or the recording's")
       ->type_name("G");
+  command
+      .add_option("--print-tolerance", request.print_tolerance,
+                  fmt::format("How far prints may be off, for covariances: {} [none]", kPrintToleranceForms))
+      ->type_name("KIND");
   command.add_option("--color-space", request.color_space, "Where saturation is told from: lab or hsv [lab]")
       ->type_name("SPACE");
 }

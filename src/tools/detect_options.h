@@ -19,7 +19,8 @@ struct DetectOptions {
   std::string calibration;
   std::string pixel_format = "Mono8";
   std::optional<double> gamma;
-  std::string color_space;  ///< empty: the configuration's, else lab
+  std::string color_space;      ///< empty: the configuration's, else lab
+  std::string print_tolerance;  ///< empty: the configuration's, else none
   int threads = 1;
 
   /// Whether options or the configuration say what kind of marker is sought.

@@ -69,6 +69,11 @@ std::string Warnings(const MarkerPose& marker) {
     text.append(text.empty() ? "; warnings: " : ", ").append(WarningName(warning));
     if (warning == Warning::kPoorIllumination) text += fmt::format(" (overlap {:.3f})", marker.luminance_overlap);
     if (warning == Warning::kPoorWhiteBalance) text += fmt::format(" (overlap {:.3f})", marker.saturation_overlap);
+    if (warning == Warning::kPoorFit)
+      text += fmt::format(
+          " (the pose leaves {:.0f} times as much unexplained as noise does: is the side right, in both "
+          "directions, and the board flat? The covariance is widened by as much)",
+          marker.misfit);
   }
   if (marker.bits_corrected > 0) text += fmt::format("; {} cells corrected", marker.bits_corrected);
   return text;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "detect/colours.h"
+#include "detect/common/colours.h"
 #include "tools/plot.h"
 
 namespace chequer {

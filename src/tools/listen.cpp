@@ -22,6 +22,7 @@
 #include "tools/message_text.h"
 #include "tools/number_check.h"
 #include "tools/robot_text.h"
+#include "tools/setup_option.h"
 #include "tools/truth_check.h"
 
 namespace chequer {
@@ -33,7 +34,8 @@ using std::chrono::milliseconds;
 constexpr milliseconds kRedraw{100};
 
 struct ListenRequest {
-  std::string url;
+  std::string config;
+  std::string url;  ///< empty: the configuration's, or the default
   ChannelFilter filter;
   bool json = false;
   bool arena = false;       ///< a map instead of tables
@@ -194,16 +196,22 @@ class Listener {
   MonotonicTime next_redraw_{};
 };
 
+/// What was not typed; messages of one camera where a configuration names one.
+void TakeSetup(ListenRequest& request) {
+  const auto setup = LoadSetup(request.config);
+  if (request.url.empty()) request.url = setup ? ListenUrlIn(*setup) : DefaultListenUrl();
+  if (setup && request.filter.prefix.empty() && request.filter.channel.empty())
+    request.filter.prefix = PrefixIn(*setup);
+}
+
 }  // namespace
 
 void AddListenCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("listen", "Shows the poses and tracks that arrive over LCM");
   // Shared, as the callback outlives this function and std::function copies what it holds.
   const auto request = std::make_shared<ListenRequest>();
-  request->url = DefaultListenUrl();
-  command->add_option("--url", request->url, "LCM URL; the default is the environment's LCM_DEFAULT_URL, else this")
-      ->type_name("URL")
-      ->capture_default_str();
+  AddSetupOption(*command, request->config, "the LCM URL and the channels' prefix");
+  AddListenUrlOption(*command, request->url);
   command->add_option("--prefix", request->filter.prefix, "Only the channels PREFIX_POSES, PREFIX_TRACKS and so on");
   command->add_option("--channel", request->filter.channel, "Only this channel");
   command->add_option("--ids", request->ids, "Only markers of these ids, and robots that bear them, such as 0-9,17")
@@ -224,11 +232,13 @@ void AddListenCommand(CLI::App& app) {
       "camera (x right, y down, z forward), or in the world where chequerd knows it; the heading is the direction of\n"
       "the marker's x axis in its x-y plane, degrees from x towards y; the age is the time since the capture. Robots\n"
       "and tracks are shown below the markers, with speed and yaw rate.\n\n"
-      "Ten frames of the camera named ceiling, as JSON:\n"
+      "Of the camera of a configuration; ten frames of the camera named ceiling, as JSON:\n"
+      "  chequer listen --config north\n"
       "  chequer listen --prefix CHEQUER_ceiling --json --count 10");
   command->callback([request] {
     if (const std::string wrong = request->filter.Check(); !wrong.empty())
       throw CLI::ValidationError("--prefix, --channel", wrong);
+    TakeSetup(*request);
     Listener(*request).Run();
   });
 }

@@ -78,6 +78,19 @@ MarkerCode MakeCode(MarkerSize size, Variant variant, const std::string& table) 
   }
 }
 
+void SetPrinted(const char* option, const Eigen::Vector2d& printed_m, MarkerFamily& family) {
+  if (!family.SetPrinted(printed_m))
+    throw CLI::ValidationError(option, "must be the width and height of a board of nearly square cells");
+}
+
+/// By --side, if that was typed.
+void SetSide(const MarkerOptions& options, MarkerFamily& family) {
+  if (!options.side_m) return;
+  family.printed_m.setZero();
+  family.side_m = *options.side_m;
+  if (options.printed_m) SetPrinted("--side", *options.printed_m, family);
+}
+
 MarkerFamily ParseFamily(const std::string& text, const MarkerOptions& options) {
   const std::vector<std::string> parts = Split(text, ':');
   if (parts.size() > 3)
@@ -88,9 +101,12 @@ MarkerFamily ParseFamily(const std::string& text, const MarkerOptions& options) 
       parts.size() > 1 ? ParseVariantOption("--marker", parts[1]) : ParseVariantOption("--variant", options.variant);
   MarkerFamily family{.code = MakeCode(size, variant, options.table), .side_m = 0, .roster = {}};
   if (parts.size() > 2) {
-    family.side_m = ParseSide("--marker", parts[2]);
-  } else if (options.side_m) {
-    family.side_m = *options.side_m;
+    if (const auto printed = ParseWidthAndHeight(parts[2]))
+      SetPrinted("--marker", *printed, family);
+    else
+      family.side_m = ParseSide("--marker", parts[2]);
+  } else {
+    SetSide(options, family);
   }
   return family;
 }
@@ -150,16 +166,33 @@ void AddMarkerOptions(CLI::App& command, MarkerOptions& options) {
       .add_option("--variant", options.variant, fmt::format("How ids are coded: {}", fmt::join(KnownVariants(), ", ")))
       ->capture_default_str()
       ->each(note_kind);
-  const auto set_side = [&options](const std::string& typed) { options.side_m = ParseSide("--side", typed); };
+  const auto set_side = [&options](const std::string& typed) {
+    options.printed_m = ParseWidthAndHeight(typed);
+    options.side_m = options.printed_m ? options.printed_m->maxCoeff() : ParseSide("--side", typed);
+  };
   command
       .add_option_function<std::string>("--side", set_side,
-                                        "Longer side of the whole board, cells included: 60mm, 6cm or 0.06 (metres)")
+                                        "Longer side of the whole board, cells included: 60mm, 6cm or 0.06 (metres); "
+                                        "or width and height as printed: 60.3x60.1mm")
       ->type_name("LENGTH");
   command.add_option("--table", options.table, "File of kernels for the variant table: one a line, digits 0 and 1")
       ->type_name("FILE")
       ->each(note_kind);
   command.add_option("--ids", options.ids, "Ids in use, such as 0-49,77; all others are not considered")
       ->type_name("LIST");
+}
+
+std::optional<Eigen::Vector2d> ParseWidthAndHeight(const std::string& text) {
+  const std::size_t times = text.find('x');
+  if (times == std::string::npos) return std::nullopt;
+  std::string width = text.substr(0, times);
+  const std::string height = text.substr(times + 1);
+  // The unit may stand once, behind both.
+  if (const std::size_t digits = width.find_last_of("0123456789."); digits + 1 == width.size())
+    width += height.substr(std::min(height.size(), height.find_last_of("0123456789.") + 1));
+  const auto w = ParseLength(width), h = ParseLength(height);
+  if (!w || !h || !(*w > 0 && *h > 0)) return std::nullopt;
+  return Eigen::Vector2d(*w, *h);
 }
 
 std::vector<MarkerFamily> ParseMarkerFamilies(const MarkerOptions& options, bool need_sides) {
@@ -181,8 +214,7 @@ std::vector<MarkerFamily> ChooseMarkerFamilies(const MarkerOptions& options, con
   if (options.names_kind || !setup || setup->families.empty()) return ParseMarkerFamilies(options, need_sides);
   CheckSide(options);
   std::vector<MarkerFamily> families = setup->families;
-  if (options.side_m)
-    for (MarkerFamily& family : families) family.side_m = *options.side_m;
+  for (MarkerFamily& family : families) SetSide(options, family);
   if (need_sides) CheckSidesThere(families);
   if (!options.ids.empty()) LimitToRoster(families, ParseRoster(options.ids));
   return families;

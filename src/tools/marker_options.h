@@ -16,13 +16,17 @@ inline constexpr double kSafeCellPx = 4;
 
 /// The options that say which markers are meant, as typed. Several commands share them.
 struct MarkerOptions {
-  std::vector<std::string> markers{"6x6"};  ///< SIZE, or SIZE:VARIANT[:SIDE]
-  std::string variant = "secded";           ///< for those that do not name theirs
-  std::optional<double> side_m;             ///< for those that do not name theirs
-  std::string table;                        ///< file of the kernels of the variant `table`
-  std::string ids;                          ///< roster such as 0-49,77; empty: all
-  bool names_kind = false;                  ///< whether --marker, --variant or --table was typed
+  std::vector<std::string> markers{"6x6"};   ///< SIZE, or SIZE:VARIANT[:SIDE]
+  std::string variant = "secded";            ///< for those that do not name theirs
+  std::optional<double> side_m;              ///< for those that do not name theirs
+  std::optional<Eigen::Vector2d> printed_m;  ///< width and height, where --side has both; side_m is the longer one then
+  std::string table;                         ///< file of the kernels of the variant `table`
+  std::string ids;                           ///< roster such as 0-49,77; empty: all
+  bool names_kind = false;                   ///< whether --marker, --variant or --table was typed
 };
+
+/// Width and height of "80.2x80.4mm", metres; nothing where a text is no two lengths.
+std::optional<Eigen::Vector2d> ParseWidthAndHeight(const std::string& text);
 
 /// Adds --marker, --variant, --side, --table and --ids to a command. `options` must outlive the parsing.
 void AddMarkerOptions(CLI::App& command, MarkerOptions& options);

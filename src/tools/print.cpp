@@ -82,7 +82,10 @@ MarkerFamily PlanFamily(const PrintRequest& request, const std::optional<CameraS
   markers.table = request.table;
   markers.ids = request.ids;
   markers.names_kind = request.names_kind;
-  if (!request.side.empty()) markers.side_m = ParseLengthOption("--side", request.side);
+  if (!request.side.empty()) {
+    markers.printed_m = ParseWidthAndHeight(request.side);
+    markers.side_m = markers.printed_m ? markers.printed_m->maxCoeff() : ParseLengthOption("--side", request.side);
+  }
   MarkerFamily family = ChooseMarkerFamilies(markers, setup, true).front();
   if (!request.ids.empty())
     family.roster = ParseRoster(request.ids);
@@ -98,6 +101,7 @@ SheetOptions PlanSheet(const PrintRequest& request, const std::optional<CameraSe
   sheet.code = family.code;
   sheet.ids = family.roster;
   sheet.side_m = family.side_m;
+  sheet.printed_m = family.printed_m;
   const auto paper = ParsePaper(request.paper);
   if (!paper) throw CLI::ValidationError("--paper", UnknownWord("known", request.paper, WordsOf(PaperNames())));
   sheet.paper = *paper;
@@ -134,13 +138,13 @@ std::optional<double> FocalPx(const PrintRequest& request, const std::optional<C
 
 /// Warns where a camera will not read the markers.
 void WarnOfSmallCells(const SheetOptions& sheet, double focal_px, double distance_m) {
-  const double cell_px = focal_px * sheet.CellM() / distance_m;
+  const double cell_m = sheet.CellM().minCoeff(), cell_px = focal_px * cell_m / distance_m;
   if (cell_px >= kSafeCellPx) return;
   const double side_m = kSafeCellPx * distance_m / focal_px * std::max(sheet.code.size().rows, sheet.code.size().cols);
   fmt::print(stderr,
              "chequer print: warning: cells are {:.2f} px wide at {:g} m; below {:g} px markers are missed. A side of "
              "{:.0f} mm would do, or at most {:.2f} m\n",
-             cell_px, distance_m, kSafeCellPx, std::ceil(side_m * 1000 - 1e-6), focal_px * sheet.CellM() / kSafeCellPx);
+             cell_px, distance_m, kSafeCellPx, std::ceil(side_m * 1000 - 1e-6), focal_px * cell_m / kSafeCellPx);
 }
 
 void RunPrint(const PrintRequest& request) {
@@ -182,7 +186,11 @@ void AddOptions(CLI::App& command, PrintRequest& request) {
       ->each(note_kind);
   command.add_option("--ids", request.ids, "Which to print, such as 0-49,77 [the roster of the configuration]")
       ->type_name("LIST");
-  command.add_option("--side", request.side, "Longer side of the board, cells included: 60mm, 6cm or 0.06 (metres)")
+  command
+      .add_option(
+          "--side", request.side,
+          "Longer side of the board, cells included: 60mm, 6cm or 0.06 (metres); or width and height, 59.8x60mm, "
+          "for a printer that stretches one")
       ->type_name("LENGTH");
   command.add_option("--paper", request.paper, PaperNames())->capture_default_str();
   command.add_flag("--landscape", request.landscape, "Turn the paper");

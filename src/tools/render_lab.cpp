@@ -32,6 +32,7 @@ SceneMarker MakeLabMarker(const MarkerFamily& family, std::uint64_t id, const Ri
   SceneMarker marker;
   marker.board = MakeBoard(family.code, id);
   marker.side_m = family.side_m;
+  marker.print.scale = family.CellM() / marker.CellSize();
   marker.margin_cells = 1;
   marker.camera_from_marker = camera_from_marker;
   return marker;
@@ -188,12 +189,13 @@ MarkersAt PlanSheetViews(const RenderRequest& request, const CameraModel& camera
   sheet.code = family.code;
   sheet.ids = family.roster;
   sheet.side_m = family.side_m;
+  sheet.printed_m = family.printed_m;
   const SheetLayout layout = LayOutSheet(sheet);
-  const double cell = sheet.CellM();
+  const Eigen::Vector2d cell = sheet.CellM();
   std::vector<std::pair<std::uint64_t, RigidTransform>> boards;
   for (const PlacedMarker& placed : layout.pages.front()) {
-    const double x = placed.x_m + cell * family.code.size().cols / 2 - sheet.paper.width_m / 2;
-    const double y = sheet.paper.height_m / 2 - placed.y_m - cell * family.code.size().rows / 2;
+    const double x = placed.x_m + cell.x() * family.code.size().cols / 2 - sheet.paper.width_m / 2;
+    const double y = sheet.paper.height_m / 2 - placed.y_m - cell.y() * family.code.size().rows / 2;
     boards.emplace_back(placed.id, FlatIn({x, y, 0}, 0));
   }
   return [=, fps = request.fps, seed = request.seed](std::chrono::duration<double> time) {

@@ -1,3 +1,4 @@
+#include "simulate/print_quality.h"
 #include "tools/length_option.h"
 #include "tools/number_check.h"
 #include "tools/render_request.h"
@@ -30,6 +31,34 @@ void AddLabOptions(CLI::App& command, RenderRequest& request) {
                   "floor]")
       ->type_name("FILE")
       ->group(group);
+}
+
+/// What is printed, and how well.
+void AddPrintOptions(CLI::App& command, RenderRequest& request) {
+  const char* group = "Print";
+  command
+      .add_option("--print", request.print,
+                  "How well the markers are printed; each is drawn by the seed. The truth has those that were meant: " +
+                      PrintKindNames())
+      ->type_name("KIND")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--print-scale", request.print_scale, "Printed over nominal width and height, such as 1.005,1")
+      ->type_name("X,Y")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(IsWithin(0.9, 1.1))
+      ->group(group);
+  AddLengthOption(command, "--register", request.register_m,
+                  "How far blue and yellow lie off black along either axis, standard deviation")
+      ->group(group);
+  command.add_option("--fading", request.fading, "Share by which inks are nearer to white")
+      ->check(IsWithin(0, 0.9))
+      ->group(group);
+  command.add_option("--dirt", request.dirt, "Share of each board under dark specks")
+      ->check(IsWithin(0, 0.3))
+      ->group(group);
+  command.add_option("--ink", request.ink, "Of the print, if not the kind's: " + InkNames())->group(group);
 }
 
 void AddSceneOptions(CLI::App& command, RenderRequest& request) {
@@ -65,7 +94,7 @@ void AddSceneOptions(CLI::App& command, RenderRequest& request) {
   command.add_option("--fps", request.fps, "Frames a second")->capture_default_str()->group(group);
   command.add_option("--peer", request.peer, "Draw tag36h11 or aruco4x4 instead; --side is of the black square")
       ->group(group);
-  command.add_option("--ink", request.ink, "Of the print: " + InkNames())->capture_default_str()->group(group);
+  AddPrintOptions(command, request);
   command.add_option("--margin", request.margin_cells, "White margin round each board, in cells")
       ->check(IsWithin(0, 20))
       ->group(group);
@@ -103,12 +132,34 @@ void AddOpticsOptions(CLI::App& command, RenderRequest& request) {
   number("--full-well", camera.sensor.full_well_electrons, 1, 1e9, "Electrons at full scale: fewer make more noise");
   number("--read-noise", camera.sensor.read_noise_electrons, 0, 1e6, "Electrons");
   command.add_option("--gamma", request.gamma, "Curve of the values instead of sRGB; 1 is linear")->group(group);
-  command.add_option("--pixel-format", request.pixel_format, "Of the frames: " + PixelFormatNames())
-      ->capture_default_str()
+  command.add_option("--pixel-format", request.pixel_format, "Of the frames: " + PixelFormatNames() + " [BGR8]")
       ->group(group);
   command.add_option("--jpeg", request.jpeg_quality, "Write JPEG of that quality, 1..100")
       ->type_name("Q")
       ->group(group);
+}
+
+/// What webcams do to pictures.
+void AddProcessingOptions(CLI::App& command, RenderRequest& request) {
+  const char* group = "Processing";
+  command
+      .add_option("--camera", request.preset,
+                  "A kind of camera, which sets what follows, --pixel-format and --jpeg where they are not given: " +
+                      CameraPresetNames())
+      ->group(group);
+  const auto number = [&](const char* name, std::optional<double>& value, double min, double max, const char* text) {
+    command.add_option(name, value, text)->check(IsWithin(min, max))->group(group);
+  };
+  number("--chromatic-aberration", request.chromatic_aberration_px, 0, 5,
+         "Red is so many pixels too far out in the corners, and blue too far in [0]");
+  number("--denoising", request.denoising_levels, 0, 50, "Levels that a bilateral filter takes for noise [0]");
+  number("--sharpening", request.sharpening, 0, 4, "Unsharp masking of 1 px: how much of it [0]");
+  number("--saturation", request.saturation, 0, 3, "Factor of the colours' distance from grey [1]");
+  command
+      .add_option("--camera-curve", request.camera_curve,
+                  std::string("Curve of the values that recording.toml does not tell of: ") + kCameraCurveForms)
+      ->group(group);
+  number("--upscaling", request.upscaling, 1, 4, "By which the sensor's pixels are fewer than the frame's [1]");
 }
 
 }  // namespace
@@ -146,6 +197,7 @@ void AddRenderOptions(CLI::App& command, RenderRequest& request) {
   AddSceneOptions(command, request);
   AddLabOptions(command, request);
   AddOpticsOptions(command, request);
+  AddProcessingOptions(command, request);
   command.add_option("--out", request.out, "Folder of the recording; made if need be")->type_name("DIR")->required();
 }
 

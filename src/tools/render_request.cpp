@@ -16,6 +16,7 @@
 #include "core/length.h"
 #include "core/suggestion.h"
 #include "simulate/layouts.h"
+#include "simulate/print_quality.h"
 #include "tools/render_lab.h"
 
 namespace chequer {
@@ -73,16 +74,16 @@ Background PlanBackground(const std::string& text, std::uint64_t seed) {
 }
 
 /// A board with its side.
-struct Print {
+struct SizedBoard {
   Board board;
   double side_m = 0;
 };
 
 /// `count` different boards, the families taking turns.
-std::vector<Print> CheckerboardPrints(const RenderRequest& request, int count) {
+std::vector<SizedBoard> CheckerboardBoards(const RenderRequest& request, int count) {
   const std::vector<MarkerFamily> families = ChooseMarkerFamilies(request.markers, request.setup, true);
   std::vector<std::uint64_t> used(families.size(), 0);
-  std::vector<Print> prints;
+  std::vector<SizedBoard> prints;
   for (int i = 0; i < count; ++i) {
     const std::size_t index = static_cast<std::size_t>(i) % families.size();
     const MarkerFamily& family = families[index];
@@ -99,7 +100,7 @@ std::vector<Print> CheckerboardPrints(const RenderRequest& request, int count) {
   return prints;
 }
 
-std::vector<Print> PeerPrints(const RenderRequest& request, int count) {
+std::vector<SizedBoard> PeerBoards(const RenderRequest& request, int count) {
   if (request.peer != "tag36h11" && request.peer != "aruco4x4")
     Refuse("--peer", "'" + request.peer + "' must be tag36h11 or aruco4x4" +
                          DidYouMean(request.peer, WordsOf("tag36h11, aruco4x4")));
@@ -112,7 +113,7 @@ std::vector<Print> PeerPrints(const RenderRequest& request, int count) {
   if (ids.size() < static_cast<std::size_t>(count))
     Refuse("--ids",
            "names " + std::to_string(ids.size()) + " ids; --swarm " + std::to_string(count) + " needs one a marker");
-  std::vector<Print> prints;
+  std::vector<SizedBoard> prints;
   for (int i = 0; i < count; ++i) {
     const std::uint64_t id = ids[static_cast<std::size_t>(i)];
     prints.push_back({request.peer == "tag36h11" ? AprilTag36h11(id) : Aruco4x4(id), *request.markers.side_m});
@@ -120,9 +121,22 @@ std::vector<Print> PeerPrints(const RenderRequest& request, int count) {
   return prints;
 }
 
+PrintKind PlanPrint(const RenderRequest& request) {
+  auto kind = NamedPrint(request.print);
+  if (!kind) Refuse("--print", UnknownWord("known", request.print, WordsOf(PrintKindNames())));
+  PrintQuality& quality = kind->quality;
+  if (!request.print_scale.empty()) quality.scale = {request.print_scale[0], request.print_scale[1]};
+  quality.register_m = request.register_m.value_or(quality.register_m);
+  quality.fading = request.fading.value_or(quality.fading);
+  quality.dirt = request.dirt.value_or(quality.dirt);
+  if (const std::string wrong = quality.Check(); !wrong.empty()) throw CLI::ValidationError(wrong);
+  return *kind;
+}
+
 InkSet PlanInks(const RenderRequest& request) {
-  const auto inks = NamedInks(request.ink);
-  if (!inks) Refuse("--ink", UnknownWord("known", request.ink, WordsOf(InkNames())));
+  const std::string name = request.ink.value_or(std::string(PlanPrint(request).ink));
+  const auto inks = NamedInks(name);
+  if (!inks) Refuse("--ink", UnknownWord("known", name, WordsOf(InkNames())));
   return *inks;
 }
 
@@ -138,13 +152,14 @@ Eigen::Vector3d ParsePosition(const std::vector<std::string>& typed) {
 }
 
 /// One marker that stands still.
-RenderJob PlanOne(const RenderRequest& request, RenderJob job, Print print) {
+RenderJob PlanOne(const RenderRequest& request, RenderJob job, SizedBoard print) {
   SceneMarker marker;
   marker.board = std::move(print.board);
   marker.side_m = print.side_m;
   marker.inks = PlanInks(request);
   marker.margin_cells = request.margin_cells;
   marker.ink_spread_cells = request.ink_spread_cells;
+  Print(PlanPrint(request).quality, request.seed, marker);
   const Eigen::Vector3d position =
       request.position.empty() ? Eigen::Vector3d(0, 0, request.distance_m) : ParsePosition(request.position);
   marker.camera_from_marker =
@@ -155,11 +170,11 @@ RenderJob PlanOne(const RenderRequest& request, RenderJob job, Print print) {
   return job;
 }
 
-RenderJob PlanSwarm(const RenderRequest& request, RenderJob job, std::vector<Print> prints) {
+RenderJob PlanSwarm(const RenderRequest& request, RenderJob job, std::vector<SizedBoard> prints) {
   if (!request.position.empty()) Refuse("--position", "is for one marker; a swarm has --distance");
   SwarmOptions options;
   options.camera = job.options.camera;
-  for (Print& print : prints) {
+  for (SizedBoard& print : prints) {
     options.boards.push_back(std::move(print.board));
     options.sides_m.push_back(print.side_m);
   }
@@ -171,10 +186,47 @@ RenderJob PlanSwarm(const RenderRequest& request, RenderJob job, std::vector<Pri
   options.inks = PlanInks(request);
   options.margin_cells = request.margin_cells;
   options.ink_spread_cells = request.ink_spread_cells;
+  options.print = PlanPrint(request).quality;
   const auto swarm = std::make_shared<const Swarm>(options, request.seed);
   // Shared, as std::function copies what it holds.
   job.markers_at = [swarm](std::chrono::duration<double> time) { return swarm->At(time); };
   return job;
+}
+
+CameraPreset PlanPreset(const RenderRequest& request) {
+  if (request.preset.empty()) return {};
+  const auto preset = FindCameraPreset(request.preset);
+  if (!preset) Refuse("--camera", UnknownWord("known", request.preset, WordsOf(CameraPresetNames())));
+  return *preset;
+}
+
+/// JPEG's quality, where the frames are to be JPEG.
+std::optional<int> PlanQuality(const RenderRequest& request) {
+  if (request.jpeg_quality) return request.jpeg_quality;
+  // A preset's JPEG goes with its own format.
+  return request.pixel_format.empty() ? PlanPreset(request).jpeg_quality : std::nullopt;
+}
+
+/// What the camera's processor does, and the format that it gives.
+void PlanProcessing(const RenderRequest& request, RenderOptions& options) {
+  const CameraPreset preset = PlanPreset(request);
+  ProcessingOptions& processing = options.processing = preset.processing;
+  const auto take = [](const std::optional<double>& typed, double& value) { value = typed.value_or(value); };
+  take(request.chromatic_aberration_px, processing.chromatic_aberration_px);
+  take(request.denoising_levels, processing.denoising_levels);
+  take(request.sharpening, processing.sharpening);
+  take(request.saturation, processing.saturation);
+  take(request.upscaling, processing.upscaling);
+  if (!request.camera_curve.empty()) {
+    const auto curve = ParseCameraCurve(request.camera_curve);
+    if (!curve) Refuse("--camera-curve", "'" + request.camera_curve + "' must be one of " + kCameraCurveForms);
+    processing.curve = *curve;
+  }
+  options.format = preset.format;
+  if (request.pixel_format.empty()) return;
+  const auto format = ParsePixelFormat(request.pixel_format);
+  if (!format) Refuse("--pixel-format", UnknownWord("known", request.pixel_format, WordsOf(PixelFormatNames())));
+  options.format = *format;
 }
 
 /// The options that RenderOptions has under other names or units.
@@ -188,9 +240,7 @@ RenderOptions PlanOptions(const RenderRequest& request) {
     if (!(*request.gamma >= 0.2 && *request.gamma <= 5)) Refuse("--gamma", "must be from 0.2 to 5 (1 is linear)");
     options.tone_curve = ToneCurve::Gamma(*request.gamma);
   }
-  const auto format = ParsePixelFormat(request.pixel_format);
-  if (!format) Refuse("--pixel-format", UnknownWord("known", request.pixel_format, WordsOf(PixelFormatNames())));
-  options.format = *format;
+  PlanProcessing(request, options);
   if (std::string wrong = options.Check(); !wrong.empty()) throw CLI::ValidationError(wrong);
   return options;
 }
@@ -198,12 +248,12 @@ RenderOptions PlanOptions(const RenderRequest& request) {
 /// PNG where it can be: anything opens it.
 FrameFileOptions PlanFiles(const RenderRequest& request, const RenderOptions& options) {
   FrameFileOptions files;
-  if (request.jpeg_quality) {
-    if (*request.jpeg_quality < 1 || *request.jpeg_quality > 100) Refuse("--jpeg", "must be a quality from 1 to 100");
+  if (const auto quality = PlanQuality(request)) {
+    if (*quality < 1 || *quality > 100) Refuse("--jpeg", "must be a quality from 1 to 100");
     files.kind = FrameFileKind::kJpeg;
-    files.jpeg.quality = *request.jpeg_quality;
+    files.jpeg.quality = *quality;
     const std::string wrong = CheckFrameFiles(files.kind, options.format, options.yuv_range);
-    if (!wrong.empty()) Refuse("--jpeg", "does not go with " + request.pixel_format + ": " + wrong);
+    if (!wrong.empty()) Refuse("--jpeg", "does not go with " + std::string(PixelFormatName(options.format)) + ": " + wrong);
   } else if (!CheckFrameFiles(files.kind, options.format, options.yuv_range).empty()) {
     files.kind = FrameFileKind::kRaw;
   }
@@ -252,7 +302,8 @@ RenderJob PlanRender(const RenderRequest& request) {
     return job;
   }
   const int count = std::max(1, request.swarm);
-  std::vector<Print> prints = request.peer.empty() ? CheckerboardPrints(request, count) : PeerPrints(request, count);
+  std::vector<SizedBoard> prints =
+      request.peer.empty() ? CheckerboardBoards(request, count) : PeerBoards(request, count);
   job = request.swarm > 0 ? PlanSwarm(request, std::move(job), std::move(prints))
                           : PlanOne(request, std::move(job), std::move(prints[0]));
   if (std::string wrong = Scene{job.markers_at({}), job.background}.Check(); !wrong.empty())

@@ -44,7 +44,11 @@ struct RenderRequest {
   double max_speed_m_s = 0.5;
   int frames = 1;
   double fps = 60;
-  std::string ink = "laser";
+  std::string print = "ideal";       ///< a kind
+  std::vector<double> print_scale;   ///< of width and height; empty: the kind's
+  std::optional<double> register_m;  ///< not set, as the two that follow: the kind's
+  std::optional<double> fading, dirt;
+  std::optional<std::string> ink;  ///< not set: the kind's
   double margin_cells = 0;
   double ink_spread_cells = 0;
   std::string background = "plain";  ///< a kind, or an image file
@@ -54,7 +58,10 @@ struct RenderRequest {
   double motion_angle_deg = 0;
   double gradient_angle_deg = 0;
   std::optional<double> gamma;
-  std::string pixel_format = "BGR8";
+  std::string preset;  ///< of a kind of camera: what it sets, options override
+  std::optional<double> chromatic_aberration_px, denoising_levels, sharpening, saturation, upscaling;
+  std::string camera_curve;
+  std::string pixel_format;  ///< empty: the preset's, or BGR8
   std::optional<int> jpeg_quality;
   std::vector<double> white_balance{1, 1, 1};
   std::uint64_t seed = 1;

@@ -5,6 +5,10 @@
 #include <cstdio>
 #include <system_error>
 
+#include "publish/channels.h"
+#include "publish/lcm_subscriber.h"
+#include "publish/lcm_url.h"
+
 namespace chequer {
 
 CLI::Option* AddSetupOption(CLI::App& command, std::string& config, const std::string& supplies) {
@@ -17,12 +21,32 @@ CLI::Option* AddSetupOption(CLI::App& command, std::string& config, const std::s
       ->type_name("NAME|FILE");
 }
 
+void AddListenUrlOption(CLI::App& command, std::string& url) {
+  command
+      .add_option("--url", url,
+                  "LCM URL [the configuration's, else the environment's LCM_DEFAULT_URL, else " +
+                      ListenUrlFor(std::string(kDefaultLcmUrl)) + "]")
+      ->type_name("URL");
+}
+
 std::optional<CameraSetup> LoadSetup(const std::string& typed) {
   if (!typed.empty()) return LoadCameraSetup(FindCameraSetup(typed));
   std::error_code unknown;
   if (!std::filesystem::is_regular_file(kSetupHere, unknown)) return std::nullopt;
   fmt::print(stderr, "chequer: {} supplies what is not typed\n", kSetupHere);
   return LoadCameraSetup(kSetupHere);
+}
+
+std::string CameraNameIn(const CameraSetup& setup) {
+  return setup.camera_name.empty() ? CameraNameOf(setup.file) : setup.camera_name;
+}
+
+std::string PrefixIn(const CameraSetup& setup) {
+  return setup.publish_prefix.value_or(DefaultPrefix(CameraNameIn(setup)));
+}
+
+std::string ListenUrlIn(const CameraSetup& setup) {
+  return ListenUrlFor(setup.publish_url.value_or(std::string(kDefaultLcmUrl)));
 }
 
 std::filesystem::path FileOf(const char* option, const std::string& typed, const std::optional<CameraSetup>& setup,

@@ -127,7 +127,7 @@ ChosenSource ChooseSource(const SourceRequest& request) {
   ChosenSource chosen;
   const auto setup = has_own ? std::nullopt : LoadSetup(request.config);
   if (setup && setup->capture) {
-    chosen.camera = setup->camera_name.empty() ? CameraNameOf(setup->file) : setup->camera_name;
+    chosen.camera = CameraNameIn(*setup);
     // Before the lens is calibrated it is not there yet.
     std::error_code unknown;
     if (setup->calibration && std::filesystem::exists(*setup->calibration, unknown))

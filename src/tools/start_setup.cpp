@@ -50,7 +50,7 @@ std::string StartConfiguration(const StartAnswers& answers) {
       "[camera]\nname = {1}\n#{2}\n[capture]\n{3}\n"
       "[[marker]]\nsize = \"6x6\"\nvariant = \"secded\"\nside = {4}\n"
       "# Robots have 0 to {5}; {6} to {7} lie on the floor: the corner, on the x axis, on the y axis.\n"
-      "roster = [\"0-{7}\"]\n\n[world]\n#{8}\n[robots]\n#{9}\n[tracks]\nenabled = false\n",
+      "roster = [\"0-{7}\"]\n\n[world]\n#{8}\n[robots]\n#{9}\n[tracks]\nenabled = true\n",
       answers.name, TomlText(answers.name), CalibrationLine(answers), CaptureTable(answers), TomlText(answers.side),
       answers.robots - 1, answers.robots, answers.robots + kFloorMarkers - 1, WorldLine(answers), RobotsLine(answers));
 }

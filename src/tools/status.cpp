@@ -11,6 +11,7 @@
 #include "tools/commands.h"
 #include "tools/message_text.h"
 #include "tools/number_check.h"
+#include "tools/setup_option.h"
 #include "tools/status_board.h"
 
 namespace chequer {
@@ -21,6 +22,7 @@ constexpr int kExitUnwell = 3;
 constexpr int kExitNotHeard = 4;
 
 struct StatusRequest {
+  std::string config;
   std::string name;  ///< of a camera; empty: all
   std::string url;
   double seconds = 2.5;  ///< two statuses, and some slack
@@ -76,11 +78,9 @@ void AddStatusCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("status", "Shows how the cameras' services fare");
   // Shared, as the callback outlives this function and std::function copies what it holds.
   const auto request = std::make_shared<StatusRequest>();
-  request->url = DefaultListenUrl();
   command->add_option("name", request->name, "Only the camera of that name")->type_name("NAME");
-  command->add_option("--url", request->url, "LCM URL; the default is the environment's LCM_DEFAULT_URL, else this")
-      ->type_name("URL")
-      ->capture_default_str();
+  AddSetupOption(*command, request->config, "the camera's name and the LCM URL");
+  AddListenUrlOption(*command, request->url);
   command->add_option("--seconds", request->seconds, "Listen for so long; each service tells of itself once a second")
       ->check(IsWithin(0.01, 86400))
       ->capture_default_str();
@@ -93,7 +93,12 @@ void AddStatusCommand(CLI::App& app) {
       "none was heard, 1 where LCM cannot be opened.\n\n"
       "In a script:\n"
       "  chequer status north >/dev/null || echo 'look after the camera north'");
-  command->callback([request] { ShowStatus(*request); });
+  command->callback([request] {
+    const auto setup = LoadSetup(request->config);
+    if (request->url.empty()) request->url = setup ? ListenUrlIn(*setup) : DefaultListenUrl();
+    if (setup && request->name.empty()) request->name = CameraNameIn(*setup);
+    ShowStatus(*request);
+  });
 }
 
 }  // namespace chequer

@@ -17,15 +17,20 @@ bool Before(const TrackKey& a, const TrackKey& b) {
   return std::tie(a.family, a.id) < std::tie(b.family, b.id);
 }
 
+/// What of a pose's error is another in every frame. A filter takes it for all there is, and its state for the pose
+/// with the print's error, which its covariance leaves out.
+Matrix6d Varying(const TrackedPose& pose) { return pose.covariance - pose.print_covariance; }
+
 bool IsUsable(const TrackedPose& pose) {
   return pose.frame_from_body.translation.allFinite() && pose.frame_from_body.rotation.coeffs().allFinite() &&
-         pose.covariance.allFinite() && (pose.covariance.diagonal().array() > 0).all();
+         pose.covariance.allFinite() && pose.print_covariance.allFinite() &&
+         (Varying(pose).diagonal().array() > 0).all();
 }
 
 double Seconds(std::chrono::microseconds time) { return std::chrono::duration<double>(time).count(); }
 
 ConstantVelocity Begin(const TrackedPose& pose) {
-  return {pose.frame_from_body, pose.covariance, kUnknownSpeed, kUnknownTurning};
+  return {pose.frame_from_body, Varying(pose), kUnknownSpeed, kUnknownTurning};
 }
 
 }  // namespace
@@ -82,14 +87,15 @@ void Tracker::Update(std::span<const TrackedPose> poses, MonotonicTime captured)
     if (nearest[i] != nullptr) Take(tracks_[i], *nearest[i]);
   for (const TrackedPose& pose : strangers) {
     if (Find(pose.key) != nullptr) continue;  // twice in its first frame
-    tracks_.insert(PlaceOf(pose.key), Track{pose.key, Begin(pose), captured, captured});
+    tracks_.insert(PlaceOf(pose.key), Track{pose.key, Begin(pose), pose.print_covariance, captured, captured});
   }
 }
 
 void Tracker::Take(Track& track, const TrackedPose& pose) {
   const double distance = track.filter.Distance(pose.frame_from_body, pose.covariance);
   if (!(distance <= options_.gate)) return Refuse(track, pose);
-  track.filter.Correct(pose.frame_from_body, pose.covariance);
+  track.filter.Correct(pose.frame_from_body, Varying(pose));
+  track.print_covariance = pose.print_covariance;
   track.last_seen = *time_;
   ++track.poses_used;
   track.refused_on_end = 0;
@@ -105,9 +111,9 @@ void Tracker::Refuse(Track& track, const TrackedPose& pose) {
     track.refused_on_end = 1;
     return;
   }
-  track.elsewhere->Correct(pose.frame_from_body, pose.covariance);
+  track.elsewhere->Correct(pose.frame_from_body, Varying(pose));
   if (++track.refused_on_end < options_.refused_to_restart) return;
-  track = Track{track.key, *track.elsewhere, *time_, *time_, 1, track.poses_refused};
+  track = Track{track.key, *track.elsewhere, pose.print_covariance, *time_, *time_, 1, track.poses_refused};
 }
 
 void Tracker::Tracks(MonotonicTime at, std::vector<TrackState>& tracks) const {
@@ -124,6 +130,7 @@ void Tracker::Tracks(MonotonicTime at, std::vector<TrackState>& tracks) const {
     state.velocity = filter.velocity();
     state.angular_velocity = filter.angular_velocity();
     state.covariance = filter.covariance();
+    state.covariance.topLeftCorner<6, 6>() += track.print_covariance;
     state.age = then - track.first_seen;
     state.since_seen = then - track.last_seen;
     state.coasting = track.last_seen < *time_;

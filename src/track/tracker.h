@@ -32,6 +32,8 @@ struct TrackedPose {
   TrackKey key;
   RigidTransform frame_from_body;
   Matrix6d covariance = Matrix6d::Zero();  ///< as RobotPose::covariance; positive definite
+  /// The part of it that stays from frame to frame: the filter does not average it away.
+  Matrix6d print_covariance = Matrix6d::Zero();
 };
 
 /// Follows every robot by a filter of its own. One thread.
@@ -51,7 +53,8 @@ class Tracker {
  private:
   struct Track {
     TrackKey key;
-    ConstantVelocity filter;
+    ConstantVelocity filter;  ///< of what varies from frame to frame
+    Matrix6d print_covariance = Matrix6d::Zero();  ///< by the last pose that was believed: what does not
     MonotonicTime first_seen, last_seen;
     std::uint64_t poses_used = 1, poses_refused = 0;
     int refused_on_end = 0;

@@ -25,8 +25,8 @@ std::optional<std::size_t> Feed::CameraOf(std::string_view channel, std::string_
 }
 
 std::optional<std::size_t> Feed::CameraOf(std::string_view channel) {
-  for (const auto suffix :
-       {kPosesSuffix, kStatusSuffix, kRobotsSuffix, kTracksSuffix, kPreviewSuffix, kDetailSuffix, kCameraSuffix})
+  for (const auto suffix : {kPosesSuffix, kStatusSuffix, kRobotsSuffix, kTracksSuffix, kPreviewSuffix, kDetailSuffix,
+                            kCameraSuffix, kSetupSuffix})
     if (channel.ends_with(suffix)) return CameraOf(channel, suffix);
   return std::nullopt;
 }
@@ -49,6 +49,8 @@ void Feed::Take(const std::string& channel, std::span<const std::uint8_t> bytes)
       cameras_[*camera].about = *about;
       Show(*camera, TopicKind::kCamera, CameraPacket(*about, index));
     }
+    if (const auto* calibration = std::get_if<CalibrationMessage>(&*message))
+      Show(*camera, TopicKind::kCalibration, CalibrationPacket(*calibration, index));
     return;
   }
   const auto message = DecodeMessage(bytes);

@@ -173,6 +173,39 @@ SharedPacket DetailPacket(const DetailMessage& detail, std::uint16_t index) {
                      {"saturation_overlap", detail.saturation_overlap}});
 }
 
+SharedPacket CalibrationPacket(const CalibrationMessage& message, std::uint16_t index) {
+  static constexpr const char* kKinds[] = {"lens", "world"};
+  static constexpr const char* kStates[] = {"collecting", "solving", "done", "failed"};
+  const auto kind = static_cast<std::size_t>(message.kind), state = static_cast<std::size_t>(message.state);
+  Json residuals = Json::array(), references = Json::array();
+  for (const CalibrationMessage::Residual& each : message.residuals)
+    for (const Eigen::Vector2f& point : {each.pixel, each.error_px})
+      for (int axis = 0; axis < 2; ++axis) residuals.push_back(point(axis));
+  for (const CalibrationMessage::Reference& each : message.references)
+    references.push_back({{"id", IdText(each.id)},
+                          {"frames", each.frames},
+                          {"center", Numbers(each.center_px)},
+                          {"offset_m", each.offset_m ? Numbers(*each.offset_m) : Json(nullptr)},
+                          {"limit_m", each.limit_m}});
+  return JsonPacket(TopicKind::kCalibration, index,
+                    {{"utc_ms", Milliseconds(message.utc)},
+                     {"kind", kind < 2 ? kKinds[kind] : "unknown"},
+                     {"state", state < 4 ? kStates[state] : "unknown"},
+                     {"advice", message.advice},
+                     {"width", message.width},
+                     {"height", message.height},
+                     {"frames", message.frames},
+                     {"views", message.views},
+                     {"tilted", message.tilted},
+                     {"edge_px", message.edge_px},
+                     {"rows", message.rows},
+                     {"cols", message.cols},
+                     {"parts", message.parts},
+                     {"rms", message.rms},
+                     {"residuals", std::move(residuals)},
+                     {"references", std::move(references)}});
+}
+
 HistoryEntry EntryOf(const StatusMessage& status, std::uint64_t dropped_before) {
   HistoryEntry entry{.utc = status.utc,
                      .capture_rate_hz = status.capture_rate_hz,

@@ -17,6 +17,7 @@ namespace chequer {
 SharedPacket StatusPacket(const StatusMessage& message, std::uint16_t index);
 SharedPacket CameraPacket(const CameraMessage& message, std::uint16_t index);
 SharedPacket DetailPacket(const DetailMessage& message, std::uint16_t index);
+SharedPacket CalibrationPacket(const CalibrationMessage& message, std::uint16_t index);
 
 /// One second of a camera, for the time line.
 struct HistoryEntry {

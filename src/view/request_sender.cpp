@@ -1,5 +1,8 @@
 #include "view/request_sender.h"
 
+#include <algorithm>
+
+#include "publish/channels.h"
 #include "publish/wire_view.h"
 
 namespace chequer {
@@ -32,7 +35,18 @@ CameraAsks AsksFor(std::uint16_t camera, const std::vector<PageWish>& wishes, st
   return asks;
 }
 
+bool AsksForCalibrations(const std::vector<PageWish>& wishes) {
+  return std::any_of(wishes.begin(), wishes.end(),
+                     [](const PageWish& wish) { return wish.visible && wish.Wants(TopicKind::kCalibration); });
+}
+
 void RequestSender::Ask(const Feed& feed, const std::vector<PageWish>& wishes, MonotonicTime now) {
+  if (AsksForCalibrations(wishes) && now >= next_calibration_) {
+    // An asker of its own: a daemon whose prefix this is must not take it for one that wants nothing any more.
+    sender_.Send(std::string(kCalibrationPrefix),
+                 {.asker = ~asker_, .preview = {}, .detail = {}, .wants_calibration = true});
+    next_calibration_ = now + kAskAgain;
+  }
   for (std::size_t i = 0; i < feed.cameras(); ++i) {
     const CameraAsks asks = AsksFor(static_cast<std::uint16_t>(i), wishes, asker_);
     if (!asks.any) continue;

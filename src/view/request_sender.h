@@ -23,7 +23,10 @@ struct CameraAsks {
 /// for; the others have the whole frame.
 CameraAsks AsksFor(std::uint16_t camera, const std::vector<PageWish>& wishes, std::int64_t asker);
 
-/// Asks the daemons for what pages need, again before it runs out. One thread.
+/// Whether one of them shows calibrations.
+bool AsksForCalibrations(const std::vector<PageWish>& wishes);
+
+/// Asks the daemons for what pages need, and calibrations, again before it runs out. One thread.
 class RequestSender {
  public:
   /// @param asker as of Feed.
@@ -40,6 +43,7 @@ class RequestSender {
   AskSender sender_;
   std::int64_t asker_;
   std::map<std::string, Sent> sent_;
+  MonotonicTime next_calibration_{};
 };
 
 }  // namespace chequer

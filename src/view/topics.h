@@ -9,18 +9,19 @@ namespace chequer {
 
 /// What a page is sent, by its first byte. Numbers are shared with page/decode.js.
 enum class TopicKind : std::uint8_t {
-  kServer,   ///< JSON: the cameras, how the server fares, of a replay its times
-  kFrame,    ///< the markers of a frame
-  kRobots,   ///< the robots of a frame
-  kTracks,   ///< the tracks after a frame
-  kPicture,  ///< a whole frame as JPEG, with its markers
-  kZoom,     ///< a part of a frame as JPEG
-  kStatus,   ///< JSON
-  kHistory,  ///< JSON: statuses of the last ten minutes, sent once to each page
-  kCamera,   ///< JSON: lens, place, families
-  kDetail,   ///< JSON: one marker
+  kServer,       ///< JSON: the cameras, how the server fares, of a replay its times
+  kFrame,        ///< the markers of a frame
+  kRobots,       ///< the robots of a frame
+  kTracks,       ///< the tracks after a frame
+  kPicture,      ///< a whole frame as JPEG, with its markers
+  kZoom,         ///< a part of a frame as JPEG
+  kStatus,       ///< JSON
+  kHistory,      ///< JSON: statuses of the last ten minutes, sent once to each page
+  kCamera,       ///< JSON: lens, place, families
+  kDetail,       ///< JSON: one marker
+  kCalibration,  ///< JSON: how far a calibration has come
 };
-inline constexpr std::size_t kTopicKinds = 10;
+inline constexpr std::size_t kTopicKinds = 11;
 
 /// Bytes for a page, behind room for what a WebSocket puts before them.
 class Packet {

@@ -41,13 +41,14 @@ StillMarker Mean(const std::vector<MarkerPose>& poses) {
   mean.variant = best.variant;
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   Eigen::Vector3d weighted = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
-  Matrix6d covariance = Matrix6d::Zero();
+  Matrix6d varying = Matrix6d::Zero(), print = Matrix6d::Zero();
   int turns = 0;
   for (const MarkerPose& pose : poses) {
     const Eigen::Matrix3d weight = pose.covariance.topLeftCorner<3, 3>().inverse();
     information += weight;
     weighted += weight * pose.camera_from_marker.translation;
-    covariance += pose.covariance;
+    varying += pose.covariance - pose.print_covariance;
+    print += pose.print_covariance;
     const Eigen::Vector3d from_best =
         VectorFromRotation(pose.camera_from_marker.rotation * best.camera_from_marker.rotation.inverse());
     if (from_best.norm() > kOtherPoseRad) continue;
@@ -59,7 +60,8 @@ StillMarker Mean(const std::vector<MarkerPose>& poses) {
   mean.camera_from_marker.translation = information.inverse() * weighted;
   mean.camera_from_marker.rotation =
       Canonical(RotationFromVector(turn / std::max(turns, 1)) * best.camera_from_marker.rotation);
-  mean.covariance = covariance / (n * n);
+  // What a print is off is the same in all frames.
+  mean.covariance = varying / (n * n) + print / n;
   const Eigen::Vector3d along = kSystematic * mean.camera_from_marker.translation;
   mean.covariance.topLeftCorner<3, 3>() += along * along.transpose();
   const Eigen::Vector3d sight = mean.camera_from_marker.translation.normalized();

@@ -63,7 +63,7 @@ StressCase CaseFor(const Line& line, const MarkerCode& code, std::uint64_t seed)
   return stress;
 }
 
-void Run(const Line& line, int seeds, std::uint64_t first, bool bayer) {
+void Run(const Line& line, int seeds, std::uint64_t first, bool bayer, bool each) {
   const MarkerCode code({6, 6}, Variant::kSecded);
   test::PoseErrors errors;
   std::vector<double> ms, mm, degrees, nees;
@@ -95,7 +95,8 @@ void Run(const Line& line, int seeds, std::uint64_t first, bool bayer) {
       one.Add(marker.camera_from_marker, pose);
       nees.push_back((one.position() + one.orientation()) / 2);
       const double off = (pose.camera_from_marker.translation - marker.camera_from_marker.translation).norm() * 1e3;
-      if (getenv("EACH")) fmt::print("  seed {} off {:.3f} mm claimed {:.3f} sq {:.2f} {:.2f} corners {} rms {:.3f} ms {:.2f} id {} overlap {:.4f} {:.4f}\n", seed, off, std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) * 1e3, one.position(), one.orientation(), pose.corners_used, pose.reprojection_rms_px, least, pose.id.has_value(), pose.luminance_overlap, pose.saturation_overlap);
+      if (each)
+        fmt::print("  seed {} off {:.3f} mm claimed {:.3f} sq {:.2f} {:.2f} corners {} rms {:.3f} ms {:.2f} id {} overlap {:.4f} {:.4f}\n", seed, off, std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) * 1e3, one.position(), one.orientation(), pose.corners_used, pose.reprojection_rms_px, least, pose.id.has_value(), pose.luminance_overlap, pose.saturation_overlap);
       square_mm += off * off;
       mm.push_back(off);
       claimed_mm += std::sqrt(pose.covariance.topLeftCorner<3, 3>().trace()) * 1e3;
@@ -120,13 +121,14 @@ int main(int argc, char** argv) {
   std::vector<std::string> lines;
   int seeds = 40;
   std::uint64_t first = 1;
-  bool bayer = false;
+  bool bayer = false, each = false;
   app.add_option("condition", lines, "TAG of a stress case, with blur=PX side=PX ink=CELLS motion=PX shadow=SHARE:PX, comma-separated")->required();
   app.add_option("--seeds", seeds, "Boards a line")->capture_default_str();
   app.add_option("--first", first, "First seed")->capture_default_str();
   app.add_flag("--bayer", bayer, "Raw Bayer frames instead of colour");
+  app.add_flag("--each", each, "A line for each board, too");
   CLI11_PARSE(app, argc, argv);
   fmt::print("{:<42} {:>4} {:>5} {:>5} {:>3}  {:>7} {:>7} {:>7}  {:>6} {:>6} {:>6}  {:>6} {:>6}\n", "condition", "n", "found", "read", "bad",
              "rms mm", "median", "claimed", "sq/pos", "sq/rot", "median", "ms", "99 %");
-  for (const std::string& line : lines) chequer::Run(chequer::Parse(line), seeds, first, bayer);
+  for (const std::string& line : lines) chequer::Run(chequer::Parse(line), seeds, first, bayer, each);
 }

@@ -7,17 +7,17 @@
 #include <random>
 
 #include "chequer/detector.h"
-#include "detect/anchor.h"
-#include "detect/board_geometry.h"
-#include "detect/corner_response.h"
-#include "detect/corners.h"
-#include "detect/fit.h"
-#include "detect/grids.h"
-#include "detect/homography.h"
-#include "detect/identify.h"
-#include "detect/light.h"
-#include "detect/plane.h"
-#include "detect/plane_pose.h"
+#include "detect/boards/anchor.h"
+#include "detect/common/board_geometry.h"
+#include "detect/common/homography.h"
+#include "detect/common/light.h"
+#include "detect/common/plane.h"
+#include "detect/corners/corner_response.h"
+#include "detect/corners/corners.h"
+#include "detect/fit/fit.h"
+#include "detect/grids/grids.h"
+#include "detect/identity/identify.h"
+#include "detect/pose/plane_pose.h"
 #include "simulate/layouts.h"
 #include "simulate/render.h"
 
@@ -205,7 +205,8 @@ void Poses(benchmark::State& state) {
   const std::vector<FittedBoard> fitted = FitAll(stages);
   for (auto _ : state) {
     for (const FittedBoard& board : fitted)
-      benchmark::DoNotOptimize(PlanePoses({board.geometry, board.information}, CellM(), stages.lens.focal()));
+      benchmark::DoNotOptimize(
+          PlanePoses({board.geometry, board.information}, {CellM(), CellM()}, stages.lens.focal()));
   }
   CountBoards(state, fitted.size());
 }

@@ -8,7 +8,7 @@
 
 namespace chequer::test {
 
-inline constexpr int kLcmTypes = 15;
+inline constexpr int kLcmTypes = 17;
 
 /// Decodes bytes as C's type of that number, and encodes what came out. @return its fingerprint where `data` is null.
 std::uint64_t TryCType(int type, const std::uint8_t* data, std::size_t size);

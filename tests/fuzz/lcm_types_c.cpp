@@ -2,6 +2,8 @@
 
 #include "chequer/check.h"
 #include "chequer_ask_t.h"
+#include "chequer_calibration_reference_t.h"
+#include "chequer_calibration_t.h"
 #include "chequer_camera_family_t.h"
 #include "chequer_camera_t.h"
 #include "chequer_count_t.h"
@@ -64,7 +66,9 @@ std::uint64_t TryCType(int type, const std::uint8_t* data, std::size_t size) {
     case 11: return CHEQUER_TRY(chequer_camera_t);
     case 12: return CHEQUER_TRY(chequer_detail_cell_t);
     case 13: return CHEQUER_TRY(chequer_detail_t);
-    default: return CHEQUER_TRY(chequer_preview_t);
+    case 14: return CHEQUER_TRY(chequer_preview_t);
+    case 15: return CHEQUER_TRY(chequer_calibration_reference_t);
+    default: return CHEQUER_TRY(chequer_calibration_t);
   }
 }
 

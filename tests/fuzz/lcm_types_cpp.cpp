@@ -1,4 +1,6 @@
 #include <chequer/ask_t.hpp>
+#include <chequer/calibration_reference_t.hpp>
+#include <chequer/calibration_t.hpp>
 #include <chequer/camera_family_t.hpp>
 #include <chequer/camera_t.hpp>
 #include <chequer/count_t.hpp>
@@ -49,7 +51,9 @@ std::uint64_t TryCppType(int type, const std::uint8_t* data, std::size_t size) {
     case 11: return Try<camera_t>(data, size);
     case 12: return Try<detail_cell_t>(data, size);
     case 13: return Try<detail_t>(data, size);
-    default: return Try<preview_t>(data, size);
+    case 14: return Try<preview_t>(data, size);
+    case 15: return Try<calibration_reference_t>(data, size);
+    default: return Try<calibration_t>(data, size);
   }
 }
 

@@ -10,7 +10,8 @@ import sys
 import time
 
 TYPES = ["count_t", "marker_pose_t", "poses_t", "robot_pose_t", "robots_t", "stage_latency_t", "status_t", "track_t",
-         "tracks_t", "ask_t", "camera_family_t", "camera_t", "detail_cell_t", "detail_t", "preview_t"]
+         "tracks_t", "ask_t", "camera_family_t", "camera_t", "detail_cell_t", "detail_t", "preview_t",
+         "calibration_reference_t", "calibration_t"]
 MEMORY = 1 << 30
 NUMBERS = [b"\xff\xff\xff\xff", b"\x80\0\0\0", b"\x7f\xff\xff\xff", b"\0\0\0\0", b"\0\0\0\1", b"\0\1\0\0", b"\xff", b"\0"]
 
@@ -30,6 +31,7 @@ def sample(chequer, name, rng):
     if name == "preview_t":  # LCM's own default for bytes is a text, which it cannot send
         message.jpeg, message.jpeg_bytes = b"x" * 9, 9
     elements["camera_t"] = [("family_count", "families", "camera_family_t")]
+    elements["calibration_t"] = [("reference_count", "references", "calibration_reference_t")]
     elements["detail_t"] = [("cell_count", "cells", "detail_cell_t")]
     for count, field, element in elements.get(name, []):
         setattr(message, field, [sample(chequer, element, rng) for _ in range(rng.randrange(4))])

@@ -37,10 +37,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   wish.visible = true;
   wish.kinds = ~0u;
   client.set_wish(wish);
-  static constexpr const char* kChannels[] = {"a_POSES",   "a_STATUS", "a_ROBOTS", "a_TRACKS",
-                                              "a_PREVIEW", "a_DETAIL", "a_CAMERA", "b_POSES"};
+  static constexpr const char* kChannels[] = {"a_POSES",  "a_STATUS", "a_ROBOTS", "a_TRACKS", "a_PREVIEW",
+                                              "a_DETAIL", "a_CAMERA", "b_POSES",  "a_SETUP"};
   for (std::size_t at = 0; at + 3 <= bytes.size();) {
-    const char* channel = kChannels[bytes[at] % 8];
+    const char* channel = kChannels[bytes[at] % 9];
     const std::size_t length =
         std::min<std::size_t>(bytes[at + 1] | std::size_t{bytes[at + 2]} << 8, bytes.size() - at - 3);
     feed.Take(channel, bytes.subspan(at + 3, length));

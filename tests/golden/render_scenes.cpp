@@ -64,8 +64,10 @@ SceneMarker Place(const Board& board, const CameraModel& camera, const Eigen::Ve
   marker.side_m = kSideM;
   const double depth = camera.fx * marker.CellSize() / cell_px;
   const Eigen::Vector2d normalized = camera.Undistort(pixel).value();
-  marker.camera_from_marker = FacingPose({normalized.x() * depth, normalized.y() * depth, depth},
-                                         random.Uniform(0, 2 * M_PI), tilt_rad, random.Uniform(0, 2 * M_PI));
+  // One by one: a compiler draws the arguments of a call in an order of its own.
+  const double tilt_axis_rad = random.Uniform(0, 2 * M_PI), heading_rad = random.Uniform(0, 2 * M_PI);
+  marker.camera_from_marker =
+      FacingPose({normalized.x() * depth, normalized.y() * depth, depth}, heading_rad, tilt_rad, tilt_axis_rad);
   return marker;
 }
 
@@ -76,8 +78,8 @@ std::vector<SceneMarker> Lattice(const CameraModel& camera, int cols, int rows, 
   const double width = static_cast<double>(camera.width) / cols;
   const double height = static_cast<double>(camera.height) / rows;
   for (int i = 0; i < cols * rows; ++i) {
-    const Eigen::Vector2d pixel((i % cols + 0.5) * width + random.Uniform(-2, 2),
-                                (i / cols + 0.5) * height + random.Uniform(-2, 2));
+    const double down_px = random.Uniform(-2, 2), right_px = random.Uniform(-2, 2);
+    const Eigen::Vector2d pixel((i % cols + 0.5) * width + right_px, (i / cols + 0.5) * height + down_px);
     markers.push_back(Place(board(i), camera, pixel, cell_px, tilt_rad, random));
   }
   return markers;

@@ -7,6 +7,8 @@
 #include <sstream>
 
 #include "integration/workspace.h"
+#include "publish/lcm_publisher.h"
+#include "publish/lcm_url.h"
 #include "support/process.h"
 
 namespace chequer {
@@ -41,6 +43,27 @@ TEST(Listen, PrintsFramesAsJson) {
     EXPECT_EQ(line["markers"].size(), 8u);
     EXPECT_EQ(line["markers"][0]["position"].size(), 3u);
   }
+}
+
+TEST(Listen, TakesChannelsAndUrlFromAConfiguration) {
+  const Workspace workspace;
+  const std::string config =
+      workspace.Configure("loop = true", "[publish]\nurl = \"udpm://239.255.76.68:7668?ttl=0\"\nprefix = \"ARENA\"");
+  Process listener({CHEQUER, "listen", "--config", config, "--json", "--count", "3"});
+  ASSERT_TRUE(listener.WaitForOutput("listening at udpm://239.255.76.68:7668?ttl=0")) << listener.output();
+  LcmPublisher other({.url = "udpm://239.255.76.68:7668?ttl=0", .prefix = "OTHER"});
+  other.Publish(PosesMessage{});
+  Process daemon({CHEQUERD, "--config", config});
+  EXPECT_EQ(listener.Wait(), 0) << listener.output();
+  const auto lines = JsonLines(listener.output());
+  ASSERT_GE(lines.size(), 3u);
+  for (const json& line : lines) EXPECT_TRUE(line["channel"].get<std::string>().starts_with("ARENA_")) << line;
+  Process status({CHEQUER, "status", "--config", config, "--seconds", "20"});
+  EXPECT_EQ(status.Wait(), 0) << status.output();
+  // What is typed goes before it.
+  Process typed({CHEQUER, "listen", "--config", config, "--url", std::string(kDefaultLcmUrl), "--seconds", "0.01"});
+  EXPECT_EQ(typed.Wait(), 0) << typed.output();
+  EXPECT_THAT(typed.output(), HasSubstr("listening at udpm://239.255.76.67:7667"));
 }
 
 TEST(Listen, PrintsTracksAsJson) {

@@ -92,7 +92,7 @@ TEST(StartCommand, LeadsFromACameraToRobotsInTheRoom) {
   // The configuration names all three, and chequerd takes it.
   EXPECT_THAT(lab.TextOf("north.toml"),
               AllOf(HasSubstr("\ncalibration = \"north-camera.toml\""), HasSubstr("\nfile = \"north-world.toml\""),
-                    HasSubstr("\nfile = \"north-robots.toml\"")));
+                    HasSubstr("\nfile = \"north-robots.toml\""), HasSubstr("[tracks]\nenabled = true")));
   const test::RunResult check = lab.Shell("chequerd --check --config north");
   EXPECT_EQ(check.status, 0) << check.output;
 

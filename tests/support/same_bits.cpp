@@ -51,11 +51,11 @@ class Comparison {
 std::string DifferenceOf(std::size_t index, const MarkerPose& expected, const MarkerPose& actual) {
   Comparison compare("marker " + std::to_string(index) + ": ");
   // All fields there are: where one more is declared, this does not compile.
-  const auto& [id, family, variant, size, has_pose, camera_from_marker, covariance, ambiguity, measurement, corners,
-               corners_used, rms_px, center_px, luminance_overlap, saturation_overlap, bits_corrected, warnings] =
-      expected;
+  const auto& [id, family, variant, size, has_pose, camera_from_marker, covariance, print_covariance, misfit, ambiguity,
+               measurement, corners, corners_used, rms_px, center_px, luminance_overlap, saturation_overlap,
+               bits_corrected, warnings] = expected;
   const auto& [rotation, translation] = camera_from_marker;
-  const auto& [plane_from_board, information, focal_px, cell_m] = measurement;
+  const auto& [plane_from_board, information, focal_px, cell_m, cell_height_m, by_print] = measurement;
   compare.Number("has an id", id.has_value(), actual.id.has_value());
   compare.Number("id", id.value_or(0), actual.id.value_or(0));
   compare.Number("family", family, actual.family);
@@ -66,11 +66,15 @@ std::string DifferenceOf(std::size_t index, const MarkerPose& expected, const Ma
   compare.Matrices("rotation", rotation.coeffs(), actual.camera_from_marker.rotation.coeffs());
   compare.Matrices("translation", translation, actual.camera_from_marker.translation);
   compare.Matrices("covariance", covariance, actual.covariance);
+  compare.Matrices("print_covariance", print_covariance, actual.print_covariance);
+  compare.Number("misfit", misfit, actual.misfit);
   compare.Number("ambiguity", ambiguity, actual.ambiguity);
   compare.Matrices("plane_from_board", plane_from_board, actual.measurement.plane_from_board);
   compare.Matrices("information", information, actual.measurement.information);
   compare.Number("focal_px", focal_px, actual.measurement.focal_px);
   compare.Number("cell_m", cell_m, actual.measurement.cell_m);
+  compare.Number("cell_height_m", cell_height_m, actual.measurement.cell_height_m);
+  compare.Matrices("by_print", by_print, actual.measurement.by_print);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const std::string corner = "corner " + std::to_string(i);
     compare.Matrices(corner.c_str(), corners[i], actual.corners[i]);

@@ -36,10 +36,11 @@ KnownFrame OneMarker(const MarkerCode& code, std::uint64_t id, double cell_px, s
   SceneMarker marker = MarkerOf(code, id, {});
   const double focal_px = frame.options.camera.fx;
   const double depth = focal_px * marker.CellSize() / cell_px;
-  const Eigen::Vector2d offset_px(random.Uniform(-5, 5), random.Uniform(-5, 5));
-  const Eigen::Vector2d place = offset_px * depth / focal_px;
-  marker.camera_from_marker =
-      FacingPose({place.x(), place.y(), depth}, random.Uniform(0, 2 * M_PI), tilt_rad, random.Uniform(0, 2 * M_PI));
+  // One by one: a compiler draws the arguments of a call in an order of its own.
+  const double down_px = random.Uniform(-5, 5), right_px = random.Uniform(-5, 5);
+  const Eigen::Vector2d place = Eigen::Vector2d(right_px, down_px) * depth / focal_px;
+  const double tilt_axis_rad = random.Uniform(0, 2 * M_PI), heading_rad = random.Uniform(0, 2 * M_PI);
+  marker.camera_from_marker = FacingPose({place.x(), place.y(), depth}, heading_rad, tilt_rad, tilt_axis_rad);
   frame.scene.markers.push_back(std::move(marker));
   return frame;
 }

@@ -4,6 +4,7 @@ page_test.py [--pictures FOLDER]: also takes a picture of every page into FOLDER
 """
 import argparse
 import pathlib
+import re
 import signal
 import sys
 import tempfile
@@ -83,24 +84,27 @@ class PageTest(unittest.TestCase):
         self.assertLess(worst, 2)
 
     def test_what_is_drawn_is_seen(self):
-        """The pixels of the canvas: on each side of each outline lies the colour of what is well."""
+        """The pixels of the canvas: on each side of each outline lies the colour of its state, dashed where there is a warning."""
         self.show("#live?camera=demo")
         self.window.until("return chequer.live.drawn.length === 8 && chequer.store.cameras[0].picture")
         shares = self.window.run("""
             chequer.live.freeze(); chequer.live.draw();
+            const { u } = chequer.store.cameras[0].picture.frame;
             const canvas = chequer.live.tiles.get(0).canvas, context = canvas.getContext('2d'), ratio = canvas.width / canvas.clientWidth;
-            return chequer.live.drawn.map(({ outline }) => {
+            return chequer.live.drawn.map(({ i, outline }) => {
+              const isWell = u[i * 36 + 3] === 0;
               let hits = 0, all = 0;
               for (let side = 0; side < 4; ++side) for (let i = 1; i < 20; ++i) {
                 const [x0, y0, x1, y1] = [0, 1, 2, 3].map(k => outline[(2 * side + k) % 8]);
                 const at = [x0 + (x1 - x0) * i / 20, y0 + (y1 - y0) * i / 20].map(value => Math.round(value * ratio));
                 const [r, g, b] = context.getImageData(at[0], at[1], 1, 1).data;
-                ++all; hits += g > 150 && g > r + 30;
+                ++all; hits += g > 150 && (isWell ? g > r + 30 : r > g && g > b + 60);
               }
-              return hits / all;
+              return { isWell, share: hits / all };
             });""")
         self.assertEqual(len(shares), 8)
-        self.assertGreater(min(shares), 0.7, shares)
+        for each in shares:
+            self.assertGreater(each["share"], 0.7 if each["isWell"] else 0.4, shares)
 
     def test_robots_are_on_the_map_where_they_are(self):
         self.show("#arena")
@@ -241,7 +245,9 @@ class PageTest(unittest.TestCase):
         self.notice("started anew")
 
     def test_says_that_a_camera_was_lost(self):
-        self.show(capture='loop = true\nfaults = ["vanish 40 2s"]')
+        # Several times: on a slow machine, the page comes up after the first.
+        faults = ", ".join(f'"vanish {frame} 2s"' for frame in (40, 160, 280, 400, 520, 640))
+        self.show(capture=f"loop = true\nfaults = [{faults}]")
         self.notice("camera waiting", 15)
         self.notice("camera running", 15)
         self.window.until("return chequer.store.cameras[0].frames > 60")
@@ -281,6 +287,119 @@ class PageTest(unittest.TestCase):
         self.window.until("return [...document.querySelectorAll('#setup .good')].some(item => item.textContent.startsWith('white balance'))")
         self.window.until("return document.querySelector('#setup small')?.textContent.includes('light cells')")
         take(self.window, "setup")
+
+    def count_drawing(self, page):
+        """While 60 frames come: frames of the browser, fields that were cleared in them, and what they made in the document."""
+        self.show(page)
+        self.window.until("return chequer.store.cameras[0]?.frames > 20 && chequer[chequer.page].drawn.length === 8")
+        return self.window.driver.execute_async_script("""
+            const done = arguments[arguments.length - 1], { prototype } = CanvasRenderingContext2D;
+            const counts = { frames: 0, most: 0, cleared: 0, made: 0, sprites: 0 }, begin = chequer.store.cameras[0].frames;
+            const counted = (object, name, count) => { const plain = object[name]; object[name] = function (...all) { count(this); return plain.apply(this, all); }; };
+            // Each drawing of a field begins with its ground.
+            const shown = new Map();
+            counted(prototype, 'fillRect', context => { if (context.canvas.isConnected) shown.set(context.canvas, (shown.get(context.canvas) ?? 0) + 1); });
+            counted(document, 'createElement', () => ++counts.made);
+            counted(document, 'createTextNode', () => ++counts.made);
+            const next = () => {
+              ++counts.frames;
+              for (const times of shown.values()) { counts.most = Math.max(counts.most, times); counts.cleared += times; }
+              shown.clear();
+              if (chequer.store.cameras[0].frames < begin + 60) requestAnimationFrame(next); else done({ ...counts, news: chequer.store.cameras[0].frames - begin });
+            };
+            requestAnimationFrame(next);""")
+
+    def test_draws_once_a_frame_and_makes_nothing_anew(self):
+        for page in ("#live", "#arena"):
+            counts = self.count_drawing(page)
+            self.assertEqual(counts["most"], 1, (page, counts))
+            self.assertLessEqual(counts["made"], 40, (page, counts))  # notices and labels that were not seen before
+            for program in self.programs:
+                program.stop(signal.SIGKILL)
+
+    def test_hidden_views_draw_nothing(self):
+        self.show("#arena")
+        self.window.until("return chequer.store.cameras[0]?.frames > 2 && chequer.arena.drawn.length === 8")
+        self.window.run("window.drawn = 0; window.from = chequer.store.cameras[0].frames; const { live, health, setup } = chequer; for (const view of [live, health, setup]) view.draw = () => { ++window.drawn; };")
+        self.window.until("return chequer.store.cameras[0].frames > window.from + 10")
+        self.assertEqual(self.window.run("return window.drawn"), 0)
+
+    def render(self, name, *words, size="640x480"):
+        folder = pathlib.Path(self.folder.name) / name
+        rendered = Program(browser.BIN / "chequer", "render", "--size", size, "--fps", "10", *words, "--out", folder)
+        self.assertEqual(rendered.process.wait(200), 0, rendered.output())
+        return folder
+
+    def calibration(self, name, recording, camera_toml, what, *words, rest=""):
+        """A configuration whose camera plays a recording, and the calibration of it that was begun."""
+        path = pathlib.Path(self.folder.name) / f"{name}.toml"
+        path.write_text(f'[camera]\nname = "{name}"\ncalibration = "{camera_toml}"\n[capture]\npath = "{recording}"\nloop = true\n'
+                        '[[marker]]\nsize = "6x6"\nvariant = "secded"\nside = "60mm"\n' + rest)
+        return self.start(Program(browser.BIN / "chequer", "calibrate", what, "--config", path, *words,
+                                  "--out", pathlib.Path(self.folder.name) / f"{name}-{what}.toml"))
+
+    def test_setup_shows_how_a_lens_is_calibrated(self):
+        sheet = self.render("sheet", "--marker", "6x6:secded:30mm", "--ids", "2028-2047", "--sheet", "--frames", "40")
+        self.view = self.start(view())
+        self.window.open(self.view.line + "#setup")
+        self.window.until("return chequer.store.connected")
+        lens = self.calibration("ceiling", sheet, "none.toml", "lens", "--marker", "6x6", "--side", "30mm", "--ids", "2028-2047")
+        # While it runs: what it asks for next, coverage, and, as soon as they are fitted, residuals of what there is.
+        advice = self.window.until("const c = chequer.store.cameras[0]?.calibration; return c?.state === 'collecting' && c.views > 2 && c.advice", 30)
+        self.assertRegex(advice, "hold it|tilt it|not seen|blurred|enough")
+        self.window.until("return [...document.querySelectorAll('#setup .calibration:not([hidden]) .advice')].some(each => each.textContent)")
+        self.window.until("return chequer.store.cameras[0].calibration.residuals.length > 0 && chequer.setup.cards.get(0).calibration.lines > 0", 60)
+        take(self.window, "calibration")
+        self.window.until("return chequer.store.cameras[0].calibration.state === 'done'", 60)
+        self.assertEqual(lens.process.wait(60), 0, lens.output())
+        shown = self.window.until("const card = chequer.setup.cards.get(0).calibration, c = chequer.store.cameras[0].calibration; return card.counts === c.parts && { ...c, lines: card.lines }")
+        # The same as the command printed.
+        printed = lens.output()
+        coverage = [line.split() for line in printed.splitlines() if re.fullmatch(r"([.0-9+] ){11}[.0-9+]", line.strip())][-8:]
+        as_text = lambda views: "." if views == 0 else str(views) if views < 10 else "+"
+        self.assertEqual([as_text(views) for views in shown["parts"]], [part for line in coverage for part in line])
+        rms, points, views = re.search(r"RMS ([0-9.]+) px over ([0-9]+) points of ([0-9]+) views", printed).groups()
+        self.assertAlmostEqual(shown["rms"], float(rms), delta=6e-4)
+        self.assertEqual(shown["lines"], len(range(0, int(points), int(points) // 800 + 1)))
+        self.assertIn(f"{shown['views']} of ", printed)
+        self.assertIn("is calibrated", self.notice("is calibrated"))
+
+    def test_setup_shows_how_the_world_is_calibrated(self):
+        folder = pathlib.Path(self.folder.name)
+        references = folder / "room.toml"
+        references.write_text("".join(f"[[reference]]\nid = {id}\nposition = [{at}]\n" for id, at in ((8, "0, 0"), (9, "1.2, 0"), (10, "0, 1"), (99, "1, 1"))))
+        room = self.render("room", "--marker", "6x6:secded:60mm", "--ids", "0-10", "--room", self.three(references), "--distance", "2", "--frames", "20", "--speed", "0",
+                           size="1280x960")
+        self.view = self.start(view())
+        self.window.open(self.view.line + "#setup")
+        self.window.until("return chequer.store.connected")
+        world = self.calibration("north", room, room / "camera.toml", "world", references)
+        seen = self.window.until("const c = chequer.store.cameras[0]?.calibration; return c && c.state !== 'done' && c.rms > 0 && c.references", 30)
+        self.assertEqual([each["id"] for each in seen], ["8", "9", "10", "99"])
+        self.assertTrue(all(each["frames"] > 0 and each["offset_m"] for each in seen[:3]))
+        self.assertEqual((seen[3]["frames"], seen[3]["offset_m"]), (0, None))
+        self.window.until("return document.querySelector('#setup .calibration table')?.textContent.includes('not seen')")
+        self.window.until("return chequer.store.cameras[0].calibration.state === 'done'", 60)
+        self.assertEqual(world.process.wait(60), 0, world.output())
+        rms = float(re.search(r"RMS ([0-9.]+) mm", world.output()).group(1))
+        self.assertAlmostEqual(1000 * self.window.run("return chequer.store.cameras[0].calibration.rms"), rms, delta=6e-3)
+
+    def three(self, references):
+        """The same list without its last, which no marker of the room stands for."""
+        path = references.with_name("three.toml")
+        path.write_text("[[reference]]".join(references.read_text().split("[[reference]]")[:4]))
+        return path
+
+    def test_a_calibration_is_quiet_where_looking_is_forbidden(self):
+        sheet = self.render("quiet-sheet", "--marker", "6x6:secded:30mm", "--ids", "2028-2047", "--sheet", "--frames", "10")
+        self.view = self.start(view())
+        self.window.open(self.view.line + "#setup")
+        self.window.until("return chequer.store.connected")
+        forbidden = self.calibration("forbidden", sheet, "none.toml", "lens", "--marker", "6x6", "--side", "30mm", "--ids", "2028-2047",
+                                     "--seconds", "4", rest="[view]\nallow = false\n")
+        forbidden.process.wait(60)
+        self.assertIn("frames taken", forbidden.output())
+        self.assertEqual(self.window.run("return chequer.store.cameras.map(camera => camera.prefix)"), [])
 
     def test_pictures_can_be_forbidden(self):
         self.show(rest="[view]\nallow = false")

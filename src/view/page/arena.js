@@ -1,12 +1,15 @@
 // The map from above, in the world's frame: robots, trails, the cameras' fields of view.
-import { Camera2D, colours, fit, make } from './draw.js';
+import { Camera2D, Labels, boxOf, colours, fit, make } from './draw.js';
 import { bestPlaces } from './store.js';
 
-const kGoneMs = 1500, kListMs = 300, kPalette = ['#2f7fe8', '#d9711c', '#1f9d61', '#b03bb8', '#c2352f', '#0f98a8', '#8a7a10', '#6a5be0'];
+/// Trails are thinned beyond so many points in all; without news the map is drawn anew that often, as robots are lost.
+const kMostTrailPoints = 6000, kIdleMs = 250, kMostListed = 200;
+const kGoneMs = 1500, kListMs = 500, kPalette = ['#2f7fe8', '#d9711c', '#1f9d61', '#b03bb8', '#c2352f', '#0f98a8', '#8a7a10', '#6a5be0'];
 
 export class Arena {
   constructor(store, app) {
-    Object.assign(this, { store, app, fitted: false, following: false, measuring: false, points: [], drawn: [], nextList: 0 });
+    Object.assign(this, { store, app, fitted: false, following: false, measuring: false, points: [], drawn: [], nextList: 0, labels: new Labels(), rows: [], collator: new Intl.Collator(undefined, { numeric: true }) });
+    store.addEventListener('news', () => { this.news = true; });
     this.canvas = document.getElementById('map');
     this.list = document.getElementById('robots');
     this.text = document.getElementById('arena-text');
@@ -61,9 +64,23 @@ export class Arena {
       if (!camera || (chosen !== null && camera.index !== chosen)) continue;
       const { world, list } = bestPlaces(camera);
       const gone = now - camera.heard > kGoneMs && !this.app.replayPaused();
-      for (const each of list) result.push({ ...each, camera: camera.index, world, gone, trail: camera.trails.get(each.key) ?? [] });
+      for (const each of list) {
+        each.camera = camera.index; each.world = world; each.gone = gone; each.trail = camera.trails.get(each.key) ?? kNoTrail;
+        result.push(each);
+      }
     }
     return result;
+  }
+
+  /// Draws where there is something new, once an animation frame at most.
+  drawNews() {
+    const now = performance.now(), { view } = this, box = boxOf(this.canvas);
+    const is = [view.x, view.y, view.scale, box.width, box.height, this.chosen, this.following, this.measuring, this.points.length, this.fitted, this.app.cameraIndex(), colours()];
+    if (!this.news && now < this.idleAt && is.every((each, i) => each === this.was?.[i])) return;
+    this.was = is;
+    this.news = false;
+    this.idleAt = now + kIdleMs;
+    this.draw();
   }
 
   draw() {
@@ -82,8 +99,8 @@ export class Arena {
     this.drawGrid(context, ink, width, height);
     for (const camera of this.store.cameras) if (camera) this.drawField(context, ink, camera);
     this.drawn = [];
-    for (const body of bodies) this.drawTrail(context, body);
-    for (const body of bodies) this.drawBody(context, ink, body);
+    this.drawTrails(context, bodies);
+    this.drawBodies(context, ink, bodies);
     this.drawMeasure(context, ink);
     this.drawScale(context, ink, height);
     this.text.textContent = bodies.length ? `${bodies.length} in ${inWorld ? 'the world’s frame' : 'the camera’s frame, as no world file is set'}` : 'nobody is seen';
@@ -134,45 +151,82 @@ export class Arena {
     context.fillText(camera.name, px + 4, py + 14);
   }
 
-  colourOf(body) { return kPalette[[...body.key].reduce((sum, c) => (sum * 31 + c.charCodeAt(0)) >>> 0, 7) % kPalette.length]; }
+  /// Number of its colour.
+  inkOf(body) {
+    if (body.ink !== undefined) return body.ink;
+    let sum = 7;
+    for (let i = 0; i < body.key.length; ++i) sum = (sum * 31 + body.key.charCodeAt(i)) >>> 0;
+    return body.ink = sum % kPalette.length;
+  }
+  colourOf(body) { return kPalette[this.inkOf(body)]; }
 
-  drawTrail(context, body) {
-    if (body.trail.length < 2) return;
-    context.strokeStyle = this.colourOf(body);
+  /// All trails of a colour as one path.
+  drawTrails(context, bodies) {
+    const { view } = this, [ox, oy] = view.toScreen(0, 0), sx = view.scale, sy = view.flip * view.scale;
+    let points = 0;
+    for (const body of bodies) points += body.trail.length;
+    const step = Math.ceil(points / kMostTrailPoints) || 1, paths = kPalette.map(() => new Path2D());
+    for (const body of bodies) {
+      const { trail } = body, path = paths[this.inkOf(body)];
+      if (trail.length < 2) continue;
+      path.moveTo(ox + sx * trail[0][1], oy + sy * trail[0][2]);
+      for (let i = step; i < trail.length; i += step) path.lineTo(ox + sx * trail[i][1], oy + sy * trail[i][2]);
+      path.lineTo(ox + sx * body.x, oy + sy * body.y);
+    }
     context.globalAlpha = 0.45;
     context.lineWidth = 2;
-    context.beginPath();
-    body.trail.forEach(([, x, y], i) => context[i ? 'lineTo' : 'moveTo'](...this.view.toScreen(x, y)));
-    context.stroke();
+    paths.forEach((path, i) => { context.strokeStyle = kPalette[i]; context.stroke(path); });
     context.globalAlpha = 1;
   }
 
-  drawBody(context, ink, body) {
-    const [px, py] = this.view.toScreen(body.x, body.y);
-    if (!Number.isFinite(px)) return;
-    this.drawn.push({ px, py, key: body.key, name: body.name, camera: body.camera, x: body.x, y: body.y });
-    const size = Math.max(7, Math.min(26, 0.06 * this.view.scale));
-    context.save();
-    context.translate(px, py);
-    if (Number.isFinite(body.vx) && Math.hypot(body.vx, body.vy) > 0.01) {  // where it is in a second
-      context.strokeStyle = ink.text; context.lineWidth = 1.6;
-      context.beginPath(); context.moveTo(0, 0); context.lineTo(body.vx * this.view.scale, this.view.flip * body.vy * this.view.scale); context.stroke();
+  /// Those that are well as one path a colour; whoever needs a style of their own one by one.
+  drawBodies(context, ink, bodies) {
+    const { view } = this, [ox, oy] = view.toScreen(0, 0), size = Math.max(7, Math.min(26, 0.06 * view.scale));
+    const fills = kPalette.map(() => new Path2D()), rims = new Path2D(), speeds = new Path2D(), special = [];
+    for (const body of bodies) {
+      const px = ox + view.scale * body.x, py = oy + view.flip * view.scale * body.y;
+      if (!Number.isFinite(px)) continue;
+      this.drawn.push({ px, py, key: body.key, name: body.name, camera: body.camera, x: body.x, y: body.y });
+      if (Math.abs(body.vx) + Math.abs(body.vy) > 0.01) {  // where it is in a second
+        speeds.moveTo(px, py);
+        speeds.lineTo(px + body.vx * view.scale, py + view.flip * body.vy * view.scale);
+      }
+      if (body.gone || body.coasting || body.offFloor) { special.push(body, px, py); continue; }
+      arrow(fills[this.inkOf(body)], px, py, view.flip * body.heading, size);
+      arrow(rims, px, py, view.flip * body.heading, size);
     }
-    context.rotate(this.view.flip * body.heading);
-    context.fillStyle = body.gone || body.coasting ? 'transparent' : this.colourOf(body);
-    context.strokeStyle = body.offFloor ? ink.bad : body.gone || body.coasting ? this.colourOf(body) : ink.text;
-    context.setLineDash(body.coasting || body.gone ? [3, 3] : []);
+    context.lineWidth = 1.6; context.strokeStyle = ink.text;
+    context.stroke(speeds);
+    fills.forEach((path, i) => { context.fillStyle = kPalette[i]; context.fill(path); });
+    context.lineWidth = 1.4;
+    context.stroke(rims);
+    for (let i = 0; i < special.length; i += 3) this.drawSpecial(context, ink, special[i], special[i + 1], special[i + 2], size);
+    this.drawNames(context, ink, bodies, size);
+  }
+
+  drawSpecial(context, ink, body, px, py, size) {
+    const path = new Path2D(), hollow = body.gone || body.coasting;
+    arrow(path, px, py, this.view.flip * body.heading, size);
+    context.setLineDash(hollow ? [3, 3] : []);
     context.lineWidth = body.offFloor ? 3 : 1.4;
-    context.beginPath();
-    context.moveTo(1.3 * size, 0); context.lineTo(-0.8 * size, 0.8 * size); context.lineTo(-0.4 * size, 0); context.lineTo(-0.8 * size, -0.8 * size); context.closePath();
-    context.fill(); context.stroke();
-    context.restore();
-    const chosen = this.chosen && this.chosen.camera === body.camera && this.chosen.key === body.key;
-    if (chosen) { context.strokeStyle = ink.pick; context.lineWidth = 2.5; context.beginPath(); context.arc(px, py, 1.8 * size, 0, 7); context.stroke(); }
-    context.fillStyle = ink.text;
-    context.font = `${chosen ? 700 : 500} 13px system-ui, sans-serif`;
-    context.textAlign = 'center';
-    context.fillText(body.name + (body.offFloor ? ' ✕ off the floor' : body.coasting ? ' … coasting' : body.gone ? ' … lost' : ''), px, py - 1.5 * size - 3);
+    context.fillStyle = this.colourOf(body);
+    context.strokeStyle = body.offFloor ? ink.bad : hollow ? this.colourOf(body) : ink.text;
+    if (!hollow) context.fill(path);
+    context.stroke(path);
+    context.setLineDash([]);
+  }
+
+  drawNames(context, ink, bodies, size) {
+    let at = 0;
+    for (const body of bodies) {
+      const drawn = this.drawn[at];
+      if (!drawn || drawn.key !== body.key || drawn.camera !== body.camera) continue;  // has no place
+      ++at;
+      const chosen = this.chosen && this.chosen.camera === body.camera && this.chosen.key === body.key;
+      if (chosen) { context.strokeStyle = ink.pick; context.lineWidth = 2.5; context.beginPath(); context.arc(drawn.px, drawn.py, 1.8 * size, 0, 7); context.stroke(); }
+      const state = body.offFloor ? ' ✕ off the floor' : body.coasting ? ' … coasting' : body.gone ? ' … lost' : '';
+      this.labels.draw(context, body.name + state, drawn.px, drawn.py - 1.5 * size - 3, `${chosen ? 700 : 500} 13px system-ui, sans-serif`, ink.text);
+    }
   }
 
   drawMeasure(context, ink) {
@@ -203,17 +257,42 @@ export class Arena {
     const now = performance.now();
     if (now < this.nextList) return;
     this.nextList = now + kListMs;
-    const row = body => make('tr', {
-      'aria-selected': String(!!this.chosen && this.chosen.key === body.key && this.chosen.camera === body.camera),
-      onclick: () => { this.chosen = { camera: body.camera, key: body.key }; this.nextList = 0; },
-    }, make('td', {}, body.name), ...[body.x, body.y].map(value => make('td', {}, value.toFixed(3))),
-    make('td', {}, `${(body.heading * 180 / Math.PI).toFixed(0)}°`),
-    make('td', {}, Number.isFinite(body.vx) ? Math.hypot(body.vx, body.vy).toFixed(2) : '–'));
-    const sorted = [...bodies].sort((a, b) => a.name.localeCompare(b.name, undefined, { numeric: true })).slice(0, 200);
-    this.list.replaceChildren(make('h2', {}, 'Robots'), make('table', {},
-      make('thead', {}, make('tr', {}, ...['name', 'x m', 'y m', 'heading', 'm/s'].map(name => make('th', { scope: 'col' }, name)))),
-      make('tbody', {}, ...sorted.map(row))));
+    const sorted = [...bodies].sort((a, b) => this.collator.compare(a.name, b.name)).slice(0, kMostListed);
+    while (this.rows.length < sorted.length) this.rows.push(this.row());
+    if (!this.table) {
+      this.table = make('tbody');
+      this.list.replaceChildren(make('h2', {}, 'Robots'), make('table', {},
+        make('thead', {}, make('tr', {}, ...['name', 'x m', 'y m', 'heading', 'm/s'].map(name => make('th', { scope: 'col' }, name)))), this.table));
+    }
+    if (this.table.children.length !== sorted.length) this.table.replaceChildren(...sorted.map((_, i) => this.rows[i].element));
+    sorted.forEach((body, i) => this.fillRow(this.rows[i], body));
   }
+
+  /// Rows stay; what they say changes.
+  row() {
+    const cells = Array.from({ length: 5 }, () => document.createTextNode(''));
+    const row = { cells, body: null, element: make('tr', { onclick: () => { this.chosen = { camera: row.body.camera, key: row.body.key }; this.nextList = 0; } }, ...cells.map(cell => make('td', {}, cell))) };
+    return row;
+  }
+
+  fillRow(row, body) {
+    row.body = body;
+    row.element.setAttribute('aria-selected', String(!!this.chosen && this.chosen.key === body.key && this.chosen.camera === body.camera));
+    [body.name, body.x.toFixed(3), body.y.toFixed(3), `${(body.heading * 180 / Math.PI).toFixed(0)}°`,
+      Number.isFinite(body.vx) ? Math.hypot(body.vx, body.vy).toFixed(2) : '–'].forEach((text, i) => { if (row.cells[i].data !== text) row.cells[i].data = text; });
+  }
+}
+
+const kNoTrail = [];
+
+/// A body that points along an angle, on a path.
+function arrow(path, px, py, angle, size) {
+  const c = size * Math.cos(angle), s = size * Math.sin(angle);
+  path.moveTo(px + 1.3 * c, py + 1.3 * s);
+  path.lineTo(px - 0.8 * c - 0.8 * s, py - 0.8 * s + 0.8 * c);
+  path.lineTo(px - 0.4 * c, py - 0.4 * s);
+  path.lineTo(px - 0.8 * c + 0.8 * s, py - 0.8 * s - 0.8 * c);
+  path.closePath();
 }
 
 /// Where a camera sees the floor (z = 0), world; empty where that is not known.

@@ -1,7 +1,7 @@
 // What the server sends, as typed arrays that look into the message itself. The numbers are those of topics.h and
 // page_message.cpp.
 
-export const Kind = { server: 0, frame: 1, robots: 2, tracks: 3, picture: 4, zoom: 5, status: 6, history: 7, camera: 8, detail: 9 };
+export const Kind = { server: 0, frame: 1, robots: 2, tracks: 3, picture: 4, zoom: 5, status: 6, history: 7, camera: 8, detail: 9, calibration: 10 };
 
 const kHeaderBytes = 64, kJsonHeaderBytes = 8;
 export const kMarkerWords = 36, kBodyWords = 16;
@@ -78,12 +78,15 @@ export function decode(buffer) {
   }
 }
 
+/// An id's text. Most fit into 32 bits, and large numbers cost a hundred times as much.
+export function idOf(low, high) { return high ? (BigInt(high) << 32n | BigInt(low)).toString() : String(low); }
+
 /// A marker of a frame, by its place in it.
 export function marker(frame, index) {
   const at = index * kMarkerWords, { f, u } = frame;
   return {
     index,
-    id: (BigInt(u[at + 1]) << 32n | BigInt(u[at])).toString(),
+    id: idOf(u[at], u[at + 1]),
     hasId: (u[at + 2] & 1) !== 0,
     hasPose: (u[at + 2] & 2) !== 0,
     family: (u[at + 2] >>> 8) & 255,
@@ -102,7 +105,7 @@ export function marker(frame, index) {
 /// A robot or track, by its place in the message.
 export function body(message, index) {
   const at = index * kBodyWords, { f, u } = message;
-  const id = (BigInt(u[at + 1]) << 32n | BigInt(u[at])).toString();
+  const id = idOf(u[at], u[at + 1]);
   return {
     key: message.names[index] || id, name: message.names[index] || id, id,
     coasting: (u[at + 2] & 1) !== 0, offFloor: (u[at + 2] & 2) !== 0,

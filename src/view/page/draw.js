@@ -1,8 +1,24 @@
 // Drawing that several pages share.
 
+// Sizes as the browser tells of them after its layout: to ask for one makes it do its layout at once, which costs more
+// than the drawing where several are asked for between changes of text.
+const boxes = new WeakMap();
+const observer = new ResizeObserver(entries => {
+  for (const { target, contentRect } of entries) Object.assign(boxes.get(target), { width: contentRect.width, height: contentRect.height });
+});
+
+/// { width, height } of what is shown of a canvas, CSS pixels; the same object each time.
+export function boxOf(canvas) {
+  let box = boxes.get(canvas);
+  if (box) return box;
+  boxes.set(canvas, box = { width: canvas.clientWidth, height: canvas.clientHeight });
+  observer.observe(canvas);
+  return box;
+}
+
 /// Sizes a canvas to what is shown of it; gives its context and size in CSS pixels.
 export function fit(canvas) {
-  const ratio = window.devicePixelRatio || 1, box = canvas.getBoundingClientRect();
+  const ratio = window.devicePixelRatio || 1, box = boxOf(canvas);
   const width = Math.max(1, Math.round(box.width * ratio)), height = Math.max(1, Math.round(box.height * ratio));
   if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
   const context = canvas.getContext('2d');
@@ -10,8 +26,46 @@ export function fit(canvas) {
   return { context, width: box.width, height: box.height };
 }
 
+/// Draws texts from a cache: to lay out and fill one anew takes longer than to draw a marker.
+export class Labels {
+  constructor(most = 3000) { this.most = most; this.sprites = new Map(); }
+
+  /// Centred on x, its baseline at y. @param rim drawn about it; null: none.
+  draw(context, text, x, y, font, fill, rim = null) {
+    const ratio = window.devicePixelRatio || 1, key = `${text}|${font}|${fill}|${ratio}`;
+    let sprite = this.sprites.get(key);
+    if (!sprite) {
+      if (this.sprites.size >= this.most) this.sprites.delete(this.sprites.keys().next().value);
+      this.sprites.set(key, sprite = spriteOf(text, font, fill, rim, ratio));
+    }
+    const { canvas, width, height, base } = sprite;
+    // On whole pixels it stays sharp.
+    context.drawImage(canvas, Math.round((x - width / 2) * ratio) / ratio, Math.round((y - base) * ratio) / ratio, width, height);
+  }
+}
+
+function spriteOf(text, font, fill, rim, ratio) {
+  const canvas = document.createElement('canvas'), context = canvas.getContext('2d');
+  context.font = font;
+  const size = context.measureText(text), rise = Math.ceil(size.actualBoundingBoxAscent) + 3, fall = Math.ceil(size.actualBoundingBoxDescent) + 3;
+  canvas.width = Math.ceil((size.width + 6) * ratio);
+  canvas.height = Math.ceil((rise + fall) * ratio);
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.font = font;
+  context.textAlign = 'center';
+  const middle = canvas.width / ratio / 2;
+  if (rim) { context.lineWidth = 3; context.strokeStyle = rim; context.strokeText(text, middle, rise); }
+  context.fillStyle = fill;
+  context.fillText(text, middle, rise);
+  return { canvas, width: canvas.width / ratio, height: canvas.height / ratio, base: rise };
+}
+
 /// The theme's colours, by the names in style.css.
-export function colours() {
+export function colours() { return themes[dark.matches ? 1 : 0] ??= readColours(); }
+
+const dark = matchMedia('(prefers-color-scheme: dark)'), themes = [];
+
+function readColours() {
   const style = getComputedStyle(document.documentElement);
   return Object.fromEntries(['ground', 'panel', 'text', 'soft', 'line', 'good', 'warn', 'bad', 'pick', 'map', 'accent']
     .map(name => [name, style.getPropertyValue(`--${name}`).trim()]));
@@ -43,7 +97,7 @@ export class Camera2D {
     canvas.addEventListener('pointermove', event => this.drag(event));
     for (const name of ['pointerup', 'pointercancel']) canvas.addEventListener(name, event => this.pointers.delete(event.pointerId));
   }
-  size() { return [this.canvas.clientWidth, this.canvas.clientHeight]; }
+  size() { const { width, height } = boxOf(this.canvas); return [width, height]; }
   toScreen(x, y) { const [w, h] = this.size(); return [w / 2 + (x - this.x) * this.scale, h / 2 + this.flip * (y - this.y) * this.scale]; }
   toUnits(px, py) { const [w, h] = this.size(); return [this.x + (px - w / 2) / this.scale, this.y + this.flip * (py - h / 2) / this.scale]; }
   zoomAt(px, py, factor) {

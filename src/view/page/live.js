@@ -1,15 +1,18 @@
 // Pictures of all cameras with what was found in them, or one of them large.
-import { kMarkerWords, marker } from './decode.js';
-import { Camera2D, fit, make } from './draw.js';
+import { idOf, kMarkerWords, marker } from './decode.js';
+import { Camera2D, Labels, boxOf, fit, make } from './draw.js';
 import { rateHz } from './store.js';
 
-const kPictureLastsMs = 3000, kPictureIsOldMs = 700, kTextMs = 250, kLabelFromPx = 16;
+const kPictureLastsMs = 3000, kPictureIsOldMs = 700, kTextMs = 400, kLabelFromPx = 16;
+/// Of an animation frame's time, for drawing: the browser shows it in the rest.
+const kDrawMs = 5;
 // On a picture, whatever the theme: light lines with a dark rim.
 const kInk = { good: '#3dff9e', warn: '#ffc93d', none: '#ff8bd0', pick: '#ffffff', axisX: '#ff5f5f', axisY: '#5fdc5f', axisZ: '#7fb6ff' };
+const kRim = 'rgb(0 0 0 / 75%)';
 
 export class Live {
   constructor(store, app) {
-    Object.assign(this, { store, app, tiles: new Map(), frozen: null, nextText: 0 });
+    Object.assign(this, { store, app, tiles: new Map(), frozen: null, nextText: 0, labels: new Labels() });
     this.grid = document.getElementById('tiles');
     this.text = document.getElementById('live-text');
     this.freezeButton = document.getElementById('freeze');
@@ -116,28 +119,41 @@ export class Live {
   get drawn() { return [...this.tiles.values()].filter(tile => tile.large || this.tiles.size === 1).flatMap(tile => tile.drawn ?? []); }
 
   draw() {
+    const now = performance.now();
+    const tiles = [...this.tiles.values()];
+    const begin = this.turn ?? 0;
+    this.drawnTiles = 0;
+    // Tiles take turns, and what a frame has no time for comes in the next one: no burst of pictures makes it late.
+    for (let i = 0; i < tiles.length; ++i) {
+      const at = (begin + i) % tiles.length;
+      if (this.drawnTiles > 0 && performance.now() - now > kDrawMs) { this.turn = at; break; }
+      if (this.drawTile(tiles[at])) ++this.drawnTiles;
+    }
+    if (now < this.nextText) return;
+    this.nextText = now + kTextMs;
+    this.showTexts(tiles);
+  }
+
+  /// All texts at once: the browser does its layout once for them.
+  showTexts(tiles) {
     let markers = 0, slowest = 0;
-    for (const tile of this.tiles.values()) {
-      this.drawTile(tile);
+    for (const tile of tiles) {
+      this.caption(tile);
       markers += tile.camera.frame?.count ?? 0;
       slowest = Math.max(slowest, tile.camera.frame?.latency ?? 0);
     }
-    const now = performance.now();
-    if (now < this.nextText) return;
-    this.nextText = now + kTextMs;
-    this.text.textContent = `${this.tiles.size} camera${this.tiles.size === 1 ? '' : 's'}, ${markers} markers, latency up to ${slowest.toFixed(1)} ms${this.frozen ? ', frozen' : ''}`;
+    this.text.textContent = `${tiles.length} camera${tiles.length === 1 ? '' : 's'}, ${markers} markers, latency up to ${slowest.toFixed(1)} ms${this.frozen ? ', frozen' : ''}`;
   }
 
+  /// @returns whether it was drawn: it is where something has changed.
   drawTile(tile) {
     const { camera, view } = tile;
     const frame = this.frameOf(camera), picture = this.pictureOf(camera);
     const shownZoom = picture && this.zoomIsShown(camera, picture) ? camera.zoom : null;
-    this.caption(tile, frame, picture);
-    // Drawn anew only where something has changed.
-    const chosen = this.app.marker?.camera === camera.index ? `${this.app.marker.family}/${this.app.marker.id}` : '';
-    const key = `${picture?.sequence} ${frame?.sequence} ${shownZoom?.sequence} ${chosen} ${view.x} ${view.y} ${view.scale} ${tile.fitted} ${tile.canvas.clientWidth}x${tile.canvas.clientHeight}`;
-    if (key === tile.key) return;
-    tile.key = key;
+    const chosen = this.app.marker?.camera === camera.index ? this.app.marker : null, box = boxOf(tile.canvas);
+    const is = [picture, frame, shownZoom, chosen, view.x, view.y, view.scale, tile.fitted, box.width, box.height];
+    if (tile.was && is.every((each, i) => each === tile.was[i])) return false;
+    tile.was = is;
     const { context, width, height } = fit(tile.canvas);
     context.fillStyle = '#16181c';
     context.fillRect(0, 0, width, height);
@@ -147,14 +163,14 @@ export class Live {
     if (picture) this.drawPicture(context, view, picture);
     if (shownZoom) this.drawPicture(context, view, shownZoom);
     if (frame) this.drawMarkers(context, tile, shownZoom?.frame ?? frame);
+    return true;
   }
 
-  caption(tile, frame, picture) {
-    const { camera } = tile, now = performance.now();
-    if (now < (tile.nextCaption ?? 0)) return;
-    tile.nextCaption = now + kTextMs;
+  caption(tile) {
+    const { camera } = tile, frame = this.frameOf(camera), picture = this.pictureOf(camera);
     const state = camera.silent ? '✕ not heard' : camera.status && camera.status.camera_state !== 'running' ? `✕ ${camera.status.camera_state}` : '';
-    tile.caption.textContent = `${camera.name}  ${rateHz(camera).toFixed(0)} frames/s  ${frame ? frame.count : 0} markers  ${camera.frame ? camera.frame.latency.toFixed(1) : '–'} ms  ${this.ageOf(picture)}${state}`;
+    const text = `${camera.name}  ${rateHz(camera).toFixed(0)} frames/s  ${frame ? frame.count : 0} markers  ${camera.frame ? camera.frame.latency.toFixed(1) : '–'} ms  ${this.ageOf(picture)}${state}`;
+    if (text !== tile.said) tile.caption.textContent = tile.said = text;
   }
 
   /// Whether the part that is zoomed into has come, of about the time of the whole picture.
@@ -203,7 +219,7 @@ export class Live {
         path.moveTo(cx + 6, cy); path.arc(cx, cy, 6, 0, 7);
       }
       if (tile.large || this.tiles.size === 1) tile.drawn.push({ i, cx, cy, outline: known ? Array.from({ length: 8 }, (_, k) => (k % 2 ? oy : ox) + f[at + 8 + k] * scale) : null });
-      if (size > kLabelFromPx) labels.push([i, at, cx, cy, size, state]);
+      if (size > kLabelFromPx) labels.push([at, cx, cy, size, state]);
     }
     context.lineJoin = 'round';
     // Small ones are told apart by the width of their lines: dashes would not show, and take most of the time.
@@ -225,16 +241,13 @@ export class Live {
   drawLabels(context, frame, labels) {
     context.textAlign = 'center';
     context.lineWidth = 3;
-    context.strokeStyle = 'rgb(0 0 0 / 75%)';
-    for (const [i, at, cx, cy, size, state] of labels) {
-      const id = frame.u[at + 1] ? marker(frame, i).id : String(frame.u[at]);
-      const name = state === 'none' ? '?' : id;
-      context.font = `600 ${Math.min(20, Math.max(11, size / 3)).toFixed(0)}px system-ui, sans-serif`;
-      const y = cy - size - 3;
-      context.strokeText(name, cx, y);
-      context.fillStyle = kInk[state];
-      context.fillText(name, cx, y);
+    context.strokeStyle = kRim;
+    for (const [at, cx, cy, size, state] of labels) {
+      const name = state === 'none' ? '?' : idOf(frame.u[at], frame.u[at + 1]);
+      const font = `600 ${Math.min(20, Math.max(11, size / 3)).toFixed(0)}px system-ui, sans-serif`;
+      this.labels.draw(context, name, cx, cy - size - 3, font, kInk[state], kRim);
       if (size < 70) continue;
+      context.fillStyle = kInk[state];
       // Quality, where there is room for it.
       const text = `${frame.f[at + 22].toFixed(2)} px${state === 'warn' ? ' ▲' : ''}`;
       context.font = '12px system-ui, sans-serif';

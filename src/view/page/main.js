@@ -15,7 +15,7 @@ const kKinds = {
   live: [...kAlways, Kind.frame, Kind.picture, Kind.zoom, Kind.detail],
   arena: [...kAlways, Kind.frame, Kind.robots, Kind.tracks],
   health: [...kAlways, Kind.frame],
-  setup: [...kAlways, Kind.frame, Kind.detail],
+  setup: [...kAlways, Kind.frame, Kind.detail, Kind.calibration],
 };
 const kNoticesShown = 4, kNoticeLastsMs = 20000;
 
@@ -159,7 +159,8 @@ class App {
   draw(now) {
     this.frameTimes.push(now);
     if (this.frameTimes.length > 4000) this.frameTimes.shift();
-    this[this.pageName].draw();
+    const page = this[this.pageName];
+    if (page.drawNews) page.drawNews(); else page.draw();
     if (this.pageName === 'live') this.panel.draw();
     requestAnimationFrame(next => this.draw(next));
   }

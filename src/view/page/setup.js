@@ -1,5 +1,6 @@
 // Which knob to turn, and which way; where in the picture markers were seen, and how well they fit there.
 import { setupAdvice } from './advice.js';
+import { CalibrationCard } from './calibration.js';
 import { marker } from './decode.js';
 import { colours, fit, make } from './draw.js';
 
@@ -9,7 +10,7 @@ export class Setup {
   constructor(store, app) {
     Object.assign(this, { store, app, section: document.getElementById('setup'), cards: new Map(), next: 0 });
     this.grid = make('div', { class: 'cards' });
-    this.section.append(make('p', {}, 'Choose a camera above; its knobs are judged by the markers that are seen now. Coverage and residuals count from when this page was opened.'), this.grid);
+    this.section.append(make('p', {}, 'Choose a camera above; its knobs are judged by the markers that are seen now. Coverage and residuals count from when this page was opened. A calibration that runs (chequer calibrate) shows here too.'), this.grid);
   }
 
   key() { return false; }
@@ -48,16 +49,16 @@ export class Setup {
   }
 
   build(camera) {
-    const card = { todo: make('ul', { class: 'todo' }), meters: make('div'), coverage: make('canvas', { height: 220, 'aria-label': `Where ${camera.name} saw markers` }), note: make('p') };
-    card.coverage.className = 'coverage';
+    const card = { todo: make('ul', { class: 'todo' }), meters: make('div'), coverage: make('canvas', { class: 'coverage', 'aria-label': `Where ${camera.name} saw markers` }), note: make('p'), calibration: new CalibrationCard(camera) };
     this.cards.set(camera.index, card);
-    return [make('div', { class: 'card' }, make('h2', {}, camera.name), card.todo, card.meters),
+    return [card.calibration.element, make('div', { class: 'card' }, make('h2', {}, camera.name), card.todo, card.meters),
       make('div', { class: 'card' }, make('h3', {}, `${camera.name}: coverage and residuals`), card.coverage, card.note)];
   }
 
   fill(camera) {
     const card = this.cards.get(camera.index), frame = camera.frame;
     if (!card) return;
+    card.calibration.fill(camera, performance.now());
     const means = { count: frame?.count ?? 0, luminance: 0, saturation: 0, rms: 0, blurred: (camera.status?.detections.hint_blurred ?? 0) > 0 };
     camera.cover ??= Array.from({ length: kColumns * kRows }, () => ({ count: 0, rms: 0 }));
     for (let i = 0; frame && i < frame.count; ++i) {

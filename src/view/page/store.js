@@ -1,5 +1,5 @@
 // What the page knows: of each camera the newest of everything, and what is kept of the last minutes.
-import { Kind, body, marker } from './decode.js';
+import { Kind, body, idOf, kMarkerWords, marker } from './decode.js';
 
 const kSilentMs = 2500, kTrailMs = 10000, kTrailStepMs = 100, kHistoryMs = 60000, kHistoryStepMs = 500, kLatencyMs = 60000;
 const kMostNotices = 200, kTimelineRows = 600, kMostTracked = 2000;
@@ -13,7 +13,7 @@ export class Store extends EventTarget {
   camera(index) {
     return this.cameras[index] ??= {
       index, name: `camera ${index}`, prefix: '', frame: null, picture: null, zoom: null, robots: null, tracks: null,
-      status: null, about: null, detail: null, timeline: [], latencies: [], trails: new Map(), histories: new Map(),
+      status: null, about: null, detail: null, calibration: null, calibrationHeard: 0, timeline: [], latencies: [], trails: new Map(), histories: new Map(),
       heard: 0, statusHeard: 0, silent: false, frames: 0, stamps: [],
     };
   }
@@ -46,6 +46,7 @@ export class Store extends EventTarget {
       case Kind.history: camera.timeline = message.json.rows; break;
       case Kind.camera: camera.about = message.json; break;
       case Kind.detail: camera.detail = message.json; break;
+      case Kind.calibration: this.takeCalibration(camera, message.json); break;
     }
     this.dispatchEvent(new CustomEvent('news', { detail: { kind: message.kind, camera } }));
   }
@@ -80,17 +81,16 @@ export class Store extends EventTarget {
 
   /// Twice a second, of every marker: what its history shows.
   sample(camera, frame, now) {
-    for (let i = 0; i < frame.count; ++i) {
-      const each = marker(frame, i);
-      if (!each.hasId) continue;
-      const key = `${each.family}/${each.id}`;
+    const { f, u } = frame;
+    for (let i = 0, at = 0; i < frame.count; ++i, at += kMarkerWords) {
+      if ((u[at + 2] & 1) === 0) continue;
+      const key = `${(u[at + 2] >>> 8) & 255}/${idOf(u[at], u[at + 1])}`;
       let rows = camera.histories.get(key);
       if (!rows) {
         if (camera.histories.size >= kMostTracked) camera.histories.delete(camera.histories.keys().next().value);
         camera.histories.set(key, rows = []);
       }
-      rows.push({ now, x: each.position[0], y: each.position[1], z: each.position[2], rms: each.rms,
-        luminance: each.luminanceOverlap, saturation: each.saturationOverlap });
+      rows.push({ now, x: f[at + 26], y: f[at + 27], z: f[at + 28], rms: f[at + 22], luminance: f[at + 23], saturation: f[at + 24] });
       while (rows[0].now < now - kHistoryMs) rows.shift();
     }
   }
@@ -99,7 +99,7 @@ export class Store extends EventTarget {
     const now = performance.now();
     if (now < (camera.nextTrail ?? 0)) return;
     camera.nextTrail = now + kTrailStepMs;
-    for (const each of places(message)) {
+    for (const each of placesOf(camera, message)) {
       let trail = camera.trails.get(each.key);
       if (!trail) {
         if (camera.trails.size >= kMostTracked) camera.trails.delete(camera.trails.keys().next().value);
@@ -147,6 +147,15 @@ export class Store extends EventTarget {
     if (lost > 0 && lost >= 0.5 * status.capture_rate_hz) this.note(`${camera.name}: ${lost} frames were lost within a second`, 'warn');
   }
 
+  takeCalibration(camera, calibration) {
+    const before = camera.calibration?.state;
+    camera.calibration = calibration;
+    camera.calibrationHeard = performance.now();
+    if (calibration.state === before) return;
+    if (calibration.state === 'done') this.note(`${camera.name}: the ${calibration.kind} is calibrated`, 'good');
+    if (calibration.state === 'failed') this.note(`${camera.name}: the ${calibration.kind} is not calibrated: ${calibration.advice}`, 'bad');
+  }
+
   /// To be called now and then: notices who is not heard any more.
   watch() {
     if (!this.connected || document.hidden) return;
@@ -185,10 +194,16 @@ export function places(message) {
   return result;
 }
 
+/// The same, made once of each message.
+function placesOf(camera, message) {
+  if (camera.placed?.message !== message) camera.placed = { message, list: places(message) };
+  return camera.placed.list;
+}
+
 /// The best there is of a camera: tracks, else robots, else markers.
 export function bestPlaces(camera) {
   const message = camera.tracks ?? camera.robots ?? camera.frame;
-  return message ? { world: message.world, list: places(message) } : { world: false, list: [] };
+  return message ? { world: message.world, list: placesOf(camera, message) } : { world: false, list: [] };
 }
 
 /// Frames a second that arrived within the last two seconds.

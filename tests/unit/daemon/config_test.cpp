@@ -13,6 +13,7 @@
 
 #include "chequer/camera_file.h"
 #include "daemon/service.h"
+#include "publish/channels.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 
@@ -58,6 +59,7 @@ void ExpectSameOptions(const DaemonConfig& config, const DaemonConfig& defaults)
   EXPECT_EQ(config.detector.max_luminance_overlap, defaults.detector.max_luminance_overlap);
   EXPECT_EQ(config.detector.max_saturation_overlap, defaults.detector.max_saturation_overlap);
   EXPECT_EQ(config.detector.threads, defaults.detector.threads);
+  EXPECT_EQ(config.detector.print_tolerance, defaults.detector.print_tolerance);
   EXPECT_EQ(config.budget.choice, defaults.budget.choice);
   EXPECT_EQ(config.workers, defaults.workers);
   EXPECT_EQ(config.when_busy, defaults.when_busy);
@@ -115,8 +117,8 @@ TEST(Config, LeavingEverythingOutGivesTheDefaults) { ExpectSameOptions(Parse(kMi
 TEST(Config, ShippedFileNamesEveryKey) {
   const std::string text = ShippedText();
   int keys = 0;
-  for (const std::string table : {"camera", "capture", "marker", "detect", "world", "robots", "tracks", "pipeline",
-                                  "publish", "metrics", "log"}) {
+  for (const std::string table : {"camera", "capture", "marker", "print", "detect", "world", "robots", "tracks",
+                                  "pipeline", "publish", "metrics", "log"}) {
     const std::string header = table == "marker" ? "[[marker]]" : "[" + table + "]";
     std::string with_unknown = text;
     const std::size_t place = with_unknown.find(header + "\n");

@@ -34,7 +34,7 @@ TEST(FrameBudget, IsTheNumberThatWasGivenAtAnyRate) {
 TEST(FrameBudget, LetsWorkersKeepUpWithTheCamera) {
   EXPECT_EQ(FrameBudget::Auto(12e6, 1).For(60), 140'000u);
   EXPECT_EQ(FrameBudget::Auto(12e6, 1).For(30), 280'000u);
-  EXPECT_EQ(FrameBudget::Auto(12e6, 2).For(60), 280'000u);
+  EXPECT_EQ(FrameBudget::Auto(12e6, 2).For(60), 240'000u);
 }
 
 TEST(FrameBudget, GivesNoFrameLongerWhereThereAreManyWorkers) {

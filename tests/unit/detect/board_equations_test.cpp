@@ -1,4 +1,4 @@
-#include "detect/board_equations.h"
+#include "detect/fit/board_equations.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "detect/board_geometry.h"
+#include "detect/common/board_geometry.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "detect/board_pixels.h"
+#include "detect/fit/board_pixels.h"
 
 #include <gtest/gtest.h>
 

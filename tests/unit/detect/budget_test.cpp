@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "chequer/detector.h"
+#include "detect/common/work_meter.h"
 #include "detect/deferred_places.h"
 #include "detect/fit_schedule.h"
 #include "detect/work_plan.h"
-#include "detect/work_meter.h"
 #include "support/adversarial_frames.h"
 #include "support/same_bits.h"
 
@@ -142,7 +142,7 @@ TEST(Budget, RefinesEveryBoardInItsTurn) {
   Detector unlimited(frame.options);
   const test::Detected whole = Detect(unlimited, frame);
   ASSERT_EQ(whole.markers.size(), frame.boards);
-  Detector plain = WithBudget(frame.options, whole.stats.work / 3);
+  Detector plain = WithBudget(frame.options, whole.stats.work / 2);
   // A pose by the plain fit alone says so by its covariance; a better one is as without a budget, or nearly.
   const auto is_refined = [&](const MarkerPose& marker) {
     return std::any_of(whole.markers.begin(), whole.markers.end(), [&](const MarkerPose& other) {

@@ -1,4 +1,4 @@
-#include "detect/colours.h"
+#include "detect/common/colours.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "detect/corner_search.h"
+#include "detect/grids/corner_search.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "detect/corners.h"
+#include "detect/corners/corners.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "detect/crew.h"
+#include "detect/common/crew.h"
 
 #include <gtest/gtest.h>
 

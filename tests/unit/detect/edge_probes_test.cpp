@@ -1,4 +1,4 @@
-#include "detect/edge_probes.h"
+#include "detect/grids/edge_probes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Edges that are no Gaussian's: a filter of the camera's makes them so.
-#include "detect/edge_shape.h"
+#include "detect/fit/edge_shape.h"
 
 #include <gtest/gtest.h>
 

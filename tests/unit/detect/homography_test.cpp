@@ -1,4 +1,4 @@
-#include "detect/homography.h"
+#include "detect/common/homography.h"
 
 #include <gtest/gtest.h>
 

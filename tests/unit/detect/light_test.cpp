@@ -1,4 +1,4 @@
-#include "detect/light.h"
+#include "detect/common/light.h"
 
 #include <gtest/gtest.h>
 
@@ -42,6 +42,32 @@ TEST(LightReader, ReadsTheSameColourFromEveryFormat) {
     // Around the corner of the frame there is plain grey.
     const Eigen::Vector3f a = expected.Rgb(20, 20, 3), b = reader.Rgb(20, 20, 3);
     EXPECT_LT((a - b).norm(), 0.02f) << PixelFormatName(format) << ": " << a.transpose() << " and " << b.transpose();
+  }
+}
+
+TEST(LightReader, SamplesTheSameLightFromLumaOfAnyRange) {
+  for (const PixelFormat format : {PixelFormat::kYuyv, PixelFormat::kUyvy, PixelFormat::kNv12}) {
+    test::KnownFrame frame = FrameOf(format);
+    frame.options.sensor.full_well_electrons = 1e6;
+    const Image full = frame.Draw();
+    frame.options.yuv_range = YuvRange::kLimited;
+    const Image limited = frame.Draw();
+    const LightReader expected(full.view(), kTable), reader(limited.view(), kTable);
+    // Dark, light and the steps between them.
+    for (int x = 280; x < 360; ++x) {
+      EXPECT_NEAR(reader.Sample(x, 240), expected.Sample(x, 240), 0.01) << PixelFormatName(format) << " at " << x;
+      const LightReader::Run run = reader.AllRows().From(x, 240);
+      EXPECT_EQ(run.table[*run.first], reader.Sample(x, 240));
+    }
+  }
+}
+
+TEST(LightReader, CodesAreThoseOfTheirLight) {
+  for (const YuvRange range : {YuvRange::kFull, YuvRange::kLimited}) {
+    const Image image(PixelFormat::kNv12, 16, 16, ToneCurve::Srgb(), range);
+    const LightReader reader(image.view(), kTable);
+    const Eigen::Vector3f light(0.6f, 0.3f, 0.1f);
+    EXPECT_LT((reader.LightOf(reader.CodesOf(light)) - light).norm(), 1e-3f);
   }
 }
 

@@ -1,4 +1,4 @@
-#include "detect/model_equations.h"
+#include "detect/fit/model_equations.h"
 
 #include <gtest/gtest.h>
 

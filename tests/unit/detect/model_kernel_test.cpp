@@ -1,5 +1,5 @@
 // The model of a board's picture with all its terms: its derivatives against differences, on every instruction set.
-#include "detect/model_kernel.h"
+#include "detect/fit/model_kernel.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

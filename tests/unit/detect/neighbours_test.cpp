@@ -1,4 +1,4 @@
-#include "detect/neighbours.h"
+#include "detect/common/neighbours.h"
 
 #include <gtest/gtest.h>
 

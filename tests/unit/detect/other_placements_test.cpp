@@ -1,4 +1,4 @@
-#include "detect/other_placements.h"
+#include "detect/identity/other_placements.h"
 
 #include <gtest/gtest.h>
 

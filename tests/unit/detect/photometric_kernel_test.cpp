@@ -1,4 +1,4 @@
-#include "detect/photometric_kernel.h"
+#include "detect/fit/photometric_kernel.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

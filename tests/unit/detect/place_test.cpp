@@ -1,5 +1,5 @@
 // Where a board may be, told by points and by what changes from pixel to pixel.
-#include "detect/place.h"
+#include "detect/boards/place.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "detect/plane_pose.h"
+#include "detect/pose/plane_pose.h"
 
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ TEST(PlanePoses, TheFirstIsTheTruePose) {
   std::mt19937 random(5);
   for (int i = 0; i < 200; ++i) {
     const RigidTransform truth = RandomPose(random, 0, 1);
-    const auto poses = PlanePoses(Seen(truth), kCell, kFocal);
+    const auto poses = PlanePoses(Seen(truth), {kCell, kCell}, kFocal);
     ASSERT_TRUE(poses.has_value()) << "case " << i;
     EXPECT_LT(Error((*poses)[0].camera_from_board, truth).norm(), 1e-5) << "case " << i;
     EXPECT_GE((*poses)[1].chi_square, (*poses)[0].chi_square) << "case " << i;
@@ -66,7 +66,7 @@ TEST(PlanePoses, TheCovarianceIsThatOfTheErrors) {
   constexpr int kCases = 400;
   for (int i = 0; i < kCases; ++i) {
     const RigidTransform truth = RandomPose(random, 0.4, 0.6);
-    const auto poses = PlanePoses(WithNoise(Seen(truth), random), kCell, kFocal);
+    const auto poses = PlanePoses(WithNoise(Seen(truth), random), {kCell, kCell}, kFocal);
     ASSERT_TRUE(poses.has_value()) << "case " << i;
     const auto error = Error((*poses)[0].camera_from_board, truth);
     normalised += error.dot((*poses)[0].covariance.inverse() * error);
@@ -81,7 +81,8 @@ TEST(PlanePoses, TheSecondIsTheMirroredPoseAndIsLikelierTheFartherTheBoard) {
   const RigidTransform near = RandomPose(random, 0.5, 0.5);
   RigidTransform far = near;
   far.translation *= 60;
-  const auto near_poses = PlanePoses(Seen(near), kCell, kFocal), far_poses = PlanePoses(Seen(far), kCell, kFocal);
+  const auto near_poses = PlanePoses(Seen(near), {kCell, kCell}, kFocal),
+             far_poses = PlanePoses(Seen(far), {kCell, kCell}, kFocal);
   ASSERT_TRUE(near_poses && far_poses);
   EXPECT_GT((*near_poses)[1].chi_square, 1000);
   EXPECT_LT((*far_poses)[1].chi_square, 1);
@@ -93,7 +94,20 @@ TEST(PlanePoses, TheSecondIsTheMirroredPoseAndIsLikelierTheFartherTheBoard) {
 TEST(PlanePoses, AMirroredPlaneHasNone) {
   MeasuredHomography seen = Seen({RotationFromVector({0.2, 0.1, 0}), {0, 0, 1}});
   seen.geometry = BoardGeometry(seen.geometry.plane_from_board() * Eigen::Vector3d(-1, 1, 1).asDiagonal());
-  EXPECT_FALSE(PlanePoses(seen, kCell, kFocal).has_value());
+  EXPECT_FALSE(PlanePoses(seen, {kCell, kCell}, kFocal).has_value());
+}
+
+TEST(PlanePoses, CellsNeedNotBeSquare) {
+  std::mt19937 random(11);
+  for (int i = 0; i < 100; ++i) {
+    const RigidTransform truth = RandomPose(random, 0, 1);
+    MeasuredHomography seen = Seen(truth);
+    // Printed 2 % too wide: the same pixels show a smaller part of the board's width.
+    seen.geometry = BoardGeometry(seen.geometry.plane_from_board() * Eigen::Vector3d(1.02, 1, 1).asDiagonal());
+    const auto poses = PlanePoses(seen, {1.02 * kCell, kCell}, kFocal);
+    ASSERT_TRUE(poses.has_value()) << "case " << i;
+    EXPECT_LT(Error((*poses)[0].camera_from_board, truth).norm(), 1e-5) << "case " << i;
+  }
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "detect/plane.h"
+#include "detect/common/plane.h"
 
 #include <gtest/gtest.h>
 

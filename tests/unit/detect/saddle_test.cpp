@@ -1,4 +1,4 @@
-#include "detect/saddle.h"
+#include "detect/corners/saddle.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

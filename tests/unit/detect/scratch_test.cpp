@@ -1,4 +1,4 @@
-#include "detect/scratch.h"
+#include "detect/common/scratch.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "detect/fixed_vector.h"
-#include "detect/raw_buffer.h"
+#include "detect/common/fixed_vector.h"
+#include "detect/common/raw_buffer.h"
 
 namespace chequer {
 namespace {

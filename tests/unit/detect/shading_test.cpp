@@ -1,4 +1,4 @@
-#include "detect/shading.h"
+#include "detect/fit/shading.h"
 
 #include <gtest/gtest.h>
 

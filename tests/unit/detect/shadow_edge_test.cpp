@@ -1,4 +1,4 @@
-#include "detect/shadow_edge.h"
+#include "detect/fit/shadow_edge.h"
 
 #include <gtest/gtest.h>
 

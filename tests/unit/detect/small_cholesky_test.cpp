@@ -1,4 +1,4 @@
-#include "detect/small_cholesky.h"
+#include "detect/common/small_cholesky.h"
 
 #include <gtest/gtest.h>
 

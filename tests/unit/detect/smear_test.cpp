@@ -1,5 +1,5 @@
 // Boards that moved while the image was exposed.
-#include "detect/smear.h"
+#include "detect/fit/smear.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 #include "chequer/detect_trace.h"
 #include "chequer/detector.h"
-#include "detect/homography.h"
-#include "detect/smear_view.h"
+#include "detect/boards/smear_view.h"
+#include "detect/common/homography.h"
 #include "support/scenes.h"
 
 namespace chequer {

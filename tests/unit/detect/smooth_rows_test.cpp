@@ -1,4 +1,4 @@
-#include "detect/smooth_rows.h"
+#include "detect/common/smooth_rows.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

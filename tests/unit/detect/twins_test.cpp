@@ -1,5 +1,5 @@
 // Boards that were found twice.
-#include "detect/twins.h"
+#include "detect/boards/twins.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -174,5 +174,18 @@ TEST(CalibrateLens, DerivativesAreThoseOfTheProjection) {
   EXPECT_FALSE(ProjectWithDerivatives(TypicalCamera(Kind::kPinhole), {0, 0, -1}).has_value());
 }
 
+TEST_P(CalibrateLensOfKind, TellsAPrinterThatStretchesOneDirection) {
+  const CameraModel truth = TypicalCamera(GetParam());
+  const std::vector<LensView> views = MakeViews({.camera = truth});
+  const LensCalibration plain = Calibrate(views, truth);
+  EXPECT_FALSE(plain.print.matters()) << plain.print.stretch;
+  // What was printed 1 % taller is taken for a target that was meant to be.
+  const LensCalibration found = Calibrate(Stretched(views, -0.01), truth);
+  EXPECT_NEAR(found.print.stretch, 1 / 0.99 - 1, 4 * found.print.deviation + 2e-4);
+  EXPECT_LT(found.print.deviation, 1e-3);
+  EXPECT_LT(LargestDifference(truth, found.camera), 0.6);
+  EXPECT_NEAR(found.record.rms_px, plain.record.rms_px, 0.002);
+}
+
 }  // namespace
 }  // namespace chequer

@@ -54,8 +54,8 @@ std::vector<LensView> MakeViews(const ViewPlan& plan) {
             pixel.x() > 2 && pixel.y() > 2 && pixel.x() < plan.camera.width - 3 && pixel.y() < plan.camera.height - 3;
         const auto back = plan.camera.Undistort(pixel);
         if (!inside || !back || (*back - normalized).norm() > 1e-6) continue;
-        view.points.push_back(
-            {board, on_board, pixel + plan.noise_px * Eigen::Vector2d(random.Normal(), random.Normal())});
+        const float noise_y = random.Normal(), noise_x = random.Normal();  // one by one: arguments have no order
+        view.points.push_back({board, on_board, pixel + plan.noise_px * Eigen::Vector2d(noise_x, noise_y)});
       }
     }
     if (view.points.size() >=

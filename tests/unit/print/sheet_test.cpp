@@ -44,10 +44,11 @@ TEST(Sheet, KeepsMarkersApartAndOnThePage) {
       options.side_m = side_m;
       options.margin_cells = margin;
       const SheetLayout layout = LayOutSheet(options);
-      const double whole = side_m + 2 * margin * options.CellM();
+      const double whole = side_m + 2 * margin * options.CellM().x();
       for (const auto& page : layout.pages)
         for (std::size_t i = 0; i < page.size(); ++i) {
-          const double left = page[i].x_m - margin * options.CellM(), top = page[i].y_m - margin * options.CellM();
+          const double left = page[i].x_m - margin * options.CellM().x(),
+                       top = page[i].y_m - margin * options.CellM().y();
           EXPECT_GE(left, options.border_m - 1e-9);
           EXPECT_GE(top, options.border_m - 1e-9);
           EXPECT_LE(left + whole, options.paper.width_m - options.border_m + 1e-9);
@@ -109,6 +110,16 @@ TEST(Sheet, KnowsPapersAndColours) {
     EXPECT_FALSE(ParseColour(wrong).has_value()) << wrong;
   EXPECT_FALSE(NamedPrintInks("invisible").has_value());
   EXPECT_EQ(Caption(Options(1), 17), "17  6x6 secded  60 mm");
+}
+
+TEST(Sheet, DrawsCellsOfAWidthAndAHeight) {
+  SheetOptions options = Options(1);
+  const SheetLayout square = LayOutSheet(options);
+  options.printed_m = {0.06, 0.0606};
+  const SheetLayout taller = LayOutSheet(options);
+  EXPECT_DOUBLE_EQ(taller.tile_width_m, square.tile_width_m);
+  EXPECT_NEAR(taller.tile_height_m, square.tile_height_m + 8 * 0.0001, 1e-9) << "six cells and two of margin";
+  EXPECT_THAT(Caption(options, 0), HasSubstr("60 x 60.6 mm"));
 }
 
 }  // namespace

@@ -18,7 +18,8 @@ AskMessage SampleAsk() {
   AskMessage ask{.asker = -7,
                  .wants_camera = true,
                  .preview = AskMessage::Preview{{10, 20, 300, 200}, 320},
-                 .detail = MarkerChoice{}};
+                 .detail = MarkerChoice{},
+                 .wants_calibration = true};
   ask.detail->family = 2;
   ask.detail->id = ~std::uint64_t{0};
   ask.detail->center_px = {100.5, 50.25};
@@ -61,6 +62,24 @@ CameraMessage SampleCamera() {
   return camera;
 }
 
+CalibrationMessage SampleCalibration() {
+  CalibrationMessage calibration;
+  calibration.camera = "north";
+  calibration.state = CalibrationMessage::State::kSolving;
+  calibration.advice = "hold it into the top left";
+  calibration.width = 640, calibration.height = 480;
+  calibration.frames = 9, calibration.views = 4, calibration.tilted = 2;
+  calibration.edge_px = 1.5;
+  calibration.rows = 2, calibration.cols = 3;
+  calibration.parts = {0, 1, 2, 3, 4, 5};
+  calibration.rms = 0.125;
+  calibration.residuals = {{{10, 20}, {0.5, -0.25}}, {{30, 40}, {0, 1}}};
+  calibration.references = {
+      {.id = ~std::uint64_t{0}, .frames = 7, .center_px = {5, 6}, .offset_m = Eigen::Vector3f(1, 2, 3), .limit_m = 0.5},
+      {.id = 3, .center_px = {0, 0}, .offset_m = {}}};
+  return calibration;
+}
+
 template <typename Message>
 Message RoundTrip(const Message& message) {
   const auto received = DecodeViewMessage(EncodeView(message));
@@ -72,13 +91,14 @@ TEST(WireView, CarriesARequest) {
   const AskMessage sent = SampleAsk(), got = RoundTrip(sent);
   EXPECT_EQ(got.asker, sent.asker);
   EXPECT_TRUE(got.wants_camera);
+  EXPECT_TRUE(got.wants_calibration);
   EXPECT_EQ(got.preview->region, sent.preview->region);
   EXPECT_EQ(got.preview->width, 320);
   EXPECT_EQ(got.detail->family, 2);
   EXPECT_EQ(got.detail->id, sent.detail->id);
   EXPECT_EQ(got.detail->center_px, sent.detail->center_px);
   const AskMessage nothing = RoundTrip(AskMessage{});
-  EXPECT_FALSE(nothing.wants_camera || nothing.preview || nothing.detail);
+  EXPECT_FALSE(nothing.wants_camera || nothing.preview || nothing.detail || nothing.wants_calibration);
 }
 
 TEST(WireView, CarriesAPicture) {
@@ -132,6 +152,40 @@ TEST(WireView, CarriesACamera) {
   EXPECT_FALSE(RoundTrip(bare).model || RoundTrip(bare).world_from_camera);
 }
 
+TEST(WireView, CarriesACalibration) {
+  const CalibrationMessage sent = SampleCalibration(), got = RoundTrip(sent);
+  EXPECT_EQ(got.kind, CalibrationMessage::Kind::kLens);
+  EXPECT_EQ(got.state, CalibrationMessage::State::kSolving);
+  EXPECT_EQ(got.advice, sent.advice);
+  EXPECT_EQ(got.parts, sent.parts);
+  EXPECT_EQ(got.rms, 0.125);
+  ASSERT_EQ(got.residuals.size(), 2u);
+  EXPECT_EQ(got.residuals[0].pixel, Eigen::Vector2f(10, 20));
+  EXPECT_EQ(got.residuals[1].error_px, Eigen::Vector2f(0, 1));
+  ASSERT_EQ(got.references.size(), 2u);
+  EXPECT_EQ(got.references[0].id, ~std::uint64_t{0});
+  EXPECT_EQ(got.references[0].offset_m, Eigen::Vector3f(1, 2, 3));
+  EXPECT_FALSE(got.references[1].offset_m);
+}
+
+TEST(WireView, RefusesACalibrationThatCannotBe) {
+  const auto is_taken = [](auto change) {
+    CalibrationMessage calibration = SampleCalibration();
+    change(calibration);
+    return DecodeViewMessage(EncodeView(calibration)).has_value();
+  };
+  EXPECT_TRUE(is_taken([](CalibrationMessage&) {}));
+  EXPECT_FALSE(is_taken([](CalibrationMessage& c) { c.parts.pop_back(); }));
+  EXPECT_FALSE(is_taken([](CalibrationMessage& c) { c.parts[2] = -1; }));
+  EXPECT_FALSE(is_taken([](CalibrationMessage& c) { c.rows = 1000, c.cols = 1, c.parts.assign(1000, 0); }));
+  EXPECT_FALSE(is_taken([](CalibrationMessage& c) { c.rms = std::nan(""); }));
+  EXPECT_FALSE(is_taken([](CalibrationMessage& c) { c.width = -1; }));
+  EXPECT_FALSE(is_taken([](CalibrationMessage& c) { c.residuals[0].pixel.x() = kNone; }));
+  EXPECT_FALSE(is_taken([](CalibrationMessage& c) { c.residuals.resize(kMostCalibrationResiduals + 1); }));
+  EXPECT_FALSE(is_taken([](CalibrationMessage& c) { c.references[0].offset_m->x() = kNone; }));
+  EXPECT_FALSE(is_taken([](CalibrationMessage& c) { c.references.resize(2000); }));
+}
+
 TEST(WireView, RefusesWhatCannotBe) {
   AskMessage ask = SampleAsk();
   ask.preview->width = 100'000;
@@ -155,7 +209,8 @@ TEST(WireView, RefusesWhatCannotBe) {
 }
 
 TEST(WireView, RefusesWhatIsCutOffAndOtherTypes) {
-  for (const auto& bytes : {EncodeView(SampleAsk()), EncodeView(SampleDetail()), EncodeView(SampleCamera())})
+  for (const auto& bytes : {EncodeView(SampleAsk()), EncodeView(SampleDetail()), EncodeView(SampleCamera()),
+                            EncodeView(SampleCalibration())})
     for (std::size_t length = 0; length < bytes.size(); ++length)
       EXPECT_FALSE(DecodeViewMessage(std::span(bytes).first(length))) << length;
   WireEncoder encoder;

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "chequer/check.h"
-#include "detect/plane_pose.h"
+#include "detect/pose/plane_pose.h"
 
 namespace chequer::test {
 
@@ -33,7 +33,7 @@ BoardMeasurement Measure(const RigidTransform& camera_from_marker, std::mt19937_
     for (double& value : white) value = normal(*random);
     geometry.Add(information.llt().matrixU().solve(white));
   }
-  return {geometry.plane_from_board(), information, kFocalPx, kCellM};
+  return {geometry.plane_from_board(), information, kFocalPx, kCellM, kCellM};
 }
 
 MarkerPose Detect(std::uint64_t id, const RigidTransform& camera_from_marker, std::mt19937_64* random) {
@@ -41,7 +41,7 @@ MarkerPose Detect(std::uint64_t id, const RigidTransform& camera_from_marker, st
   marker.id = id;
   marker.measurement = Measure(camera_from_marker, random);
   const auto poses = PlanePoses({BoardGeometry(marker.measurement.plane_from_board), marker.measurement.information},
-                                kCellM, kFocalPx);
+                                {kCellM, kCellM}, kFocalPx);
   CHEQUER_CHECK(poses.has_value(), "the test's marker is degenerate");
   marker.has_pose = true;
   marker.camera_from_marker = CameraFromMarker((*poses)[0].camera_from_board);

@@ -43,6 +43,38 @@ TEST(CameraSetup, NamesFilesBesideItThatNeedNotBeThere) {
   EXPECT_EQ(setup.families[1].side_m, 0);
 }
 
+CameraSetup SetupOf(const std::string& text) {
+  const TemporaryDirectory directory;
+  const fs::path file = directory / "north.toml";
+  std::ofstream(file) << text;
+  return LoadCameraSetup(file);
+}
+
+const std::string kMarker = "[[marker]]\nsize = \"6x6\"\nvariant = \"secded\"\n";
+
+TEST(CameraSetup, ReadsWidthAndHeightOfAPrint) {
+  const MarkerFamily family = SetupOf(kMarker + "side = [\"120.6mm\", 0.12]\n").families[0];
+  EXPECT_LT((family.CellM() - Eigen::Vector2d(0.0201, 0.02)).norm(), 1e-12);
+  EXPECT_NEAR(family.side_m, 0.1203, 1e-6) << "of square cells of the same area";
+  const auto refusal = [](const std::string& side) {
+    return ErrorOf([&] { SetupOf(kMarker + "side = " + side + "\n"); });
+  };
+  EXPECT_THAT(refusal("[0.12]"), HasSubstr("side"));
+  EXPECT_THAT(refusal("[0.12, 0.2]"), HasSubstr("nearly square"));
+}
+
+TEST(CameraSetup, ReadsHowFarPrintsMayBeOff) {
+  EXPECT_FALSE(SetupOf(kMarker).print_tolerance.any()) << "off unless given";
+  EXPECT_EQ(SetupOf("[print]\ntolerance = \"office\"\n").print_tolerance, kOfficePrints);
+  const PrintTolerance numbers =
+      SetupOf("[print]\ntolerance = { scale = 0.004, register = \"0.1mm\" }\n").print_tolerance;
+  EXPECT_EQ(numbers.scale, 0.004);
+  EXPECT_DOUBLE_EQ(numbers.register_m, 1e-4);
+  EXPECT_THAT(ErrorOf([] { SetupOf("[print]\ntolerance = \"offic\"\n"); }),
+              AllOf(HasSubstr("north.toml:2"), HasSubstr("\"office\"")));
+  EXPECT_THAT(ErrorOf([] { SetupOf("[print]\ntolerance = { scale = 1 }\n"); }), HasSubstr("0.05"));
+}
+
 TEST(CameraSetup, MayLeaveEverythingOut) {
   const TemporaryDirectory directory;
   const fs::path file = directory / "bare.toml";

@@ -164,5 +164,20 @@ TEST(Roster, RefusesARangeThatWouldFillTheMemory) {
   EXPECT_EQ(ParseRoster("0-999999").size(), 1'000'000u);
 }
 
+TEST(MarkerOptions, ReadsWidthAndHeight) {
+  for (const char* side : {"120.6x120mm", "120.6mmx120mm", "0.1206x0.12", "0.1206x12cm"}) {
+    CLI::App app;
+    MarkerOptions options;
+    AddMarkerOptions(app, options);
+    app.parse(std::string("--marker 6x6 --marker 6x6:secded:") + side + " --side " + side);
+    if (std::string(side) == "0.1206x12cm") {
+      EXPECT_THAT(FamiliesError(options), HasSubstr("nearly square")) << "the unit stands for both";
+      continue;
+    }
+    for (const MarkerFamily& family : ParseMarkerFamilies(options, true))
+      EXPECT_LT((family.CellM() - Eigen::Vector2d(0.0201, 0.02)).norm(), 1e-9) << side;
+  }
+}
+
 }  // namespace
 }  // namespace chequer

@@ -118,6 +118,21 @@ TEST(PlanRender, FilesHoldTheFormat) {
   EXPECT_FALSE(jpeg.options.jpeg_quality.has_value());
 }
 
+TEST(PlanRender, PresetsOfCamerasGiveWayToOptions) {
+  const RenderJob webcam = Plan({"--side", "0.1", "--camera", "webcam-mjpeg"});
+  EXPECT_EQ(webcam.options.format, PixelFormat::kYuv422p);
+  EXPECT_EQ(webcam.files.kind, FrameFileKind::kJpeg);
+  EXPECT_GT(webcam.options.processing.sharpening, 0);
+  const RenderJob other =
+      Plan({"--side", "0.1", "--camera", "webcam-mjpeg", "--pixel-format", "NV12", "--sharpening", "0"});
+  EXPECT_EQ(other.options.format, PixelFormat::kNv12);
+  EXPECT_EQ(other.files.kind, FrameFileKind::kRaw);
+  EXPECT_EQ(other.options.processing.sharpening, 0);
+  EXPECT_EQ(other.options.processing.saturation, webcam.options.processing.saturation);
+  EXPECT_THAT(Refusal({"--side", "0.1", "--camera", "webcam"}), AllOf(HasSubstr("--camera"), HasSubstr("webcam-yuyv")));
+  EXPECT_THAT(Refusal({"--side", "0.1", "--camera-curve", "knee:7"}), HasSubstr("--camera-curve"));
+}
+
 TEST(PlanRender, RefusalsNameTheOptionAndWhatWouldBeRight) {
   EXPECT_THAT(Refusal({}), AllOf(HasSubstr("--side"), HasSubstr("0.12")));
   EXPECT_THAT(Refusal({"--side", "0.1", "--size", "640"}), AllOf(HasSubstr("--size"), HasSubstr("1920x1080")));

@@ -201,5 +201,22 @@ TEST(Tracker, SaysWhichOptionIsWrong) {
   EXPECT_THAT(wrong({.refused_to_restart = 1}), HasSubstr("refused_to_restart"));
 }
 
+TEST(Tracker, AveragesNothingAwayThatStaysFromFrameToFrame) {
+  Matrix6d print = Matrix6d::Zero();
+  print(2, 2) = 1e-6;  // a millimetre of depth
+  Tracker exact, printed;
+  for (int frame = 0; frame <= 100; ++frame) {
+    TrackedPose pose = Alice(frame);
+    exact.Update(std::vector{pose}, At(frame));
+    pose.covariance += print;
+    pose.print_covariance = print;
+    printed.Update(std::vector{pose}, At(frame));
+  }
+  const TrackState without = TracksAt(exact, At(100))[0], with = TracksAt(printed, At(100))[0];
+  EXPECT_LT(without.covariance(2, 2), 1e-8);
+  EXPECT_NEAR(with.covariance(2, 2), without.covariance(2, 2) + 1e-6, 1e-12);
+  EXPECT_EQ(with.frame_from_body.translation, without.frame_from_body.translation);
+}
+
 }  // namespace
 }  // namespace chequer

@@ -45,6 +45,26 @@ PageWish WishFor(std::initializer_list<TopicKind> kinds) {
   return wish;
 }
 
+TEST(Feed, ShowsACalibrationOfACameraThatNobodyKnewBefore) {
+  Feed feed(kAsker);
+  feed.set_watched(true);
+  CalibrationMessage message;
+  message.advice = "hold it into the top";
+  message.rows = message.cols = 1;
+  message.parts = {3};
+  message.residuals = {{{1, 2}, {3, 4}}};
+  feed.Take("CHEQUER_a_SETUP", EncodeView(message));
+  ASSERT_EQ(feed.cameras(), 1u);
+  EXPECT_EQ(feed.prefix(0), "CHEQUER_a");
+  ViewClient client(nullptr);
+  client.set_wish(WishFor({TopicKind::kCalibration}));
+  const auto json = JsonOf(client.Take(feed, {}));
+  EXPECT_EQ(json["advice"], "hold it into the top");
+  EXPECT_EQ(json["parts"], nlohmann::json({3}));
+  EXPECT_EQ(json["residuals"], nlohmann::json({1, 2, 3, 4}));
+  EXPECT_FALSE(client.HasNews(feed, {}));
+}
+
 TEST(Feed, KnowsCamerasByTheirChannels) {
   Feed feed(kAsker);
   feed.set_watched(true);

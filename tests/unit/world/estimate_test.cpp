@@ -38,6 +38,12 @@ ReferenceList Room() {
       0.001};
 }
 
+/// Of independent entries. One by one: a compiler draws the arguments of a call in an order of its own.
+Eigen::Vector3d AnyVector(Random& random) {
+  const float z = random.Normal(), y = random.Normal(), x = random.Normal();
+  return {x, y, z};
+}
+
 /// What the camera sees of a list: each marker flat, turned by its id, with noise of a millimetre along the line of
 /// sight and a tenth across.
 std::vector<StillMarker> See(const ReferenceList& list, std::uint64_t seed, double noise_m = 0.001) {
@@ -53,7 +59,7 @@ std::vector<StillMarker> See(const ReferenceList& list, std::uint64_t seed, doub
         RotationFromVector({0, 0, reference.heading_rad.value_or(static_cast<double>(reference.id))});
     marker.camera_from_marker = TrueCamera().Inverse() * world_from_marker;
     const Eigen::Vector3d sight = marker.camera_from_marker.translation.normalized();
-    const Eigen::Vector3d any(random.Normal(), random.Normal(), random.Normal());
+    const Eigen::Vector3d any = AnyVector(random);
     marker.camera_from_marker.translation += noise_m * (random.Normal() * sight + 0.1 * any);
     marker.covariance.topLeftCorner<3, 3>() =
         noise_m * noise_m * (sight * sight.transpose() + 0.01 * Eigen::Matrix3d::Identity());
@@ -92,7 +98,7 @@ TEST(EstimateFromReferences, SaysHowExactItIs) {
     ReferenceList measured = list;
     Random random(static_cast<std::uint64_t>(1000 + seed));
     for (Reference& reference : measured.references)
-      reference.position_in_world += 0.001 * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
+      reference.position_in_world += 0.001 * AnyVector(random);
     const WorldEstimate found = EstimateFromReferences(measured, See(list, static_cast<std::uint64_t>(seed)));
     Eigen::Matrix<double, 6, 1> off;
     off << TrueCamera().translation - found.world_from_camera.translation,
@@ -228,7 +234,7 @@ TEST(StillMarkers, AverageOverFramesAndNoticeMotion) {
       markers[i].has_pose = true;
       markers[i].camera_from_marker.translation =
           Eigen::Vector3d(0.1 * static_cast<double>(i), 0, 2) +
-          0.001 * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
+          0.001 * AnyVector(random);
       markers[i].camera_from_marker.rotation = RotationFromVector({M_PI, 0, 0.01 * random.Normal()});
       markers[i].covariance = 1e-6 * Matrix6d::Identity();
     }

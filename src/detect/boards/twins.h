@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "detect/common/light.h"
+
+namespace chequer {
+
+/// A board that was read, and how well.
+struct SeenBoard {
+  std::size_t index = 0;  ///< whose it is, for those who ask
+  Eigen::Vector2d center_px{0, 0};
+  PixelBox box;
+  bool has_id = false;
+  int corners_used = 0;
+  double rms_px = 0;
+};
+
+/// Takes boards out of `seen` that are there twice, by groups of corners that did not hang together or by levels of the
+/// image that both showed it, and appends their indices to `worse`: those whose middle lies in the middle of one that
+/// is known better, with an id, by more corners, or to less deviation. No board that only touches another lies so.
+/// Reorders `seen`; n log n for n of them.
+void TakeOutTwins(std::vector<SeenBoard>& seen, std::vector<std::size_t>& worse);
+
+}  // namespace chequer

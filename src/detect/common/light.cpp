@@ -1,0 +1,333 @@
+#include "detect/common/light.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace chequer {
+namespace {
+
+/// BT.601, as JPEG and V4L2's webcams use it: R' = Y + a V, B' = Y + b U, G' by difference.
+struct YuvScale {
+  float y_offset, y_scale, chroma_scale;
+};
+constexpr YuvScale kFullRange{0, 1, 1};
+constexpr YuvScale kLimitedRange{16, 255.0f / 219.0f, 255.0f / 224.0f};
+
+/// Light at a value between two codes, or beyond the first or last.
+float LightAtCode(const std::array<float, 256>& table, float code) {
+  code = std::clamp(code, 0.0f, 255.0f);
+  const std::size_t below = static_cast<std::size_t>(code), above = std::min<std::size_t>(below + 1, 255);
+  return table[below] + (code - static_cast<float>(below)) * (table[above] - table[below]);
+}
+
+std::optional<LightReader::Mosaic> MosaicOf(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::kBayerRg8: return LightReader::Mosaic{0, 0};
+    case PixelFormat::kBayerGr8: return LightReader::Mosaic{1, 0};
+    case PixelFormat::kBayerGb8: return LightReader::Mosaic{0, 1};
+    case PixelFormat::kBayerBg8: return LightReader::Mosaic{1, 1};
+    default: return std::nullopt;
+  }
+}
+
+/// Bytes from one pixel of a row to the next, in the first plane.
+int StepOf(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::kBgr8:
+    case PixelFormat::kRgb8: return 3;
+    case PixelFormat::kYuyv:
+    case PixelFormat::kUyvy: return 2;
+    default: return 1;
+  }
+}
+
+}  // namespace
+
+LightReader::LightReader(const ImageView& image, const std::array<float, 256>& table)
+    : image_(image), table_(table), mosaic_(MosaicOf(image.format())), step_(StepOf(image.format())) {
+  if (!IsYuv(image.format()) || image.yuv_range() == YuvRange::kFull) return;
+  limited_luma_.emplace();
+  for (std::size_t y = 0; y < limited_luma_->size(); ++y)
+    (*limited_luma_)[y] =
+        LightAtCode(table, (static_cast<float>(y) - kLimitedRange.y_offset) * kLimitedRange.y_scale);
+}
+
+LightReader::Sharing LightReader::chroma_sharing() const {
+  switch (image_.format()) {
+    case PixelFormat::kYuyv:
+    case PixelFormat::kUyvy:
+    case PixelFormat::kYuv422p: return {2, 1};
+    case PixelFormat::kNv12:
+    case PixelFormat::kYuv420p: return {2, 2};
+    default: return {1, 1};
+  }
+}
+
+LightReader::Codes LightReader::CodesAt(int x, int y) const {
+  const std::uint8_t* row = image_.row(y);
+  switch (image_.format()) {
+    case PixelFormat::kBgr8: return Codes(row[3 * x + 2], row[3 * x + 1], row[3 * x]);
+    case PixelFormat::kRgb8: return Codes(row[3 * x], row[3 * x + 1], row[3 * x + 2]);
+    case PixelFormat::kMono8: return Codes::Constant(row[x]);
+    default: {
+      const auto [luma, u, v] = YuvAt(x, y);
+      return Codes(static_cast<float>(luma), static_cast<float>(u), static_cast<float>(v));
+    }
+  }
+}
+
+Eigen::Vector3f LightReader::LightOf(const Codes& codes) const {
+  Codes rgb = codes;
+  if (IsYuv(image_.format())) {
+    const YuvScale& scale = image_.yuv_range() == YuvRange::kFull ? kFullRange : kLimitedRange;
+    const float l = (codes[0] - scale.y_offset) * scale.y_scale;
+    const float cb = (codes[1] - 128) * scale.chroma_scale, cr = (codes[2] - 128) * scale.chroma_scale;
+    rgb = {l + 1.402f * cr, l - 0.344136f * cb - 0.714136f * cr, l + 1.772f * cb};
+  }
+  return {LightAtCode(table_, rgb[0]), LightAtCode(table_, rgb[1]), LightAtCode(table_, rgb[2])};
+}
+
+LightReader::Codes LightReader::CodesOf(const Eigen::Vector3f& light) const {
+  const auto code_of = [&](float value) {
+    const auto above = std::upper_bound(table_.begin() + 1, table_.end() - 1, value);
+    const float below = *(above - 1), code = static_cast<float>(above - table_.begin() - 1);
+    return std::clamp(code + (value - below) / (*above - below), 0.0f, 255.0f);
+  };
+  const Codes rgb(code_of(light[0]), code_of(light[1]), code_of(light[2]));
+  if (!IsYuv(image_.format())) return rgb;
+  const YuvScale& scale = image_.yuv_range() == YuvRange::kFull ? kFullRange : kLimitedRange;
+  const float l = 0.299f * rgb[0] + 0.587f * rgb[1] + 0.114f * rgb[2];
+  return {l / scale.y_scale + scale.y_offset, 128 + (rgb[2] - l) / 1.772f / scale.chroma_scale,
+          128 + (rgb[0] - l) / 1.402f / scale.chroma_scale};
+}
+
+int LightReader::ChannelOf(int x_parity, int y_parity) const {
+  if (!mosaic_) return 0;
+  const bool red_col = x_parity == mosaic_->red_x, red_row = y_parity == mosaic_->red_y;
+  return red_col && red_row ? 0 : (red_col || red_row ? 1 : 2);
+}
+
+LightReader::Row LightReader::RowAt(int y) const {
+  Row row;
+  row.base_ = image_.row(y);
+  row.table_ = sample_table();
+  row.step_ = step_;
+  switch (image_.format()) {
+    case PixelFormat::kBgr8:
+    case PixelFormat::kRgb8: {
+      const bool bgr = image_.format() == PixelFormat::kBgr8;
+      if (!mosaic_) {
+        row.offset_[0] = row.offset_[1] = 1;
+        row.red_ = bgr ? 2 : 0;
+        break;
+      }
+      for (int parity = 0; parity < 2; ++parity) {
+        const int channel = ChannelOf(parity, y & 1);
+        row.offset_[parity] = bgr ? 2 - channel : channel;
+      }
+      break;
+    }
+    case PixelFormat::kUyvy: row.offset_[0] = row.offset_[1] = 1; break;
+    default: break;
+  }
+  return row;
+}
+
+LightReader::Rows LightReader::AllRows() const {
+  Rows rows;
+  rows.base_ = image_.row(0);
+  rows.table_ = sample_table();
+  rows.step_ = step_;
+  if (height() > 1) rows.stride_ = image_.row(1) - image_.row(0);
+  for (int y = 0; y < std::min(2, height()); ++y) {
+    const Row row = RowAt(y);
+    std::copy_n(row.offset_, 2, rows.offset_[y]);
+    if (row.red_ >= 0) rows.red_ = row.red_ - row.offset_[0];
+  }
+  return rows;
+}
+
+std::array<int, 3> LightReader::YuvAt(int x, int y) const {
+  const std::uint8_t* row = image_.row(y);
+  switch (image_.format()) {
+    case PixelFormat::kYuyv: {
+      const std::uint8_t* p = row + 4 * (x / 2);
+      return {row[2 * x], p[1], p[3]};
+    }
+    case PixelFormat::kUyvy: {
+      const std::uint8_t* p = row + 4 * (x / 2);
+      return {row[2 * x + 1], p[0], p[2]};
+    }
+    case PixelFormat::kNv12: {
+      const std::uint8_t* p = image_.row(y / 2, 1) + 2 * (x / 2);
+      return {row[x], p[0], p[1]};
+    }
+    default: {
+      const int cx = image_.format() == PixelFormat::kYuv444p ? x : x / 2;
+      const int cy = image_.format() == PixelFormat::kYuv420p ? y / 2 : y;
+      return {row[x], image_.row(cy, 1)[cx], image_.row(cy, 2)[cx]};
+    }
+  }
+}
+
+Eigen::Vector3f LightReader::LightOfYuv(const Codes& yuv) const {
+  const YuvScale& scale = image_.yuv_range() == YuvRange::kFull ? kFullRange : kLimitedRange;
+  const float l = (yuv[0] - scale.y_offset) * scale.y_scale;
+  const float cb = (yuv[1] - 128) * scale.chroma_scale, cr = (yuv[2] - 128) * scale.chroma_scale;
+  const auto light = [&](float value) {
+    return table_[static_cast<std::size_t>(std::clamp(value + 0.5f, 0.0f, 255.0f))];
+  };
+  return {light(l + 1.402f * cr), light(l - 0.344136f * cb - 0.714136f * cr), light(l + 1.772f * cb)};
+}
+
+Eigen::Vector3f LightReader::RgbAt(int x, int y) const {
+  const std::uint8_t* row = image_.row(y);
+  switch (image_.format()) {
+    case PixelFormat::kBgr8: return {table_[row[3 * x + 2]], table_[row[3 * x + 1]], table_[row[3 * x]]};
+    case PixelFormat::kRgb8: return {table_[row[3 * x]], table_[row[3 * x + 1]], table_[row[3 * x + 2]]};
+    case PixelFormat::kMono8: return Eigen::Vector3f::Constant(table_[row[x]]);
+    default: {
+      const auto [luma, u, v] = YuvAt(x, y);
+      return LightOfYuv({static_cast<float>(luma), static_cast<float>(u), static_cast<float>(v)});
+    }
+  }
+}
+
+void LightReader::Prefetch(const PixelBox& box) const {
+  constexpr std::ptrdiff_t kLine = 64, kWidest = 1024;
+  if (!(box.left <= box.right)) return;
+  const auto pixel = [](float at, int size) {
+    return static_cast<int>(std::clamp(at, 0.0f, static_cast<float>(size - 1)));
+  };
+  const std::ptrdiff_t first = step_ * pixel(box.left, width()), last = step_ * pixel(box.right, width());
+  if (last - first > kWidest) return;
+  for (int y = pixel(box.top, height()); y <= pixel(box.bottom, height()); ++y)
+    for (std::ptrdiff_t at = first; at < last + kLine; at += kLine)
+      __builtin_prefetch(image_.row(y) + std::min(at, last), 0, 1);
+}
+
+Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {
+  x = std::clamp(x, 0.0f, static_cast<float>(width() - 1));
+  y = std::clamp(y, 0.0f, static_cast<float>(height() - 1));
+  // Rounded without the library, whose functions cost a call where the processor may be of any age. What lies left of
+  // or above the image is cut off below.
+  const auto ceil = [](float at) {
+    const int whole = static_cast<int>(at);
+    return whole + (static_cast<float>(whole) < at);
+  };
+  int x0 = ceil(x - half_px), x1 = static_cast<int>(x + half_px);
+  int y0 = ceil(y - half_px), y1 = static_cast<int>(y + half_px);
+  const bool bayer = IsBayer(image_.format());
+  const int more = bayer ? 1 : 0;
+  if (x1 < x0 + more) x0 = static_cast<int>(bayer ? x : x + 0.5f), x1 = x0 + more;
+  if (y1 < y0 + more) y0 = static_cast<int>(bayer ? y : y + 0.5f), y1 = y0 + more;
+  if (x1 > width() - 1) x0 -= x1 - (width() - 1), x1 = width() - 1;
+  if (y1 > height() - 1) y0 -= y1 - (height() - 1), y1 = height() - 1;
+  x0 = std::max(x0, 0);
+  y0 = std::max(y0, 0);
+  if (bayer) return MosaicMean(x0, y0, x1, y1);
+  const float pixels = static_cast<float>((x1 - x0 + 1) * (y1 - y0 + 1));
+  if (image_.format() == PixelFormat::kBgr8 || image_.format() == PixelFormat::kRgb8) {
+    float sum[3] = {0, 0, 0};
+    for (int yy = y0; yy <= y1; ++yy) {
+      // Row by row, so that the rows' sums do not wait for each other.
+      float row[3] = {0, 0, 0};
+      const std::uint8_t* p = image_.row(yy) + 3 * x0;
+      for (int xx = x0; xx <= x1; ++xx, p += 3)
+        for (int c = 0; c < 3; ++c) row[c] += table_[p[c]];
+      for (int c = 0; c < 3; ++c) sum[c] += row[c];
+    }
+    const int red = image_.format() == PixelFormat::kBgr8 ? 2 : 0;
+    return Eigen::Vector3f(sum[red], sum[1], sum[2 - red]) / pixels;
+  }
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  for (int yy = y0; yy <= y1; ++yy)
+    for (int xx = x0; xx <= x1; ++xx) sum += RgbAt(xx, yy);
+  return sum / pixels;
+}
+
+Eigen::Vector3f LightReader::MosaicMean(int x0, int y0, int x1, int y1) const {
+  // By row and column of the window, odd or even. A row's sums stay in registers.
+  float sums[2][2] = {};
+  for (int y = y0; y <= y1; ++y) {
+    const std::uint8_t* row = image_.row(y);
+    float even = 0, odd = 0;
+    int x = x0;
+    for (; x < x1; x += 2) {
+      even += table_[row[x]];
+      odd += table_[row[x + 1]];
+    }
+    if (x == x1) even += table_[row[x]];
+    sums[(y - y0) & 1][0] += even;
+    sums[(y - y0) & 1][1] += odd;
+  }
+  Eigen::Vector3f light = Eigen::Vector3f::Zero();
+  std::array<int, 3> pixels{};
+  for (int row = 0; row < 2; ++row)
+    for (int col = 0; col < 2; ++col) {
+      const int channel = ChannelOf((x0 + col) & 1, (y0 + row) & 1);
+      light[channel] += sums[row][col];
+      pixels[static_cast<std::size_t>(channel)] += (x1 - x0 + 2 - col) / 2 * ((y1 - y0 + 2 - row) / 2);
+    }
+  for (int channel = 0; channel < 3; ++channel)
+    light[channel] /= static_cast<float>(std::max(pixels[static_cast<std::size_t>(channel)], 1));
+  return light;
+}
+
+std::optional<LightReader::Mosaic> FindInterpolatedMosaic(const ImageView& image, const std::array<float, 256>& table,
+                                                          int x0, int y0, int x1, int y1) {
+  if (image.format() != PixelFormat::kBgr8 && image.format() != PixelFormat::kRgb8) return std::nullopt;
+  const int red = image.format() == PixelFormat::kBgr8 ? 2 : 0;
+  // How far a value lies from the mean of its neighbours, in steps of the 8-bit code at that value. The mean is taken
+  // both of light and of coded values: cameras interpolate before their curve, programs often after it.
+  struct Sums {
+    double in_light = 0, coded = 0;
+  };
+  const auto add = [&](Sums& sums, int channel, int x, int y, std::array<int, 4> dx, std::array<int, 4> dy) {
+    float light = 0, coded = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::uint8_t value = image.row(y + dy[k])[3 * (x + dx[k]) + channel];
+      light += 0.25f * table[value];
+      coded += 0.25f * static_cast<float>(value);
+    }
+    const int value = image.row(y)[3 * x + channel];
+    const std::size_t low = static_cast<std::size_t>(std::max(value - 1, 0)),
+                      high = static_cast<std::size_t>(std::min(value + 1, 255));
+    const float step = (table[high] - table[low]) / static_cast<float>(high - low);
+    // Bounded, so that a few overshooting pixels do not decide.
+    sums.in_light += std::min(std::abs(table[static_cast<std::size_t>(value)] - light) / step, 8.0f);
+    sums.coded += std::min(std::abs(static_cast<float>(value) - coded), 8.0f);
+  };
+  constexpr std::array<int, 4> kCrossX{1, -1, 0, 0}, kCrossY{0, 0, 1, -1}, kDiagonalX{1, 1, -1, -1},
+      kDiagonalY{1, -1, 1, -1};
+  std::array<Sums, 2> green{};    // by parity of x + y
+  std::array<Sums, 4> red_sum{};  // by parities of x (1) and y (2)
+  std::array<int, 4> count{};
+  for (int y = std::max(y0, 1); y <= std::min(y1, image.height() - 2); ++y)
+    for (int x = std::max(x0, 1); x <= std::min(x1, image.width() - 2); ++x) {
+      const std::size_t site = static_cast<std::size_t>((x & 1) + 2 * (y & 1));
+      add(green[static_cast<std::size_t>((x + y) & 1)], 1, x, y, kCrossX, kCrossY);
+      add(red_sum[site], red, x, y, kDiagonalX, kDiagonalY);
+      ++count[site];
+    }
+  const int least = *std::min_element(count.begin(), count.end());
+  if (least < 40) return std::nullopt;
+  // Rounding alone leaves 0.25 to 0.45 steps on average.
+  constexpr double kRounding = 0.6, kMeasured = 1.5;
+  const auto decide = [&](auto member) -> std::optional<LightReader::Mosaic> {
+    const double n = 2.0 * least;
+    const std::size_t interpolated = green[0].*member < green[1].*member ? 0 : 1;
+    if (green[interpolated].*member / n > kRounding || green[1 - interpolated].*member / n < kMeasured)
+      return std::nullopt;
+    // Red and blue sites have interpolated green; red is interpolated from the diagonals at the blue ones.
+    const std::size_t a = interpolated == 0 ? 0 : 1, b = interpolated == 0 ? 3 : 2;
+    const std::size_t blue = red_sum[a].*member < red_sum[b].*member ? a : b;
+    const std::size_t red_site = blue == a ? b : a;
+    if (red_sum[blue].*member / least > kRounding || red_sum[red_site].*member / least < kMeasured) return std::nullopt;
+    return LightReader::Mosaic{static_cast<int>(red_site & 1), static_cast<int>(red_site >> 1)};
+  };
+  if (auto mosaic = decide(&Sums::in_light)) return mosaic;
+  return decide(&Sums::coded);
+}
+
+}  // namespace chequer

@@ -1,0 +1,28 @@
+#include "detect/common/neighbours.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace chequer {
+
+std::span<const float> NeighbourLead::Of(int rows, int cols, std::span<const float> values,
+                                         std::span<const std::uint8_t> counts) {
+  const std::size_t width = static_cast<std::size_t>(cols), height = static_cast<std::size_t>(rows), stride = width + 2;
+  value_.assign(stride * (height + 2), 0.0f);
+  count_.assign(value_.size(), 0.0f);
+  for (std::size_t row = 0, i = 0; row < height; ++row)
+    for (std::size_t col = 0, at = (row + 1) * stride + 1; col < width; ++col, ++i, ++at) {
+      count_[at] = counts[i] ? 1.0f : 0.0f;
+      value_[at] = count_[at] * values[i];
+    }
+  lead_.resize(values.size());
+  for (std::size_t row = 0, i = 0; row < height; ++row)
+    for (std::size_t col = 0, at = (row + 1) * stride + 1; col < width; ++col, ++i, ++at) {
+      const float sum = value_[at - 1] + value_[at + 1] + value_[at - stride] + value_[at + stride];
+      const float count = count_[at - 1] + count_[at + 1] + count_[at - stride] + count_[at + stride];
+      lead_[i] = count > 0 ? values[i] - sum / std::max(count, 1.0f) : 0.0f;
+    }
+  return lead_;
+}
+
+}  // namespace chequer

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "detect/common/corner.h"
+#include "detect/common/plane.h"
+#include "detect/corners/corner_response.h"
+
+namespace chequer {
+
+/// A peak that is no saddle.
+struct RefusedPeak {
+  std::size_t index = 0;
+  float contrast = 0;  ///< grey levels between the light and the dark part of its ring
+};
+
+/// Appends to `corners`, in the order of the peaks, those around which the plane changes between light and dark
+/// exactly four times, with opposite edges in line (to 43 degrees), and whose response is not too weak for their
+/// contrast; two peaks whose places are less than 1.5 px apart make one, between them. Positions are pixels of the
+/// plane, to the peak of the response; scales are 1.
+/// 20 ns a peak, with AVX-512.
+/// @pre every peak lies at least kRingMargin inside the plane.
+/// @param refused is replaced by the other peaks with at least that contrast.
+void AppendSaddles(const BytePlane& plane, std::span<const Peak> peaks, std::vector<Corner>& corners,
+                   std::vector<RefusedPeak>& refused, float least_contrast);
+
+}  // namespace chequer

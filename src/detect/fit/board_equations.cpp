@@ -1,0 +1,457 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detect/fit/board_equations.cpp"
+#include <hwy/foreach_target.h>
+// The loop above includes this file once a target; what follows the guard at the end is compiled once.
+#include <hwy/highway.h>
+
+#include <cstddef>
+
+#include "detect/common/reciprocal-inl.h"
+#include "detect/fit/photometric_kernel.h"
+
+#ifndef CHEQUER_DETECT_BOARD_SYSTEM
+#define CHEQUER_DETECT_BOARD_SYSTEM
+namespace chequer {
+
+/// What the loops below work on: plain arrays, so that nothing that other files use too is compiled for one target.
+struct BoardSystem {
+  /// Eight parameters of the geometry, the blur, the residual.
+  static constexpr int kColumns = 10;
+  /// Floats of a cell's right-hand sides: whole vectors, whatever their length.
+  static constexpr int kRightRow = 48;
+
+  bool fixed_levels = false;
+  int cells = 0, band = 0;
+  /// Floats of a column of the matrix: entries up to the band, then zeros, which vectors run into.
+  int matrix_row = 0;
+  // Both at whole vectors in memory.
+  float* matrix = nullptr;  ///< [cell][entry from the diagonal down][4], rows of matrix_row
+  float* right = nullptr;   ///< [cell][column][4], rows of kRightRow
+  float phase_weight[4] = {};
+  double normal[kColumns][kColumns] = {};  ///< upper triangle
+};
+
+/// How the four phases share channels: merged[k] = half[k] + beside · half[k ^ 1], half[k] = sum[k] + opposite[k] ·
+/// sum[3 − k].
+struct PhaseShares {
+  float opposite[4];
+  float beside;
+};
+
+/// A corner as it is added.
+struct CornerTerms {
+  int lane;                              ///< its first
+  int cell_of[4];                        ///< the four cells around it
+  const double *by_x, *by_y;             ///< moves of its board coordinates by the geometry's parameters
+  const float *repeated_x, *repeated_y;  ///< each of them four times
+};
+
+/// Sums of lanes, kinds of them as of the kernel's.
+struct SumsOfLanes {
+  const float* data;
+  std::ptrdiff_t stride;  ///< from one kind of sum to the next: whole groups of lanes
+
+  const float* Of(int a, int b, int lane) const { return data + ProductSum(a, b) * stride + lane; }
+};
+
+}  // namespace chequer
+#endif  // CHEQUER_DETECT_BOARD_SYSTEM
+
+HWY_BEFORE_NAMESPACE();
+namespace chequer {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using DParameters = hn::CappedTag<double, BoardSystem::kColumns - 2>;
+/// Of one phase each, and of as many groups of four phases as vectors hold.
+using DPhases = hn::CappedTag<float, 4>;
+using DGroups = hn::CappedTag<float, 16>;
+constexpr int kGroupLanes = static_cast<int>(hn::MaxLanes(DGroups()));
+
+/// The values of the four phases for lanes at → … of an array of such groups.
+HWY_INLINE hn::Vec<DGroups> Repeat(DGroups d, const float* phases, int at) {
+  return kGroupLanes < 4 ? hn::LoadU(d, phases + at % 4) : hn::LoadDup128(d, phases);
+}
+
+/// `to` becomes the sums of the channels: each phase's sum becomes that of all phases that share its channel.
+void MergeKind(const float* HWY_RESTRICT from, const PhaseShares& shares, std::ptrdiff_t lanes,
+               float* HWY_RESTRICT to) {
+#if HWY_TARGET == HWY_SCALAR
+  for (std::ptrdiff_t lane = 0; lane < lanes; lane += 4) {
+    const float* s = from + lane;
+    float half[4];
+    for (int k = 0; k < 4; ++k) half[k] = s[k] + shares.opposite[k] * s[3 - k];
+    for (int k = 0; k < 4; ++k) to[lane + k] = half[k] + shares.beside * half[k ^ 1];
+  }
+#else
+  const DGroups d;
+  const auto opposite = hn::LoadDup128(d, shares.opposite), beside = hn::Set(d, shares.beside);
+  for (std::ptrdiff_t lane = 0; lane < lanes; lane += kGroupLanes) {
+    const auto sums = hn::LoadU(d, from + lane);
+    const auto half = hn::MulAdd(opposite, hn::Reverse4(d, sums), sums);
+    hn::StoreU(hn::MulAdd(beside, hn::Shuffle2301(half), half), d, to + lane);
+  }
+#endif
+}
+
+/// Of the products: those with a level by channel, the others over all phases.
+void MergePhases(const SumsOfLanes& sums, const PhaseShares& shares, bool with_levels, float* merged) {
+  constexpr PhaseShares kAll{{1, 1, 1, 1}, 1};
+  const auto is_level = [](int column) { return column >= kLevel00 && column <= kLevel11; };
+  for (int a = 0; a < kLaneColumns; ++a)
+    for (int b = a; b < kLaneColumns; ++b) {
+      const bool of_level = is_level(a) || is_level(b);
+      if (of_level && !with_levels) continue;
+      MergeKind(sums.Of(a, b, 0), of_level ? shares : kAll, sums.stride, merged + ProductSum(a, b) * sums.stride);
+    }
+}
+
+/// Adds what the corners say of geometry and blur alone.
+void AddShapes(const CornerTerms* corners, int count, const SumsOfLanes& merged, BoardSystem& system) {
+  constexpr int kParameters = BoardSystem::kColumns - 2, kBlurColumn = kParameters, kResidualColumn = kParameters + 1;
+  const DParameters d;
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(DParameters())), kVectors = kParameters / kLanes;
+  // The vectors of a row's upper triangle.
+  hn::Vec<DParameters> rows[static_cast<std::size_t>(kParameters * kVectors)];
+  hn::Vec<DParameters> by_blur[static_cast<std::size_t>(kVectors)], by_residual[static_cast<std::size_t>(kVectors)];
+  for (auto& row : rows) row = hn::Zero(d);
+  for (int k = 0; k < kVectors; ++k) by_blur[k] = by_residual[k] = hn::Zero(d);
+  double blur = 0, blur_residual = 0, residual = 0;
+  for (const CornerTerms* corner = corners; corner < corners + count; ++corner) {
+    const auto sum = [&](int a, int b) { return static_cast<double>(*merged.Of(a, b, corner->lane)); };
+    const double xx = sum(kShiftX, kShiftX), xy = sum(kShiftX, kShiftY), yy = sum(kShiftY, kShiftY);
+    hn::Vec<DParameters> x[static_cast<std::size_t>(kVectors)], y[static_cast<std::size_t>(kVectors)];
+    for (int k = 0; k < kVectors; ++k) {
+      x[k] = hn::LoadU(d, corner->by_x + k * kLanes);
+      y[k] = hn::LoadU(d, corner->by_y + k * kLanes);
+      by_blur[k] = hn::MulAdd(hn::Set(d, sum(kShiftX, kBlur)), x[k],
+                              hn::MulAdd(hn::Set(d, sum(kShiftY, kBlur)), y[k], by_blur[k]));
+      by_residual[k] = hn::MulAdd(hn::Set(d, sum(kShiftX, kResidual)), x[k],
+                                  hn::MulAdd(hn::Set(d, sum(kShiftY, kResidual)), y[k], by_residual[k]));
+    }
+    for (int a = 0; a < kParameters; ++a) {
+      const double ax = corner->by_x[a], ay = corner->by_y[a];
+      const auto along_x = hn::Set(d, xx * ax + xy * ay), along_y = hn::Set(d, xy * ax + yy * ay);
+      for (int k = a / kLanes; k < kVectors; ++k) {
+        auto& row = rows[a * kVectors + k];
+        row = hn::MulAdd(along_x, x[k], hn::MulAdd(along_y, y[k], row));
+      }
+    }
+    blur += sum(kBlur, kBlur);
+    blur_residual += sum(kBlur, kResidual);
+    residual += sum(kResidual, kResidual);
+  }
+  double by[2][kParameters];
+  for (int k = 0; k < kVectors; ++k) {
+    for (int a = 0; a < kParameters; ++a) hn::StoreU(rows[a * kVectors + k], d, system.normal[a] + k * kLanes);
+    hn::StoreU(by_blur[k], d, by[0] + k * kLanes);
+    hn::StoreU(by_residual[k], d, by[1] + k * kLanes);
+  }
+  for (int a = 0; a < kParameters; ++a)
+    system.normal[a][kBlurColumn] = by[0][a], system.normal[a][kResidualColumn] = by[1][a];
+  system.normal[kBlurColumn][kBlurColumn] = blur;
+  system.normal[kBlurColumn][kResidualColumn] = blur_residual;
+  system.normal[kResidualColumn][kResidualColumn] = residual;
+}
+
+/// Adds a corner's levels.
+void AddLevels(const CornerTerms& corner, const SumsOfLanes& merged, BoardSystem& system) {
+  constexpr int kParameters = BoardSystem::kColumns - 2, kBlurAt = 4 * kParameters, kResidualAt = kBlurAt + 4;
+  const DPhases d;
+  const DGroups groups;
+  constexpr int kStep = static_cast<int>(hn::MaxLanes(DPhases()));
+  // Copies, which no store can change.
+  const SumsOfLanes sums{merged.data + corner.lane, merged.stride};
+  const float *by_x = corner.repeated_x, *by_y = corner.repeated_y;
+  float *const matrix = system.matrix, *const right = system.right;
+  const int matrix_row = system.matrix_row;
+  const int cell_of[4] = {corner.cell_of[0], corner.cell_of[1], corner.cell_of[2], corner.cell_of[3]};
+  const auto add = [&](const float* HWY_RESTRICT values, float* HWY_RESTRICT to) HWY_ATTR {
+    for (int part = 0; part < 4; part += kStep)
+      hn::StoreU(hn::Add(hn::LoadU(d, to + part), hn::LoadU(d, values + part)), d, to + part);
+  };
+  HWY_UNROLL(4)
+  for (int a = 0; a < 4; ++a) {
+    const int cell = cell_of[a], level = kLevel00 + a;
+    HWY_UNROLL(4)
+    for (int b = a; b < 4; ++b)
+      add(sums.Of(level, kLevel00 + b, 0), matrix + cell * matrix_row + 4 * (cell_of[b] - cell));
+    float* HWY_RESTRICT to = right + cell * BoardSystem::kRightRow;
+    const float *x = sums.Of(level, kShiftX, 0), *y = sums.Of(level, kShiftY, 0);
+    for (int at = 0; at < 4 * kParameters; at += kGroupLanes) {
+      const auto along_x = hn::MulAdd(Repeat(groups, x, at), hn::LoadU(groups, by_x + at), hn::LoadU(groups, to + at));
+      hn::StoreU(hn::MulAdd(Repeat(groups, y, at), hn::LoadU(groups, by_y + at), along_x), groups, to + at);
+    }
+    add(sums.Of(level, kBlur, 0), to + kBlurAt);
+    add(sums.Of(level, kResidual, 0), to + kResidualAt);
+  }
+}
+
+/// Of a level's own information, what its neighbours leave of it at least: single precision tells no less.
+constexpr float kLeastShareLeft = 1e-5f;
+
+/// matrix becomes its Cholesky factor L with the inverses of the diagonal in the diagonal's place, right becomes
+/// L⁻¹ right.
+void Factor(float least, BoardSystem& system) {
+  const DPhases d;
+  const DGroups groups;
+  constexpr int kStep = static_cast<int>(hn::MaxLanes(DPhases())), kRightVectors = BoardSystem::kRightRow / kGroupLanes;
+  const int band = system.band, cells = system.cells, matrix_row = system.matrix_row;
+  const int column_floats = (4 * (band + 1) + kGroupLanes - 1) / kGroupLanes * kGroupLanes;
+  float* HWY_RESTRICT column = system.matrix;
+  float* HWY_RESTRICT right = system.right;
+  for (int j = 0; j < cells; ++j, column += matrix_row, right += BoardSystem::kRightRow) {
+    const int above = j < band ? j : band;
+    const std::ptrdiff_t to_next = matrix_row - 4;
+    const float* factors = column - above * to_next;
+    // A level that few pixels tell apart from its neighbours' leaves next to nothing, or less by rounding.
+    HWY_ALIGN float least_pivot[4];
+    for (int part = 0; part < 4; part += kStep)
+      hn::StoreU(hn::MulAdd(hn::LoadU(d, column + part), hn::Set(d, kLeastShareLeft), hn::Set(d, least)), d,
+                 least_pivot + part);
+    // What the columns before leave of this one. Below the matrix and its band stand zeros.
+    for (int at = 0; at < column_floats; at += kGroupLanes) {
+      auto sum = hn::LoadU(groups, column + at);
+      // The column just before last, as it has only just been found.
+      const float* before = factors;
+      for (int i = 0; i < above; ++i, before += to_next)
+        sum = hn::NegMulAdd(Repeat(groups, before, at), hn::LoadU(groups, before + at), sum);
+      hn::StoreU(sum, groups, column + at);
+    }
+    HWY_ALIGN float inverse[4];
+    for (int part = 0; part < 4; part += kStep) {
+      const auto pivot =
+          hn::Max(hn::Add(hn::LoadU(d, column + part), hn::Set(d, least)), hn::LoadU(d, least_pivot + part));
+      hn::StoreU(ReciprocalSqrt(d, pivot), d, inverse + part);
+    }
+    for (int at = 0; at < column_floats; at += kGroupLanes)
+      hn::StoreU(hn::Mul(hn::LoadU(groups, column + at), Repeat(groups, inverse, at)), groups, column + at);
+    for (int part = 0; part < 4; ++part) column[part] = inverse[part];
+    hn::Vec<DGroups> sums[static_cast<std::size_t>(kRightVectors)];
+    for (int k = 0; k < kRightVectors; ++k) sums[k] = hn::LoadU(groups, right + k * kGroupLanes);
+    const float *factor = factors, *before = right - above * BoardSystem::kRightRow;
+    for (int i = 0; i < above; ++i, factor += to_next, before += BoardSystem::kRightRow)
+      for (int k = 0; k < kRightVectors; ++k)
+        sums[k] = hn::NegMulAdd(Repeat(groups, factor, k * kGroupLanes), hn::LoadU(groups, before + k * kGroupLanes),
+                                sums[k]);
+    for (int k = 0; k < kRightVectors; ++k)
+      hn::StoreU(hn::Mul(sums[k], Repeat(groups, inverse, k * kGroupLanes)), groups, right + k * kGroupLanes);
+  }
+}
+
+/// Takes the products of the half-solved right-hand sides' columns kColumn and kColumn + 1 with those that follow off
+/// normal: two at a time, as the sums of one wait for each other.
+template <int kColumn>
+void EliminateColumns(BoardSystem& system) {
+  const DGroups d;
+  using V = hn::Vec<DGroups>;
+  // Of vectors that hold these columns and what follows.
+  constexpr int kFirst = 4 * kColumn / kGroupLanes, kVectors = BoardSystem::kRightRow / kGroupLanes - kFirst;
+  V sums[2 * static_cast<std::size_t>(kVectors)];
+  for (V& sum : sums) sum = hn::Zero(d);
+  const float* right = system.right;
+  for (int left = system.cells; left > 0; --left, right += BoardSystem::kRightRow)
+    for (int k = 0; k < kVectors; ++k) {
+      const int at = (kFirst + k) * kGroupLanes;
+      const V values = hn::LoadU(d, right + at);
+      for (int i = 0; i < 2; ++i)
+        sums[2 * k + i] = hn::MulAdd(Repeat(d, right + 4 * (kColumn + i), at), values, sums[2 * k + i]);
+    }
+  HWY_ALIGN float products[BoardSystem::kRightRow];
+  for (int i = 0; i < 2; ++i) {
+    for (int k = 0; k < kVectors; ++k) {
+      const int at = (kFirst + k) * kGroupLanes;
+      hn::StoreU(hn::Mul(sums[2 * k + i], Repeat(d, system.phase_weight, at)), d, products + at);
+    }
+    for (int b = kColumn + i; b < BoardSystem::kColumns; ++b) {
+      const float* p = products + 4 * b;
+      system.normal[kColumn + i][b] -= static_cast<double>((p[0] + p[1]) + (p[2] + p[3]));
+    }
+  }
+}
+
+void Eliminate(BoardSystem& system) {
+  static_assert(BoardSystem::kColumns == 10);
+  EliminateColumns<0>(system);
+  EliminateColumns<2>(system);
+  EliminateColumns<4>(system);
+  EliminateColumns<6>(system);
+  EliminateColumns<8>(system);
+}
+
+/// @param merged room for what `sums` has.
+void Solve(const CornerTerms* corners, int count, const SumsOfLanes& sums, const PhaseShares& shares, float least,
+           float* merged, BoardSystem& system) {
+  const bool with_levels = !system.fixed_levels;
+  MergePhases(sums, shares, with_levels, merged);
+  const SumsOfLanes of_channels{merged, sums.stride};
+  AddShapes(corners, count, of_channels, system);
+  if (!with_levels) return;
+  for (int i = 0; i < count; ++i) AddLevels(corners[i], of_channels, system);
+  Factor(least, system);
+  Eliminate(system);
+}
+
+/// The levels' moves, into the first right-hand side: L⁻ᵀ (last column − the others times the step).
+void SolveBack(const float* unknowns, BoardSystem& system) {
+  const DPhases d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  constexpr int kColumns = BoardSystem::kColumns;
+  for (int part = 0; part < 4; part += lanes)
+    for (int j = system.cells - 1; j >= 0; --j) {
+      float* right = system.right + j * BoardSystem::kRightRow + part;
+      auto sum = hn::LoadU(d, right + 4 * (kColumns - 1));
+      for (int c = 0; c < kColumns - 1; ++c)
+        sum = hn::NegMulAdd(hn::LoadU(d, right + 4 * c), hn::Set(d, unknowns[c]), sum);
+      const float* column = system.matrix + j * system.matrix_row + part;
+      for (int e = system.cells - 1 - j < system.band ? system.cells - 1 - j : system.band; e > 0; --e)
+        sum = hn::NegMulAdd(hn::LoadU(d, column + 4 * e), hn::LoadU(d, right + e * BoardSystem::kRightRow), sum);
+      hn::StoreU(hn::Mul(sum, hn::LoadU(d, column)), d, right);
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace chequer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+#include <algorithm>
+#include <memory>
+
+#include "detect/fit/board_equations.h"
+
+namespace chequer {
+namespace {
+
+static_assert(BoardSystem::kColumns == BoardEquations::kUnknowns + 1);
+
+HWY_EXPORT(Solve);
+HWY_EXPORT(SolveBack);
+
+/// Added to the diagonal of the levels, whose entries count pixels over their variance: cells that nothing has seen
+/// stay where they are.
+constexpr float kLeastInformation = 1e-3f;
+/// Floats of a corner's derivatives when each is there for four phases.
+constexpr int kRepeated = 2 * 4 * BoardGeometry::kParameters;
+
+/// Each phase's own channel of a mosaic, or one for all.
+PhaseShares SharesOf(int red_phase, float* phase_weight) {
+  PhaseShares shares{{1, 1, 1, 1}, 1};
+  std::fill_n(phase_weight, 4, 0.0f);
+  if (red_phase < 0) {
+    phase_weight[0] = 1;
+    return shares;
+  }
+  // Green are the two phases beside the red one; they hold the same sums and count once.
+  shares = {{0, 0, 0, 0}, 0};
+  shares.opposite[red_phase ^ 1] = shares.opposite[red_phase ^ 2] = 1;
+  phase_weight[red_phase] = phase_weight[3 - red_phase] = phase_weight[red_phase ^ 1] = 1;
+  return shares;
+}
+
+}  // namespace
+
+QuadrantLevels LevelsAround(MarkerSize size, int corner, bool own_levels) {
+  if (own_levels) return {4 * corner, 4 * corner + 1, 4 * corner + 2, 4 * corner + 3};
+  return CellsAround(size, corner);
+}
+
+int LevelCount(MarkerSize size, bool own_levels) { return own_levels ? 4 * CornerCount(size) : size.rows * size.cols; }
+
+void BoardEquations::Prepare(MarkerSize size, bool own_levels) {
+  cells_ = LevelCount(size, own_levels);
+  band_ = own_levels ? 3 : size.cols + 1;
+  // A vector's floats at most run over the entries of the band, from any of them on.
+  constexpr int kVector = 16;
+  matrix_row_ = (8 * (band_ + 1) + kVector + kVector - 1) / kVector * kVector;
+  const std::size_t matrix = static_cast<std::size_t>(cells_ * matrix_row_),
+                    right = static_cast<std::size_t>(cells_ * BoardSystem::kRightRow);
+  floats_.assign(matrix + right + kVector, 0.0f);
+  void* start = floats_.data();
+  std::size_t room = floats_.size() * sizeof(float);
+  matrix_ = static_cast<float*>(std::align(kVector * sizeof(float), (matrix + right) * sizeof(float), start, room));
+  right_ = matrix_ + matrix;
+}
+
+BoardSystem BoardEquations::System() const {
+  BoardSystem system;
+  system.cells = cells_;
+  system.band = band_;
+  system.matrix_row = matrix_row_;
+  system.matrix = matrix_;
+  system.right = right_;
+  return system;
+}
+
+void BoardEquations::SetDerivatives(std::span<const CornerDerivative> derivatives) {
+  derivatives_ = derivatives;
+  repeated_.resize(derivatives.size() * kRepeated);
+  float* to = repeated_.data();
+  for (const CornerDerivative& by : derivatives)
+    for (const BoardGeometry::Parameters* axis : {&by.x, &by.y})
+      for (int k = 0; k < BoardGeometry::kParameters; ++k, to += 4)
+        to[0] = to[1] = to[2] = to[3] = static_cast<float>((*axis)[k]);
+}
+
+void BoardEquations::Assemble(const Input& input) {
+  const BoardPixels& pixels = *input.pixels;
+  const MarkerSize size = pixels.size();
+  if (!input.fixed_levels) Prepare(size, input.own_levels);
+  BoardSystem system = System();
+  system.fixed_levels = input.fixed_levels;
+  const PhaseShares shares = SharesOf(input.red_phase, system.phase_weight);
+  std::copy_n(system.phase_weight, 4, phase_weight_.begin());
+  const LaneBlock& lanes = pixels.lanes();
+  std::array<CornerTerms, kMaxCorners> corners;
+  int count = 0;
+  for (int corner = 0; corner < pixels.corners(); ++corner) {
+    if (!input.used[static_cast<std::size_t>(corner)]) continue;
+    const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
+    const float* repeated = repeated_.data() + corner * kRepeated;
+    const QuadrantLevels levels = LevelsAround(size, corner, input.own_levels);
+    corners[static_cast<std::size_t>(count++)] = {.lane = pixels.Lane(corner),
+                                                  .cell_of = {levels[0], levels[1], levels[2], levels[3]},
+                                                  .by_x = by.x.data(),
+                                                  .by_y = by.y.data(),
+                                                  .repeated_x = repeated,
+                                                  .repeated_y = repeated + kRepeated / 2};
+  }
+  lanes_ = lanes.padded();
+  merged_.resize(static_cast<std::size_t>(kProductSums * lanes_));
+  HWY_DYNAMIC_DISPATCH(Solve)
+  (corners.data(), count, {lanes.sum_data(0), lanes.padded()}, shares, kLeastInformation, merged_.data(), system);
+  for (int a = 0; a < kUnknowns; ++a) {
+    for (int b = a; b < kUnknowns; ++b) normal_(a, b) = normal_(b, a) = system.normal[a][b];
+    gradient_[a] = system.normal[a][kUnknowns];
+  }
+  chi_square_ = system.normal[kUnknowns][kUnknowns];
+}
+
+void BoardEquations::MoveLevels(const Vector& step, std::span<PhaseValues> levels) {
+  BoardSystem system = System();
+  std::array<float, kUnknowns> unknowns;
+  for (int i = 0; i < kUnknowns; ++i) unknowns[static_cast<std::size_t>(i)] = static_cast<float>(step[i]);
+  HWY_DYNAMIC_DISPATCH(SolveBack)(unknowns.data(), system);
+  for (int cell = 0; cell < cells_; ++cell)
+    for (std::size_t phase = 0; phase < 4; ++phase)
+      levels[static_cast<std::size_t>(cell)][phase] += right_[cell * BoardSystem::kRightRow + static_cast<int>(phase)];
+}
+
+Eigen::Vector2d BoardEquations::ShiftGradientOfLevels(int lane, const QuadrantLevels& levels) const {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (int i = 0; i < 4; ++i) {
+    const float* moves = right_ + levels[static_cast<std::size_t>(i)] * BoardSystem::kRightRow;
+    for (int axis = kShiftX; axis <= kShiftY; ++axis) {
+      const float* products = merged_.data() + ProductSum(axis, kLevel00 + i) * lanes_ + lane;
+      float of_cell = 0;
+      for (int phase = 0; phase < 4; ++phase)
+        of_cell += phase_weight_[static_cast<std::size_t>(phase)] * products[phase] * moves[phase];
+      sum[axis] += double{of_cell};
+    }
+  }
+  return sum;
+}
+
+}  // namespace chequer
+#endif  // HWY_ONCE

@@ -1,0 +1,434 @@
+#include "detect/fit/board_fit.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "detect/common/small_cholesky.h"
+#include "detect/fit/board_fit_limits.h"
+#include "detect/fit/smear.h"
+
+namespace chequer {
+namespace {
+
+constexpr int kMaxPasses = 8;
+/// A step that moves corners and blur less ends the fit: the errors left are those of its square and cube.
+constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
+/// A blur so much above what the pixels were chosen for asks for others.
+constexpr double kWiderBlur = 1.2;
+/// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
+constexpr int kPassesOfLight = 4;
+/// Until corners that were found lie right.
+constexpr int kStepsOfFound = 3;
+/// A board that seems blurred so many times more or less than the image's others is no start for them, nor they for it.
+constexpr double kOtherBlur = 2;
+/// Every how many pixels the first step uses: with half of them it comes near from any start, with a third from one
+/// that knows the blur. Fewer tell the cells' levels too badly for the second step to judge what is hidden.
+constexpr int kFirstStride = 2, kFirstStrideKnown = 3;
+/// Cells, in blurs, whose middles show their own light.
+constexpr double kClearCell = 6;
+/// Of ways of more than a cell, little of the cells is left in the pixels, and some fits are off by more than the
+/// pixels' noise tells: those whose corners lie farther off the plane than that, px (measured: 0.015 of most, 0.03 of
+/// these).
+constexpr double kLongMotionCells = 1, kOffLongMotionPx = 0.016;
+/// Of a way, what it reaches beyond a board's rim, over what a blur does; and all of half of it beyond so much of a
+/// cell.
+constexpr double kSmearReach = 0.1, kSmearReachAllCells = 0.4;
+/// Pixels at the rim are chosen by so many blurs (see OutwardReach).
+constexpr double kReachBlurs = 2.2;
+/// Larger ones have more pixels than the model with all its terms needs.
+constexpr double kLargeCellPx = 12;
+/// Of a rough fit's pixels, what its unknowns leave to tell the noise, at least.
+constexpr double kLeastLeft = 0.2;
+/// Light of a saturated pixel: code 254 and up.
+constexpr float kSaturation = 253.5f / 255;
+/// Mean light of a cell of which much is saturated.
+constexpr float kOverexposed = 0.98f;
+
+}  // namespace
+
+bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
+  run_.Start();
+  run_->number = ++pixels_of_;
+  run_->corners.left_out = choice.left_out;
+  run_->model.own_levels = choice.own_levels;
+  run_->model.shadow = choice.shadow;
+  if (choice.shadow) run_->shadow_start = choice.shadow->values();
+  run_->model.motion_px = choice.smear_px;
+  run_->model.ink_spread = choice.ink_spread;
+  run_->terms.ink = choice.ink_spread != 0;
+  run_->terms.may_move = choice.may_move && !choice.own_levels && !choice.shadow && !run_->terms.ink;
+  run_->terms.look_farther =
+      !choice.smear_px.isZero() || run_->terms.ink || choice.shadow || (choice.from && choice.from->terms.look_farther);
+  run_->view.size = start.size;
+  run_->view.channels = reader.channels();
+  run_->view.red_phase = reader.mosaic() ? reader.mosaic()->red_x + 2 * reader.mosaic()->red_y : -1;
+  for (int phase = 0; phase < 4; ++phase)
+    run_->view.channel_of_phase[static_cast<std::size_t>(phase)] = reader.ChannelOf(phase & 1, phase >> 1);
+  run_->model.blur_px = start.blur_px;
+  run_->model.geometry = start.geometry;
+  if (!Collect(reader, lens)) return false;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    int covered = 0;
+    for (const int cell : CellsAround(run_->view.size, corner))
+      covered += start.covered[static_cast<std::size_t>(cell)];
+    const std::size_t i = static_cast<std::size_t>(corner);
+    run_->corners.usable[i] = pixels_.inside(corner) && covered < 2 && !run_->corners.left_out[i];
+  }
+  run_->corners.used = run_->corners.usable;
+  run_->plain_input.stride = kFirstStride;
+  const auto alike = [](double a, double b) { return std::max(a / b, b / a) < kOtherBlur; };
+  // Dot gain looks like blur: where another board has taught it, its blur holds here, too.
+  if (start.image && (run_->terms.ink || alike(start.image->blur_px, run_->model.blur_px))) {
+    run_->model.blur_px = start.image->blur_px;
+    run_->model.edges = start.image->edges;
+    run_->plain_input.stride = kFirstStrideKnown;
+  }
+  StartLevels(reader, start);
+  if (choice.from) StartFrom(*choice.from);
+  profiles_.Set(run_->model.edges);
+  SetDerivatives();
+  SetPlaces();
+  return true;
+}
+
+bool BoardFit::Collect(const LightReader& reader, const Lens& lens) {
+  run_->light.collected_for = run_->model.geometry;
+  run_->light.collected_for_motion = run_->model.motion_px;
+  const double cell_px = std::sqrt(std::abs(run_->model.geometry.PlaneByBoard({0, 0}).determinant())),
+               way = run_->model.motion_px.norm();
+  const double reach_px = kSmearReach * way + std::max(0.0, way / 2 - kSmearReachAllCells * cell_px) / kReachBlurs;
+  // A pixel costs ten times as much where all terms are on, and large cells have many.
+  const bool few = run_->terms.look_farther && cell_px > kLargeCellPx;
+  const int corners =
+      pixels_.Collect(reader, lens, run_->view.size, run_->model.geometry, run_->model.blur_px + reach_px,
+                      few ? BoardPixels::kFewOfLane : BoardPixels::kLaneCapacity);
+  MarkSaturated(kSaturation, pixels_.lanes());
+  work_.Add(WorkStep::kCollectedPixel, static_cast<std::uint64_t>(CountPixels()));
+  return corners >= FittedBoard::kFewestCorners;
+}
+
+bool BoardFit::Recollect(const LightReader& reader, const Lens& lens) {
+  if (!Collect(reader, lens)) return false;
+  SetDerivatives();
+  SetPlaces();
+  return true;
+}
+
+void BoardFit::SetDerivatives() {
+  // Each coordinate's where the middle of the corner's pixels lies along its edge.
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    const CornerPlace& place = pixels_.place(corner);
+    const Eigen::Vector2d along_x_edge(place.board.x(), place.board.y() + place.middle.y()),
+        along_y_edge(place.board.x() + place.middle.x(), place.board.y());
+    run_->derivatives[static_cast<std::size_t>(corner)] = {BoardGeometry::MoveByParameters(along_x_edge, 0),
+                                                           BoardGeometry::MoveByParameters(along_y_edge, 1)};
+  }
+  equations_.SetDerivatives(std::span(run_->derivatives).first(static_cast<std::size_t>(pixels_.corners())));
+}
+
+void BoardFit::SetPlaces() {
+  LaneBlock& lanes = pixels_.lanes();
+  const auto set = [&](LaneBlock::Parameter which, int lane, double value) {
+    std::fill_n(lanes.parameter_data(which) + lane, 4, static_cast<float>(value));
+  };
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!pixels_.inside(corner)) continue;
+    const CornerPlace& place = pixels_.place(corner);
+    const Eigen::Matrix2d board_by_pixel = place.pixel_by_board.inverse();
+    const double px_x = 1 / board_by_pixel.row(0).norm(), px_y = 1 / board_by_pixel.row(1).norm();
+    const double wider_x = WiderBySmear(board_by_pixel.row(0), run_->model.motion_px, run_->model.blur_px),
+                 wider_y = WiderBySmear(board_by_pixel.row(1), run_->model.motion_px, run_->model.blur_px);
+    const int lane = pixels_.Lane(corner);
+    set(LaneBlock::kCornerX, lane, place.board.x());
+    set(LaneBlock::kCornerY, lane, place.board.y());
+    set(LaneBlock::kPxPerCellX, lane, px_x / wider_x);
+    set(LaneBlock::kPxPerCellY, lane, px_y / wider_y);
+    set(LaneBlock::kCorrelation, lane, board_by_pixel.row(0).dot(board_by_pixel.row(1)) * px_x * px_y);
+  }
+}
+
+void BoardFit::SetLanes() {
+  const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(run_->model.geometry);
+  for (int i = 0; i < 9; ++i)
+    run_->plain_input.board_from_plane[i] = static_cast<float>(board_from_plane(i / 3, i % 3));
+  run_->plain_input.blur_px = static_cast<float>(run_->model.blur_px);
+  const Eigen::Matrix2d board_by_pixel = BoardByPixel();
+  run_->plain_input.edge_x = profiles_.Across(board_by_pixel.row(0));
+  run_->plain_input.edge_y = profiles_.Across(board_by_pixel.row(1));
+  // The first step only has to come near.
+  run_->plain_input.corner = run_->plain_input.stride == 1 ? profiles_.Between(board_by_pixel.row(0)) : CornerExcess{};
+  PhaseValues floor, slope;
+  for (std::size_t phase = 0; phase < 4; ++phase) {
+    const std::size_t channel = static_cast<std::size_t>(run_->view.channel_of_phase[phase]);
+    floor[phase] = run_->model.noise.floor[channel];
+    slope[phase] = run_->model.noise.slope[channel];
+  }
+  LaneBlock& lanes = pixels_.lanes();
+  const auto set = [&](int which, int lane, const PhaseValues& values) {
+    std::copy(values.begin(), values.end(), lanes.parameter_data(which) + lane);
+  };
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!pixels_.inside(corner)) continue;
+    const int lane = pixels_.Lane(corner);
+    const QuadrantLevels quadrants = LevelsOf(corner);
+    for (int i = 0; i < 4; ++i)
+      set(LaneBlock::kL00 + i, lane,
+          run_->model.levels[static_cast<std::size_t>(quadrants[static_cast<std::size_t>(i)])]);
+    set(LaneBlock::kNoiseFloor, lane, floor);
+    set(LaneBlock::kNoiseSlope, lane, slope);
+  }
+}
+
+Eigen::Vector2d BoardFit::MoveOf(int corner) const {
+  const CornerDerivative& by = run_->derivatives[static_cast<std::size_t>(corner)];
+  const auto step = run_->step.moves.head<BoardGeometry::kParameters>();
+  return {by.x.dot(step), by.y.dot(step)};
+}
+
+Eigen::Matrix2d BoardFit::BoardByPixel() const { return pixels_.place(pixels_.corners() / 2).pixel_by_board.inverse(); }
+
+bool BoardFit::Step(LaneSums sums) {
+  SetLanes();
+  run_->plain_input.sums = sums;
+  AccumulateLanes(run_->plain_input, pixels_.lanes());
+  work_.Add(WorkStep::kFitStep);
+  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(CountPixels()));
+  const bool fixed_levels = sums == LaneSums::kShapes;
+  equations_.Assemble({.pixels = &pixels_,
+                       .used = run_->corners.used,
+                       .red_phase = run_->view.red_phase,
+                       .fixed_levels = fixed_levels,
+                       .own_levels = run_->model.own_levels});
+  const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
+  if (!solver.positive()) return false;
+  run_->step.moves = solver.Solve(equations_.gradient());
+  if (!run_->step.moves.allFinite()) return false;
+  run_->step.gain = run_->step.moves.dot(equations_.gradient());
+  if (!fixed_levels) equations_.MoveLevels(run_->step.moves, run_->model.levels);
+  constexpr int kBlurUnknown = BoardGeometry::kParameters;
+  run_->model.geometry.MoveCoordinates(run_->step.moves.head<BoardGeometry::kParameters>());
+  MoveBlur(run_->step.moves[kBlurUnknown]);
+  run_->step.corner_px = FarthestStepPx();
+  return true;
+}
+
+void BoardFit::MoveBlur(double step_px) {
+  const double blur = std::clamp(run_->model.blur_px + step_px, std::max(kLeastBlur, 0.6 * run_->model.blur_px),
+                                 std::min(kMostBlur, 1.6 * run_->model.blur_px));
+  run_->step.blur_share = std::abs(blur / run_->model.blur_px - 1);
+  run_->model.blur_px = blur;
+}
+
+double BoardFit::FarthestStepPx() const {
+  double farthest = 0;
+  for (int corner = 0; corner < pixels_.corners(); ++corner)
+    if (pixels_.inside(corner))
+      farthest = std::max(farthest, (pixels_.place(corner).pixel_by_board * MoveOf(corner)).norm());
+  return farthest;
+}
+
+void BoardFit::Finish() {
+  const LaneBlock& lanes = pixels_.lanes();
+  double weight = 0, residual_square = 0, residual_count = 0, contrast = 0, shift_square = 0, shift_chi_square = 0;
+  run_->result.geometry = run_->model.geometry;
+  run_->result.corners_used = 0;
+  run_->result.corner_used.fill(false);
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    run_->told.misfit[static_cast<std::size_t>(corner)] = MisfitOf(corner);
+    if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
+    const CornerPlace& place = pixels_.place(corner);
+    const int first = pixels_.Lane(corner);
+    const double lit = LightAt(corner);
+    for (int lane = first; lane < first + 4; ++lane) {
+      weight += lanes.sum(kWeight, lane);
+      residual_square += double{lanes.sum(kDarkSquare, lane) + lanes.sum(kLightSquare, lane)};
+      residual_count += lanes.sum(kDarkCount, lane) + lanes.sum(kLightCount, lane);
+    }
+    const auto [information, gradient] = ShiftOf(corner);
+    if (!(information.determinant() > 0)) continue;
+    const std::size_t i = static_cast<std::size_t>(corner);
+    run_->result.corner_used[i] = true;
+    ++run_->result.corners_used;
+    // What is left of the corner's own shift after the last step.
+    const Eigen::Vector2d shift = information.inverse() * gradient;
+    shift_square += (place.pixel_by_board * shift).squaredNorm();
+    shift_chi_square += shift.dot(information * shift);
+    contrast += lit * Contrast(corner);
+  }
+  const double n = std::max(run_->result.corners_used, 1);
+  const double unknowns =
+      (run_->terms.look_farther ? ModelColumns(run_->model_input.terms).shared : BoardEquations::kUnknowns) +
+      run_->view.channels * LevelCount(run_->view.size, run_->model.own_levels);
+  const double chi_square =
+      run_->terms.look_farther ? model_equations_.chi_square() : equations_.chi_square() - run_->step.gain;
+  const double chi_square_per_pixel = chi_square / std::max(weight - unknowns, 1.0);
+  // Edges that lie where no homography puts them (paper that is not flat, print, what is left of the lens's distortion)
+  // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
+  const double chi_square_per_shift = shift_chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
+  run_->told.unexplained_shifts = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
+  BoardGeometry::Information of_moves =
+      InformationOnMoves() / std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
+  run_->result.reprojection_rms_px = std::sqrt(shift_square / n);
+  if (run_->model.motion_px.norm() > kLongMotionCells * CellPx())
+    of_moves /= std::max(shift_square / n / (kOffLongMotionPx * kOffLongMotionPx), 1.0);
+  // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
+  if (run_->model.own_levels) of_moves /= std::max(run_->told.unexplained_shifts, 1.0);
+  run_->result.information = run_->model.geometry.FromMoves(of_moves);
+  run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
+                        run_->model.ink_spread};
+  // Of few pixels, levels take up much of the noise: hypotheses that have many would seem better than they are.
+  const double left = run_->terms.rough ? std::max(1 - unknowns / std::max(weight, 1.0), kLeastLeft) : 1;
+  run_->result.signal_to_noise =
+      contrast / n / std::max(std::sqrt(residual_square / std::max(left * residual_count, 1.0)), 1e-6);
+  run_->told.cell_px = CellPx();
+  TellLevels();
+}
+
+BoardGeometry::Information BoardFit::InformationOnMoves() const {
+  constexpr int kMoves = BoardGeometry::kParameters;
+  if (!run_->terms.look_farther) {
+    // The blur follows the geometry.
+    const BoardEquations::Matrix& normal = equations_.normal();
+    const BoardGeometry::Parameters by_blur = normal.col(kMoves).head<kMoves>();
+    return normal.topLeftCorner<kMoves, kMoves>() - by_blur * by_blur.transpose() / normal(kMoves, kMoves);
+  }
+  const ModelEquations::SharedMatrix& all = model_equations_.information();
+  const Eigen::Index others = all.rows() - kMoves;
+  const ModelEquations::SharedMatrix common = all.bottomLeftCorner(others, kMoves);
+  const Eigen::LDLT<ModelEquations::SharedMatrix> factor(all.bottomRightCorner(others, others));
+  return all.topLeftCorner<kMoves, kMoves>() - common.transpose() * factor.solve(common);
+}
+
+ModelEquations::CornerShift BoardFit::ShiftOf(int corner) const {
+  if (run_->terms.look_farther) return model_equations_.ShiftOf(EquationsOfModel(), corner);
+  const int lane = pixels_.Lane(corner);
+  const auto sum = [&](int a, int b) { return equations_.SumOf(a, b, lane); };
+  ModelEquations::CornerShift shift;
+  shift.information << sum(kShiftX, kShiftX), sum(kShiftX, kShiftY), sum(kShiftX, kShiftY), sum(kShiftY, kShiftY);
+  shift.gradient = Eigen::Vector2d(sum(kShiftX, kResidual), sum(kShiftY, kResidual)) -
+                   equations_.ShiftGradientOfLevels(lane, LevelsOf(corner));
+  shift.gradient -= shift.information * MoveOf(corner);
+  return shift;
+}
+
+bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
+  LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
+  for (int pass = 1; pass < kMaxPasses; ++pass) {
+    if (run_->step.corner_px > kFollowPx) {
+      pixels_.PlaceCorners(lens, run_->model.geometry);
+      SetPlaces();
+    }
+    run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
+    if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
+    const bool changed = FindHiddenCorners();
+    // What is done to the light follows the fit by a pass or two.
+    const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;
+    const bool follows = uneven ? pass < kPassesOfLight : again;
+    // The image's first board tells its edges; what they explain is no noise.
+    const bool told = pass == 1 && !start.image && TellEdges();
+    if (noise_known && !changed && !follows && run_->step.corner_px < kSettledPx &&
+        run_->step.blur_share < kSettledBlur)
+      break;
+    if (uneven ? pass > 1 && pass < kPassesOfLight : again) {
+      FindHiddenCells();
+      EvenOutShading(start);
+    }
+    if (told) continue;
+    if (sums == LaneSums::kNoise)
+      EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
+    noise_known = true;
+    sums = LaneSums::kNoise;
+  }
+  return true;
+}
+
+bool BoardFit::TellEdges() {
+  Finish();
+  if (!run_->result.flat()) return false;
+  const Eigen::Matrix2d board_by_pixel = BoardByPixel();
+  const std::optional<EdgeShape> found = FindEdgeShape(run_->plain_input, board_by_pixel.row(0), board_by_pixel.row(1),
+                                                       std::span(run_->corners.used), pixels_);
+  if (!found) return false;
+  run_->model.edges = *found;
+  profiles_.Set(run_->model.edges);
+  run_->model.blur_px = run_->model.edges.blur_px;
+  return true;
+}
+
+bool BoardFit::ComeNearByFound(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
+  // Few corners on one side place those on the other badly.
+  if (!Prepare(reader, lens, start, choice)) return false;
+  run_->plain_input.stride = 1;
+  int found = 0;
+  for (std::size_t corner = 0; corner < run_->corners.used.size(); ++corner) {
+    run_->corners.used[corner] = run_->corners.used[corner] && start.found[corner];
+    found += run_->corners.used[corner];
+  }
+  if (found < FittedBoard::kFewestCorners || found == pixels_.corners()) return false;
+  for (int step = 0; step < kStepsOfFound; ++step) {
+    if (!Step(LaneSums::kLevels)) return false;
+    for (int corner = 0; corner < pixels_.corners(); ++corner) {
+      if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
+      if ((pixels_.place(corner).pixel_by_board * MoveOf(corner)).norm() > kRunawayPx) return false;
+    }
+    pixels_.PlaceCorners(lens, run_->model.geometry);
+    SetPlaces();
+  }
+  // Where these have the others, there are other pixels.
+  Start again = start;
+  again.geometry = run_->model.geometry;
+  again.image = nullptr;
+  if (!Prepare(reader, lens, again, choice)) return false;
+  return Step(LaneSums::kLevels) && run_->step.corner_px <= kRunawayPx;
+}
+
+bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
+  if (!Prepare(reader, lens, start, choice)) return false;
+  const bool looked_farther = run_->terms.look_farther;
+  if (!looked_farther && !ComeNear(reader, lens, start, choice)) return false;
+  run_->terms.wide = looked_farther || BlursWidely() || SeemsMoved();
+  run_->terms.look_farther = run_->terms.wide && (looked_farther || choice.may_look_farther);
+  if (run_->terms.look_farther) {
+    if (!looked_farther && CellPx() > kLargeCellPx && !Recollect(reader, lens)) return false;
+    LookBeside(reader, lens);
+  }
+  run_->plain_input.stride = 1;
+  const bool noise_known = start.image || choice.from;
+  const bool settled = run_->terms.look_farther ? SettleModel(reader, lens, start, noise_known, choice)
+                                                : Settle(lens, start, noise_known);
+  if (!settled) return false;
+  Finish();
+  return run_->result.determined();
+}
+
+bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
+  // The first step only has to come near: a part of the pixels does, whatever their noise.
+  // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
+  // do not blur into them, and none is overexposed: it may be any that is as light, and edges would seem blurred
+  // instead.
+  const bool overexposed = std::any_of(start.light.begin(), start.light.end(),
+                                       [](const Eigen::Vector3f& light) { return light.maxCoeff() >= kOverexposed; });
+  const bool knows_levels =
+      start.image && !overexposed && BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * run_->model.blur_px < 1;
+  const LaneSums first = knows_levels && !run_->model.own_levels ? LaneSums::kShapes : LaneSums::kLevels;
+  const bool near = Step(first) && run_->step.corner_px <= kRunawayPx;
+  if (!near && !ComeNearByFound(reader, lens, start, choice)) return false;
+  if (overexposed) {
+    // Levels began at full scale, and the blur has taken up what they lacked: it begins anew.
+    run_->model.blur_px = start.blur_px;
+    if (!Step(first) || run_->step.corner_px > kRunawayPx) return false;
+  }
+  // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
+  for (double chosen_for = start.blur_px; run_->model.blur_px > kWiderBlur * chosen_for;) {
+    chosen_for = run_->model.blur_px;
+    if (!Recollect(reader, lens) || !Step(first) || run_->step.corner_px > kRunawayPx) return false;
+  }
+  run_->corners.hidden_cells.assign(start.covered.begin(), start.covered.end());
+  HideCellsBeside(run_->corners.left_out);
+  EvenOutShading(start);
+  return true;
+}
+
+}  // namespace chequer

@@ -1,0 +1,260 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "detect/common/board_geometry.h"
+#include "detect/common/light.h"
+#include "detect/common/scratch.h"
+#include "detect/common/work_meter.h"
+#include "detect/fit/board_equations.h"
+#include "detect/fit/board_pixels.h"
+#include "detect/fit/board_run.h"
+#include "detect/fit/edge_shape.h"
+#include "detect/fit/fitted_board.h"
+#include "detect/fit/model_equations.h"
+#include "detect/fit/model_kernel.h"
+#include "detect/fit/shading.h"
+#include "detect/fit/shadow_edge.h"
+
+namespace chequer {
+
+/// One joint fit of geometry, cell levels (free for every cell and channel), blur and noise of a board to its pixels,
+/// by Gauss-Newton on the model of photometric_kernel.h (which Krüger and Yang have corner by corner). What to make of
+/// its result, and which other fits to try, is PhotometricFit's. Keeps its memory.
+class BoardFit {
+ public:
+  struct Start {
+    MarkerSize size;
+    BoardGeometry geometry;
+    double blur_px = 0.8;
+    /// Light (R, G, B) and saturation of each cell as far as known before the fit, row by row.
+    std::span<const Eigen::Vector3f> light;
+    std::span<const std::uint8_t> saturated;
+    /// Cells that do not show: corners with two of them are left out.
+    std::span<const std::uint8_t> covered;
+    /// Corners that were found; the geometry may have others pixels off.
+    CornerFlags found{};
+    /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
+    const ImageTraits* image = nullptr;
+    /// A fit with all terms that is not near its end once so many units (work_meter.h) were spent on the board fails.
+    std::uint64_t most_units = ~0ull;
+  };
+  /// Which model a fit has.
+  struct Choice {
+    CornerFlags left_out{};
+    /// Levels for each corner's quadrants, not the cells'.
+    bool own_levels = false;
+    /// Of a shadow that crosses the board, roughly: it is fitted too, if not where quadrants have levels.
+    std::optional<ShadowEdge> shadow;
+    /// The way of a point during the exposure, image pixels; where it is not zero, it is fitted too.
+    Eigen::Vector2d smear_px = Eigen::Vector2d::Zero();
+    /// Whether it is tried if the board's blur seems to be a motion's.
+    bool may_move = true;
+    /// Whether the model with all its terms may be fitted where the four cells around a corner do not suffice.
+    bool may_look_farther = true;
+    /// By how much ink has spread, cells; the same as of the way.
+    double ink_spread = 0;
+    /// Begins where that fit ended, not from what was sampled: few passes then do.
+    const BoardRun* from = nullptr;
+    /// The model with all its terms is fitted to some of the pixels only, which suffices to compare models.
+    bool roughly = false;
+    /// Steps that bring that model near.
+    int most_steps_near = 8;
+  };
+
+  /// False if the board lies outside the image for the most part, does not look like the model, or the fit runs away;
+  /// the result then means nothing, nor does what is told of corners.
+  bool Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
+  /// Ends a rough fit: by all pixels. As Fit(). @pre run() is that of a fit that began with `start`.
+  bool FitClosely(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Whether the result is by some of the pixels.
+  bool rough() const { return run_->terms.rough; }
+  /// Fits on where ink has spread, which moves the edges of a line to either side by turns, if that explains corners
+  /// that lie where no plane has them; else leaves the result. @pre the last fit began with `start` and has a result.
+  void FitInk(const LightReader& reader, const Lens& lens, const Start& start);
+
+  const FittedBoard& result() const { return run_->result; }
+  /// All that the last fit tells.
+  const BoardRun& run() const { return *run_; }
+  /// Tells what an earlier fit told.
+  void GoBackTo(const BoardRun& run) { *run_ = run; }
+
+  int corners() const { return pixels_.corners(); }
+  /// Neither outside the image, nor covered, nor left out.
+  bool usable(int corner) const { return run_->corners.usable[static_cast<std::size_t>(corner)]; }
+  /// Usable, and not found hidden.
+  bool used(int corner) const { return run_->corners.used[static_cast<std::size_t>(corner)]; }
+  /// The corners that were found hidden.
+  CornerFlags Hidden() const;
+  /// Of a cell in the board's middle, along its side.
+  double cell_px() const { return run_->told.cell_px; }
+  /// Of a corner's pixels, variances; far off where it has none.
+  double misfit(int corner) const { return run_->told.misfit[static_cast<std::size_t>(corner)]; }
+  /// Of the usable corners after the last step, the most over the least.
+  double misfit_spread() const { return run_->told.misfit_spread; }
+  /// How much farther corners lie off the plane than the pixels' noise explains: their χ² over that of the pixels.
+  double unexplained_shifts() const { return run_->told.unexplained_shifts; }
+  /// Of the board's light cells, the parts around the corners that are used. @pre own levels were fitted.
+  std::span<const LitPart> LitParts(std::span<const std::uint8_t> saturated);
+  /// As it was fitted.
+  const std::optional<ShadowEdge>& shadow() const { return run_->model.shadow; }
+  /// Whether the four cells around a corner did not suffice (see model_kernel.h).
+  bool looks_farther() const { return run_->terms.look_farther; }
+  /// Whether they may not suffice.
+  bool may_look_farther() const { return run_->terms.wide; }
+  /// Forgets the work that was counted.
+  void StartWork() { work_ = {}; }
+  /// What the fits since then took.
+  const WorkMeter& work() const { return work_; }
+  /// Whether the motion explains so much that nothing else can.
+  bool sure_of_motion() const { return run_->terms.sure_of_motion; }
+  /// The way of a point during the exposure, image pixels; zero if that was not fitted.
+  const Eigen::Vector2d& motion_px() const { return run_->model.motion_px; }
+  /// By how much ink has spread, cells, if that was fitted.
+  double ink_spread() const { return run_->model.ink_spread; }
+
+ private:
+  bool Prepare(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
+  /// The pixels of the board as it lies by now. False if too few corners have some.
+  bool Collect(const LightReader& reader, const Lens& lens);
+  /// The same, once there are places and derivatives.
+  bool Recollect(const LightReader& reader, const Lens& lens);
+  /// The first step of boards in plain view, until it has the pixels that are the board's. False if it runs away.
+  bool ComeNear(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
+  /// Where the first step runs away: by the pixels around the corners that were found alone, until those lie right,
+  /// then by all. False if they run away too, or none are left out.
+  bool ComeNearByFound(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
+  void SetDerivatives();
+  /// What the kernel is told of the corners' places, and of what changes with every step.
+  void SetPlaces();
+  void SetLanes();
+  /// A step of Gauss-Newton by these sums of the kernel; by shapes alone, the cells' levels stay as they are.
+  bool Step(LaneSums sums);
+  /// Within what a step may change.
+  void MoveBlur(double step_px);
+  /// Of all corners in the image, by the last step.
+  double FarthestStepPx() const;
+  /// Steps until nothing moves any more.
+  bool Settle(const Lens& lens, const Start& start, bool noise_known);
+  void Finish();
+  double CellPx() const;
+  double MisfitOf(int corner) const;
+  /// Information on moves of the geometry, all else following, in units of what pixels are worth.
+  BoardGeometry::Information InformationOnMoves() const;
+  /// What a corner's pixels say of a shift of its own beyond the last step.
+  ModelEquations::CornerShift ShiftOf(int corner) const;
+  /// Whether the image's edges are no Gaussian's: from here on, they are fitted as they are.
+  bool TellEdges();
+  /// Of the last step, in board coordinates.
+  Eigen::Vector2d MoveOf(int corner) const;
+  /// Of a corner, since the geometry was that one, px.
+  double FarthestMove(const BoardGeometry& from) const;
+  /// In the board's middle.
+  Eigen::Matrix2d BoardByPixel() const;
+
+  // Levels: board_fit_levels.cpp.
+  QuadrantLevels LevelsOf(int corner) const { return LevelsAround(run_->view.size, corner, run_->model.own_levels); }
+  void StartLevels(const LightReader& reader, const Start& start);
+  /// Starts from another fit of the board.
+  void StartFrom(const BoardRun& run);
+  /// Sums of two quadrants' levels each, in the channel that tells light from dark cells best, has most pixels, and
+  /// where yellow is nearly white.
+  struct QuadrantLight {
+    double light, dark;
+  };
+  QuadrantLight LightAround(int corner) const;
+  /// Between the light and the dark cells around a corner.
+  double Contrast(int corner) const;
+  /// By corner: the light of its light quadrants, over the mean of the corners that are used; 0 for others.
+  using CornerLights = std::array<double, kMaxCorners>;
+  CornerLights LightOnCorners() const;
+  /// Of own levels, those of the cells and the light that falls on them.
+  void EvenOutLevels();
+  void TellLevels();
+  /// Of a channel that most pixels have and in which yellow is nearly white.
+  int TellingPhase() const { return run_->view.red_phase < 0 ? 0 : run_->view.red_phase ^ 1; }
+  /// In the shadow, of the light beside it.
+  double LightOn(int cell) const;
+
+  // Corners that something hides: board_fit_hidden.cpp.
+  /// @param may_return corners that were found hidden may be found to be in view again. Whether anything changed.
+  bool FindHiddenCorners(bool may_return = true);
+  /// Those beside corners that are not used.
+  void FindHiddenCells();
+  void HideCellsBeside(const CornerFlags& corners);
+  bool AnyUnused() const;
+
+  // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
+  void EvenOutShading(const Start& start);
+  /// @tparam Light tells how much there is At() a point of the board, and its SlopeAt() it.
+  template <class Light>
+  void EvenOutPixels(const Light& light);
+  double LightAt(int corner) const;
+
+  /// Whether a step of Gauss-Newton says that ink has spread.
+  bool StartInk(const LightReader& reader, const Lens& lens);
+
+  // The model with all its terms: board_fit_model.cpp.
+  /// Whether the lens blurs light of more than the four cells around a corner into its pixels.
+  bool BlursWidely() const;
+  /// The light around the board's rim.
+  void LookBeside(const LightReader& reader, const Lens& lens);
+  void MapLevels();
+  void SetModelInput(int stride);
+  void SetModelLanes();
+  ModelEquations::Input EquationsOfModel() const;
+  /// A step of Gauss-Newton that is not made yet.
+  bool SolveModel(int stride);
+  bool StepModel(int stride, bool first);
+  /// A step of a term over what no longer counts.
+  double WhatCounts(double step, int column, double still) const;
+  /// Whether its blur is so wide that it may have moved.
+  bool SeemsMoved() const;
+  /// Starts the fit of a motion where the blur is wider along one direction than across it, or of dot gain, where one
+  /// of them explains more than noise can; of both, the one that explains more. Whether one does.
+  bool FindTerms(int stride, const Start& start);
+  /// Starts from how another board of the image moved, if this one seems to have moved like it.
+  void StartLike(const ImageTraits& image);
+  /// Starts the fit of dot gain by the first step to it, which levels and blur had taken up a part of.
+  void StartGain(double step, double start_blur_px);
+  /// Every how many pixels to use about so many of them.
+  int StrideFor(int pixels) const;
+  /// Of the board, in all channels.
+  int CountPixels() const;
+  bool SettleModel(const LightReader& reader, const Lens& lens, const Start& start, bool noise_known,
+                   const Choice& choice);
+  /// The pixels may be those of a run that was not gone back to. False if there are too few.
+  bool HavePixels(const LightReader& reader, const Lens& lens);
+  void SetTerms();
+  /// By some of the pixels, until the model is near.
+  bool ComeNearModel(const Lens& lens, const Start& start, bool noise_known, int most_steps);
+  /// By all.
+  bool SettleModelByAll(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Whether the last step was so short that what does not fit is occluded, that it is near, that it is the last.
+  bool Still() const;
+  bool Near() const;
+  bool Settled() const;
+  /// What follows a step that did not end the fit.
+  void FollowLight(const Start& start, bool light_follows);
+  /// The pixels of the board as it lies by now, and the light beside it.
+  bool CollectAnew(const LightReader& reader, const Lens& lens);
+
+  Scratch<BoardRun> run_;
+  // Memory: what these hold is made anew whenever pixels are collected, and with every step.
+  BoardPixels pixels_;
+  BoardEquations equations_;
+  ModelLanes model_lanes_;
+  ModelEquations model_equations_;
+  EdgeProfiles profiles_;        ///< of the last shape of edges: the same shape has the same
+  std::uint64_t pixels_of_ = 0;  ///< the run whose pixels these are
+  // Of the board, over all its fits.
+  WorkMeter work_;
+};
+
+}  // namespace chequer

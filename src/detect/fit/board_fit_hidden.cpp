@@ -1,0 +1,102 @@
+// Of BoardFit: corners that something hides.
+#include <algorithm>
+#include <functional>
+
+#include "detect/fit/board_fit.h"
+
+namespace chequer {
+namespace {
+
+/// A corner whose pixels disagree so much more than the median corner's is hidden.
+constexpr double kHiddenRatio = 8;
+/// Where cells blur into each other, levels fit a corner's few pixels more or less by chance: as many pixels more of it
+/// are asked for.
+constexpr double kFewPixels = 24;
+/// Corners with less of the median corner's contrast are hidden too.
+constexpr double kHiddenContrast = 0.2;
+
+}  // namespace
+
+double BoardFit::MisfitOf(int corner) const {
+  const LaneBlock& lanes = pixels_.lanes();
+  double square = 0, pixels = 0;
+  for (int phase = 0; phase < 4; ++phase) {
+    const int lane = pixels_.Lane(corner) + phase;
+    square += lanes.sum(ProductSum(kResidual, kResidual), lane);
+    pixels += lanes.count(lane);
+  }
+  return pixels > 0 ? square / pixels : 1e9;
+}
+
+bool BoardFit::FindHiddenCorners(bool may_return) {
+  std::array<double, kMaxCorners> misfit, contrast, sorted;
+  double least_misfit = 1e9, most_misfit = 0, least_contrast = 1e9, most_contrast = -1e9;
+  int count = 0;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!run_->corners.usable[static_cast<std::size_t>(corner)]) continue;
+    const std::size_t i = static_cast<std::size_t>(corner);
+    misfit[i] = MisfitOf(corner);
+    contrast[i] = Contrast(corner);
+    least_misfit = std::min(least_misfit, misfit[i]);
+    most_misfit = std::max(most_misfit, misfit[i]);
+    least_contrast = std::min(least_contrast, contrast[i]);
+    most_contrast = std::max(most_contrast, contrast[i]);
+    ++count;
+  }
+  run_->told.misfit_spread = most_misfit / std::max(least_misfit, 1e-9);
+  // Corners that are all alike are all near the median one.
+  const bool alike = least_contrast >= kHiddenContrast * most_contrast && most_misfit <= kHiddenRatio * least_misfit;
+  int pixels_of_corner = 0;
+  for (int phase = 0; phase < 4; ++phase)
+    pixels_of_corner += pixels_.lanes().count(pixels_.Lane(pixels_.corners() / 2) + phase);
+  const double ratio = kHiddenRatio * (run_->terms.look_farther ? 1 + kFewPixels / std::max(pixels_of_corner, 1) : 1);
+  const auto median = [&](const std::array<double, kMaxCorners>& values) {
+    std::size_t next = 0;
+    for (int corner = 0; corner < pixels_.corners(); ++corner)
+      if (run_->corners.usable[static_cast<std::size_t>(corner)])
+        sorted[next++] = values[static_cast<std::size_t>(corner)];
+    std::nth_element(sorted.begin(), sorted.begin() + count / 2, sorted.begin() + count);
+    return sorted[static_cast<std::size_t>(count / 2)];
+  };
+  const double most = alike ? most_misfit : ratio * median(misfit),
+               least = alike ? least_contrast : kHiddenContrast * median(contrast);
+  bool changed = false;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    bool& used = run_->corners.used[static_cast<std::size_t>(corner)];
+    const bool now = run_->corners.usable[static_cast<std::size_t>(corner)] && (used || may_return) &&
+                     misfit[static_cast<std::size_t>(corner)] <= most &&
+                     contrast[static_cast<std::size_t>(corner)] >= least;
+    changed |= now != used;
+    used = now;
+  }
+  return changed;
+}
+
+CornerFlags BoardFit::Hidden() const {
+  CornerFlags hidden{};
+  for (int corner = 0; corner < corners(); ++corner)
+    hidden[static_cast<std::size_t>(corner)] = usable(corner) && !used(corner);
+  return hidden;
+}
+
+bool BoardFit::AnyUnused() const {
+  return std::any_of(run_->corners.used.begin(), run_->corners.used.begin() + pixels_.corners(),
+                     [](bool used) { return !used; });
+}
+
+void BoardFit::FindHiddenCells() {
+  CornerFlags unused;
+  std::transform(run_->corners.used.begin(), run_->corners.used.end(), unused.begin(), std::logical_not());
+  run_->corners.hidden_cells.assign(static_cast<std::size_t>(run_->view.size.rows * run_->view.size.cols), 0);
+  HideCellsBeside(unused);
+}
+
+void BoardFit::HideCellsBeside(const CornerFlags& corners) {
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!corners[static_cast<std::size_t>(corner)]) continue;
+    for (const int cell : CellsAround(run_->view.size, corner))
+      run_->corners.hidden_cells[static_cast<std::size_t>(cell)] = 1;
+  }
+}
+
+}  // namespace chequer

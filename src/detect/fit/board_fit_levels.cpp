@@ -1,0 +1,155 @@
+// Of BoardFit: the cells' levels, or those of each corner's quadrants, and what they tell of the light.
+#include <algorithm>
+
+#include "detect/fit/board_fit.h"
+
+namespace chequer {
+namespace {
+
+/// Of the board's mean: less light tells no colours.
+constexpr double kLeastLit = 0.02;
+
+/// Where a phase's samples lie in the light (R, G, B) of a cell.
+float LightOf(const Eigen::Vector3f& light, int channels, int channel) {
+  return channels == 3 ? light[channel] : RedAndGreen::Of(light[0], light[1]);
+}
+
+}  // namespace
+
+void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
+  run_->model.levels.resize(start.light.size());
+  float lightest = 0;
+  for (std::size_t cell = 0; cell < run_->model.levels.size(); ++cell)
+    for (std::size_t phase = 0; phase < 4; ++phase) {
+      run_->model.levels[cell][phase] =
+          LightOf(start.light[cell], reader.channels(), run_->view.channel_of_phase[phase]);
+      lightest = std::max(lightest, run_->model.levels[cell][phase]);
+    }
+  run_->model.noise = start.image ? start.image->noise : UnknownNoise(lightest);
+  if (run_->model.shadow) {
+    for (int cell = 0; cell < run_->view.size.rows * run_->view.size.cols; ++cell)
+      for (float& level : run_->model.levels[static_cast<std::size_t>(cell)])
+        level /= static_cast<float>(LightOn(cell));
+    return;
+  }
+  if (!run_->model.own_levels) return;
+  run_->cell_levels = run_->model.levels;
+  run_->model.levels.resize(static_cast<std::size_t>(LevelCount(run_->view.size, true)));
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    const QuadrantLevels own = LevelsOf(corner), cells = CellsAround(run_->view.size, corner);
+    for (std::size_t i = 0; i < own.size(); ++i)
+      run_->model.levels[static_cast<std::size_t>(own[i])] = run_->cell_levels[static_cast<std::size_t>(cells[i])];
+  }
+}
+
+void BoardFit::StartFrom(const BoardRun& run) {
+  BoardModel& model = run_->model;
+  model.noise = run.model.noise;
+  model.blur_px = run.model.blur_px;
+  model.edges = run.model.edges;
+  if (model.shadow.has_value() != run.model.shadow.has_value()) return;
+  if (model.own_levels == run.model.own_levels) model.levels = run.model.levels;
+}
+
+BoardFit::QuadrantLight BoardFit::LightAround(int corner) const {
+  const std::size_t phase = static_cast<std::size_t>(TellingPhase());
+  const int cell = pixels_.Cell(corner);
+  const QuadrantLevels quadrants = LevelsOf(corner);
+  const auto level = [&](std::size_t i) {
+    return double{run_->model.levels[static_cast<std::size_t>(quadrants[i])][phase]};
+  };
+  const double along = level(0) + level(3), across = level(1) + level(2);
+  return IsDark(cell / run_->view.size.cols, cell % run_->view.size.cols) ? QuadrantLight{across, along}
+                                                                          : QuadrantLight{along, across};
+}
+
+double BoardFit::Contrast(int corner) const {
+  const QuadrantLight around = LightAround(corner);
+  return (around.light - around.dark) / 2;
+}
+
+BoardFit::CornerLights BoardFit::LightOnCorners() const {
+  CornerLights lights{};
+  double sum = 0;
+  int count = 0;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
+    double& here = lights[static_cast<std::size_t>(corner)];
+    here = std::max(LightAround(corner).light, 0.0);
+    sum += here;
+    ++count;
+  }
+  const double mean = std::max(sum / std::max(count, 1), 1e-6);
+  for (double& light : lights)
+    if (light > 0) light = std::max(light / mean, kLeastLit);
+  return lights;
+}
+
+void BoardFit::EvenOutLevels() {
+  const CornerLights lights = LightOnCorners();
+  const std::size_t cells = static_cast<std::size_t>(run_->view.size.rows * run_->view.size.cols);
+  run_->result.lit.assign(cells, {});
+  run_->cell_levels.assign(cells, PhaseValues{});
+  std::array<float, kMaxCells> weight{};
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    const float here = static_cast<float>(lights[static_cast<std::size_t>(corner)]);
+    if (here == 0) continue;
+    const QuadrantLevels own = LevelsOf(corner), around = CellsAround(run_->view.size, corner);
+    for (std::size_t i = 0; i < around.size(); ++i) {
+      const std::size_t cell = static_cast<std::size_t>(around[i]);
+      CellLight& lit = run_->result.lit[cell];
+      lit.least = lit.most == 0 ? here : std::min(lit.least, here);
+      lit.most = std::max(lit.most, here);
+      // Where there is more light, less of the level is noise.
+      weight[cell] += here;
+      for (std::size_t p = 0; p < 4; ++p)
+        run_->cell_levels[cell][p] += run_->model.levels[static_cast<std::size_t>(own[i])][p];
+    }
+  }
+  for (std::size_t cell = 0; cell < cells; ++cell)
+    if (weight[cell] > 0)
+      for (float& level : run_->cell_levels[cell]) level /= weight[cell];
+}
+
+std::span<const LitPart> BoardFit::LitParts(std::span<const std::uint8_t> saturated) {
+  const std::size_t phase = static_cast<std::size_t>(TellingPhase());
+  run_->told.lit_parts.clear();
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
+    const CornerPlace& place = pixels_.place(corner);
+    const QuadrantLevels own = LevelsOf(corner), cells = CellsAround(run_->view.size, corner);
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (IsDark(cells[i] / run_->view.size.cols, cells[i] % run_->view.size.cols)) continue;
+      // Of a corner's pixels, half of a cell on each side or, at the rim, more.
+      const auto middle_of = [](double middle, bool far_side) {
+        return far_side ? std::max(0.25, middle + 0.25) : std::min(-0.25, middle - 0.25);
+      };
+      run_->told.lit_parts.push_back({place.board + Eigen::Vector2d(middle_of(place.middle.x(), i % 2 == 1),
+                                                                    middle_of(place.middle.y(), i / 2 == 1)),
+                                      run_->model.levels[static_cast<std::size_t>(own[i])][phase],
+                                      saturated[static_cast<std::size_t>(cells[i])] != 0});
+    }
+  }
+  return run_->told.lit_parts;
+}
+
+double BoardFit::LightOn(int cell) const { return run_->model.shadow->At(MiddleOfCell(run_->view.size, cell)); }
+
+void BoardFit::TellLevels() {
+  run_->result.lit.clear();
+  if (run_->model.shadow)
+    for (int cell = 0; cell < run_->view.size.rows * run_->view.size.cols; ++cell) {
+      const float light = static_cast<float>(LightOn(cell));
+      run_->result.lit.push_back({light, light});
+    }
+  if (run_->model.own_levels) EvenOutLevels();
+  const std::vector<PhaseValues>& levels = run_->model.own_levels ? run_->cell_levels : run_->model.levels;
+  run_->result.levels.resize(levels.size());
+  for (std::size_t cell = 0; cell < levels.size(); ++cell) {
+    run_->result.levels[cell].setZero();
+    for (std::size_t phase = 0; phase < 4; ++phase)
+      run_->result.levels[cell][run_->view.channel_of_phase[phase]] = levels[cell][phase];
+  }
+}
+
+}  // namespace chequer

@@ -1,0 +1,140 @@
+// Of BoardFit: what is done to the pixels' light before they are fitted.
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "detect/fit/board_fit.h"
+#include "detect/fit/shading.h"
+
+namespace chequer {
+namespace {
+
+/// No pixel is brightened more.
+constexpr double kLeastShading = 0.02;
+/// A first step that is shorter has other reasons: of a spread of half a pixel it is 0.29 px, of motion or noise 0.01.
+constexpr double kLeastInkSpreadPx = 0.1;
+/// Less of a cell pulls no pose, and edges drawn without a lens's blur may look so much off.
+constexpr double kLeastInkSpread = 0.015;
+/// So many pixels tell whether there is any: on paper that is not flat, each board asks.
+constexpr int kPixelsOfInk = 700;
+/// With fewer corners, ink has to tell so many times as much of the board.
+constexpr double kMoreByInk = 4;
+/// Of larger cells the light's bend is taken out too: a vignetting of a tenth makes a board of 40 px cells seem 3e-5
+/// smaller, three standard deviations; in small cells it does not count.
+constexpr double kFineCellPx = 12;
+/// Of these, twice: the levels of cells in uneven light are not quite those of their middles.
+constexpr double kTwiceCellPx = 24;
+
+/// @param slope per plane unit, @param bend of x², xy and y² on the board.
+LightFall FallOf(const Eigen::Vector2d& slope, const Eigen::Vector3d& bend, const Eigen::Matrix2d& board_by_plane) {
+  const Eigen::Matrix2d square = (Eigen::Matrix2d() << bend[0], bend[1] / 2, bend[1] / 2, bend[2]).finished();
+  const Eigen::Matrix2d per_plane = board_by_plane.transpose() * square * board_by_plane;
+  const auto value = [](double of) { return static_cast<float>(of); };
+  return {value(slope.x()), value(slope.y()), value(per_plane(0, 0)), value(2 * per_plane(0, 1)),
+          value(per_plane(1, 1))};
+}
+
+}  // namespace
+
+template <class Light>
+void BoardFit::EvenOutPixels(const Light& even) {
+  const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(run_->model.geometry);
+  const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse().transpose();
+  LaneBlock& lanes = pixels_.lanes();
+  for (int lane = 0; lane < lanes.lanes(); ++lane)
+    for (int i = 0; i < lanes.count(lane); ++i) {
+      const std::size_t at = lanes.Place(lane, i);
+      float &u = lanes.u_data()[at], &v = lanes.v_data()[at], &light = lanes.light_data()[at];
+      const Eigen::Vector2d board = (board_from_plane * Eigen::Vector3d(u, v, 1)).hnormalized();
+      const double share = std::max(even.At(board), kLeastShading);
+      light /= static_cast<float>(share);
+      const Eigen::Vector2d shift =
+          run_->model.blur_px * run_->model.blur_px / share * (board_by_plane * even.SlopeAt(board));
+      u += static_cast<float>(shift.x());
+      v += static_cast<float>(shift.y());
+    }
+}
+
+double BoardFit::LightAt(int corner) const {
+  return run_->model.shadow ? run_->model.shadow->At(pixels_.place(corner).board) : 1;
+}
+
+void BoardFit::EvenOutShading(const Start& start) {
+  if (run_->model.own_levels || run_->model.shadow) return;
+  const double cell_px = CellPx();
+  run_->light.shade_twice = cell_px > kTwiceCellPx;
+  const auto shading = FindShading({.size = run_->view.size,
+                                    .levels = run_->model.levels,
+                                    .saturated = start.saturated,
+                                    .hidden = run_->corners.hidden_cells,
+                                    .phases = run_->view.channels == 3 ? 4 : 1,
+                                    .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
+                                    .fine = cell_px > kFineCellPx});
+  if (!shading) return;
+  run_->light.bent |= shading->bent;
+  // Taken out of every pixel; levels then are those in the light of the board's centre. As the lens blurs what is
+  // already shaded, more light comes to a pixel from its lighter side: it shows what lies σ² ∇log(light) away.
+  if (shading->bent) {
+    EvenOutPixels(*shading);
+  } else {
+    const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
+    const Eigen::Vector2d per_px = board_by_plane.transpose() * shading->slope;
+    pixels_.MoveOrigin(run_->model.blur_px * run_->model.blur_px * per_px);
+    EvenOutLanes(FallOf(per_px, shading->bend, board_by_plane), pixels_.lanes());
+  }
+  for (int cell = 0; cell < run_->view.size.rows * run_->view.size.cols; ++cell) {
+    const float scale = static_cast<float>(1 / shading->At(MiddleOfCell(run_->view.size, cell)));
+    for (float& level : run_->model.levels[static_cast<std::size_t>(cell)]) level *= scale;
+  }
+}
+
+bool BoardFit::StartInk(const LightReader& reader, const Lens& lens) {
+  if (!HavePixels(reader, lens)) return false;
+  const double cell_px = CellPx();
+  if (!run_->terms.look_farther) LookBeside(reader, lens);
+  MapLevels();
+  run_->terms.ink = true;
+  run_->model_input.terms = {
+      .motion = !run_->model.motion_px.isZero(), .dot_gain = true, .shadow = run_->model.shadow.has_value()};
+  if (!SolveModel(StrideFor(kPixelsOfInk))) return false;
+  const double more = std::abs(model_equations_.step()[ModelColumns(run_->model_input.terms).dot_gain]);
+  return more * cell_px >= kLeastInkSpreadPx && more >= kLeastInkSpread;
+}
+
+void BoardFit::FitInk(const LightReader& reader, const Lens& lens, const Start& start) {
+  const bool looked_farther = run_->terms.look_farther;
+  if (!StartInk(reader, lens)) {
+    run_->terms.ink = false;
+    return;
+  }
+  run_->terms.look_farther = true;
+  run_->without_ink = run_->result;
+  StartGain(model_equations_.step()[ModelColumns(run_->model_input.terms).dot_gain], start.blur_px);
+  const bool settled = SettleModel(reader, lens, start, true, Choice{});
+  if (settled) Finish();
+  // Ink explains all corners, or most of what the others lacked, or something else moved them.
+  if (settled && (run_->result.corners_used >= run_->without_ink.corners_used ||
+                  run_->result.told() > kMoreByInk * run_->without_ink.told()))
+    return;
+  run_->result = run_->without_ink;
+  run_->model.ink_spread = 0;
+  run_->terms.ink = false;
+  run_->terms.look_farther = looked_farther;
+}
+
+double BoardFit::FarthestMove(const BoardGeometry& from) const {
+  double farthest = 0;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    const CornerPlace& place = pixels_.place(corner);
+    if (!place.inside) continue;
+    const Eigen::Vector2d move = run_->model.geometry.ToPlane(place.board) - from.ToPlane(place.board);
+    farthest = std::max(farthest, (place.plane_by_pixel.inverse() * move).norm());
+  }
+  return farthest;
+}
+
+double BoardFit::CellPx() const {
+  return std::sqrt(std::abs(pixels_.place(pixels_.corners() / 2).pixel_by_board.determinant()));
+}
+
+}  // namespace chequer

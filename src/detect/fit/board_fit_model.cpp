@@ -1,0 +1,453 @@
+// Of BoardFit: the fit of the model with all its terms (model_kernel.h).
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "detect/fit/board_fit.h"
+#include "detect/fit/board_fit_limits.h"
+
+namespace chequer {
+namespace {
+
+/// Blur, of a cell's shorter way across, from which on the cells beyond a corner's four count: the edges beyond are
+/// half a cell away from a corner's farthest pixels.
+constexpr double kWideBlur = 0.14;
+/// The way between two points of motion that are looked at, in blurs of the lens: a box as wide is a Gaussian to 1 %.
+constexpr double kTapBlurs = 2.5;
+/// Fewer points would not show how the light changes with the way.
+constexpr int kFewestTaps = 3, kMostTaps = 12;
+/// Of a board's pixels: so many bring the fit near, and so many at most finish it. What they leave out costs precision
+/// that boards of cells as large have in plenty.
+constexpr int kPixelsNear = 1000, kMostPixels = 6000;
+/// Passes by all pixels; of them, and of those by some, the ones that follow what is done to the light.
+constexpr int kMostModelPasses = 14, kModelPassesOfLight = 4;
+/// A step that moves corners and blur less ends the fit; with less than the first, all pixels are looked at.
+constexpr double kNearPx = 0.1, kModelSettledPx = 0.04, kModelSettledBlur = 0.04;
+/// The same in the first one where the corners of a board that moved were seen in its stripes.
+constexpr double kRunawayMovedPx = 6;
+/// Where corners lie as much farther off than was thought, other pixels are the board's.
+constexpr double kCollectAnewPx = 0.3, kCollectAnewMotionPx = 3;
+/// Longest steps; longer ones lead elsewhere. Those of a motion also as a share of it.
+constexpr double kMostMotionStepPx = 1, kMostMotionStepShare = 0.25, kMostGainStep = 0.05;
+const ShadowEdge::Parameters kMostShadowStep(0.1, 0.3, 0.3, 0.5);
+/// What is known of a shadow's edge before the pixels are looked at: standard deviations.
+const ShadowEdge::Parameters kShadowKnownTo(0.1, 0.3, 0.4, 0.8);
+/// Steps of terms that no longer count: px, cells, and as the edge's parameters; and how many times longer ones are
+/// near enough for all pixels.
+constexpr double kStillMotionPx = 0.04, kStillGain = 0.0003, kNearTerms = 10;
+const ShadowEdge::Parameters kStillShadow(0.003, 0.003, 0.004, 0.03);
+/// The same in standard deviations of a term, all others known: what a shorter step leaves is of second order. Sharp
+/// shadows under wide blur else drift to widths that the second order of their blur does not hold for.
+constexpr double kStillDeviations = 0.2;
+/// Blur, cells and px, from which on it may be motion.
+constexpr double kMovedBlur = 0.12, kMovedBlurPx = 1.2;
+/// Standard deviations by which the blur along one direction must differ from that across it to be motion: measured, 33
+/// and more of ways of half a cell, up to 3 of wide blurs.
+constexpr double kLeastUneven = 8;
+/// With as many, it is one, whatever else there may be.
+constexpr double kSureUneven = 30;
+/// Another board of the image moved alike if, of what is found first, so much at most goes another way, and the way is
+/// as long within these factors (it is found too short).
+constexpr double kAcrossMotion = 0.35, kLeastOfMotion = 0.4, kMostOfMotion = 1.4;
+/// The least dot gain that is looked for with it, cells: it makes edges uneven, too.
+constexpr double kLeastFirstGain = 0.03;
+/// The longest way that the first step may find, blurs (a way of 5 has as much variance again), and what it leaves of
+/// the blur's variance at least.
+constexpr double kMostFirstMotion = 4.5, kLeastOfBlur = 0.1;
+/// The gain over the first step to it, as levels and blur have taken up the rest: measured.
+constexpr double kFirstGainStep = 1.75;
+/// Ink spreads over no more of a cell.
+constexpr double kMostGain = 0.3;
+/// How far beyond the rim the light beside the board is looked up, cells, and half the width of the window.
+constexpr double kBeside = 0.75, kBesideHalf = 0.25;
+
+/// Of the 4 × 4 cells around a corner: the one of its four that is as dark or light, and near.
+std::size_t QuadrantOfColour(int row, int col) {
+  const int near_row = std::clamp(row, 1, 2), near_col = std::clamp(col, 1, 2);
+  const bool same = (row + col + near_row + near_col) % 2 == 0;
+  return static_cast<std::size_t>(2 * (near_row - 1) + (same ? near_col - 1 : 2 - near_col));
+}
+
+}  // namespace
+
+bool BoardFit::BlursWidely() const {
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!pixels_.inside(corner)) continue;
+    const Eigen::Matrix2d& pixel_by_board = pixels_.place(corner).pixel_by_board;
+    const double across =
+        pixel_by_board.determinant() / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
+    if (run_->model.blur_px > kWideBlur * across) return true;
+  }
+  return false;
+}
+
+void BoardFit::LookBeside(const LightReader& reader, const Lens& lens) {
+  const int rows = run_->view.size.rows + 2, cols = run_->view.size.cols + 2;
+  run_->beside.resize(static_cast<std::size_t>(rows * cols));
+  // Beyond what the board sends there during the exposure.
+  const Eigen::Vector2d reach =
+      Eigen::Vector2d::Constant(kBeside) + (BoardByPixel() * run_->model.motion_px).cwiseAbs() / 2;
+  for (int row = 0; row < rows; ++row)
+    for (int col = 0; col < cols; ++col) {
+      if (row > 0 && col > 0 && row < rows - 1 && col < cols - 1) continue;
+      const auto along = [](int i, int count, double beyond) {
+        const double middle = i + 0.5 - 0.5 * count, rim = 0.5 * count - 1;
+        return i == 0 ? -rim - beyond : i == count - 1 ? rim + beyond : middle;
+      };
+      const Eigen::Vector2d board(along(col, cols, reach.x()), along(row, rows, reach.y()));
+      Eigen::Matrix2d pixel_by_plane;
+      const Eigen::Vector2d pixel = lens.ToImage(run_->model.geometry.ToPlane(board), &pixel_by_plane);
+      const double half_px =
+          kBesideHalf * std::sqrt(std::abs((pixel_by_plane * run_->model.geometry.PlaneByBoard(board)).determinant()));
+      const float lit = run_->model.shadow ? static_cast<float>(run_->model.shadow->At(board)) : 1;
+      const Eigen::Vector3f light =
+          reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px)) / lit;
+      for (std::size_t phase = 0; phase < 4; ++phase)
+        run_->beside[static_cast<std::size_t>(row * cols + col)][phase] =
+            run_->view.channels == 3 ? light[run_->view.channel_of_phase[phase]] : RedAndGreen::Of(light[0], light[1]);
+    }
+}
+
+void BoardFit::MapLevels() {
+  const int corners = pixels_.corners();
+  run_->model_levels.resize(static_cast<std::size_t>(corners));
+  for (int corner = 0; corner < corners; ++corner) {
+    const int row = corner / (run_->view.size.cols - 1), col = corner % (run_->view.size.cols - 1);
+    const QuadrantLevels quadrants = LevelsOf(corner);
+    for (int r = 0; r < 4; ++r)
+      for (int c = 0; c < 4; ++c) {
+        const int cell_row = row + r - 1, cell_col = col + c - 1;
+        const bool on_board =
+            cell_row >= 0 && cell_row < run_->view.size.rows && cell_col >= 0 && cell_col < run_->view.size.cols;
+        int level = on_board ? cell_row * run_->view.size.cols + cell_col : ModelEquations::kNoLevel;
+        if (on_board && run_->model.own_levels) level = quadrants[QuadrantOfColour(r, c)];
+        run_->model_levels[static_cast<std::size_t>(corner)][static_cast<std::size_t>(4 * r + c)] = level;
+      }
+  }
+}
+
+void BoardFit::SetModelInput(int stride) {
+  const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(run_->model.geometry);
+  for (int i = 0; i < 9; ++i)
+    run_->model_input.board_from_plane[i] = static_cast<float>(board_from_plane(i / 3, i % 3));
+  const Eigen::Matrix2d board_by_pixel = BoardByPixel();
+  run_->model_input.edge_x = profiles_.Across(board_by_pixel.row(0));
+  run_->model_input.edge_y = profiles_.Across(board_by_pixel.row(1));
+  run_->model_input.taps =
+      run_->model_input.terms.motion
+          ? std::clamp(static_cast<int>(std::ceil(run_->model.motion_px.norm() / (kTapBlurs * run_->model.blur_px))),
+                       kFewestTaps, kMostTaps)
+          : 1;
+  if (run_->model.shadow) {
+    const ShadowEdge::Parameters& values = run_->model.shadow->values();
+    const auto value = [](double of) { return static_cast<float>(of); };
+    run_->model_input.shadow = {value(values[ShadowEdge::kTakes]), value(std::cos(values[ShadowEdge::kDirection])),
+                                value(std::sin(values[ShadowEdge::kDirection])), value(values[ShadowEdge::kOffset]),
+                                value(std::exp(-values[ShadowEdge::kLogWidth]))};
+  }
+  run_->model_input.stride = stride;
+}
+
+void BoardFit::SetModelLanes() {
+  const ModelColumns columns(run_->model_input.terms);
+  model_lanes_.Reset(pixels_.lanes().padded(), columns.products());
+  const int cols = run_->view.size.cols + 2;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!pixels_.inside(corner)) continue;
+    const CornerPlace& place = pixels_.place(corner);
+    const int lane = pixels_.Lane(corner);
+    const auto set = [&](int which, double value) {
+      std::fill_n(model_lanes_.parameter_data(which) + lane, 4, static_cast<float>(value));
+    };
+    const Eigen::Matrix2d by_pixel = place.pixel_by_board.inverse();
+    const Eigen::Vector2d way = by_pixel * run_->model.motion_px, tap = way / run_->model_input.taps;
+    // Of a point of the way: the lens's blur, and what the way to the next adds.
+    const Eigen::Matrix2d lens = run_->model.blur_px * run_->model.blur_px * by_pixel * by_pixel.transpose();
+    const Eigen::Matrix2d blur = lens + tap * tap.transpose() / 12;
+    for (int axis = 0; axis < 2; ++axis) {
+      const double variance = blur(axis, axis);
+      set(ModelLanes::kScaleX + axis, 1 / std::sqrt(variance));
+      set(ModelLanes::kBlurX + axis, lens(axis, axis) / variance / run_->model.blur_px);
+    }
+    set(ModelLanes::kCornerX, place.board.x());
+    set(ModelLanes::kCornerY, place.board.y());
+    set(ModelLanes::kCovariance, blur(0, 1));
+    set(ModelLanes::kByPixelXx, by_pixel(0, 0));
+    set(ModelLanes::kByPixelXy, by_pixel(0, 1));
+    set(ModelLanes::kByPixelYx, by_pixel(1, 0));
+    set(ModelLanes::kByPixelYy, by_pixel(1, 1));
+    set(ModelLanes::kWayX, way.x());
+    set(ModelLanes::kWayY, way.y());
+    const int row = corner / (run_->view.size.cols - 1), col = corner % (run_->view.size.cols - 1);
+    const bool even_dark = IsDark(row, col);
+    set(ModelLanes::kGain, even_dark ? run_->model.ink_spread : -run_->model.ink_spread);
+    // An edge of the rim moves out where its cell is dark, and stays where it is light: half of the gain either way
+    // about a line half of it farther out.
+    const double out = even_dark ? 0.5 : -0.5;
+    const auto set_rim = [&](int first, bool at_start, bool at_end) {
+      set(first, at_start ? 0.5 + out : 1);
+      set(first + 1, at_end ? 0.5 - out : 1);
+      set(first + 2, at_start ? -0.5 + out : -1);
+      set(first + 3, at_end ? -0.5 - out : -1);
+    };
+    set_rim(ModelLanes::kEvenX0, col == 0, col == run_->view.size.cols - 2);
+    set_rim(ModelLanes::kEvenY0, row == 0, row == run_->view.size.rows - 2);
+    set(ModelLanes::kHalfEven, even_dark ? 0.5 : 0);
+    set(ModelLanes::kHalfOdd, even_dark ? 0 : 0.5);
+    const Eigen::Vector2d mixed =
+        lens * Eigen::Vector2d(double{run_->model_input.shadow.normal_x}, double{run_->model_input.shadow.normal_y});
+    set(ModelLanes::kShadowX, mixed.x());
+    set(ModelLanes::kShadowY, mixed.y());
+    for (std::size_t phase = 0; phase < 4; ++phase) {
+      const std::size_t channel = static_cast<std::size_t>(run_->view.channel_of_phase[phase]);
+      const auto set_phase = [&](int which, float value) {
+        model_lanes_.parameter_data(which)[lane + static_cast<int>(phase)] = value;
+      };
+      set_phase(ModelLanes::kNoiseFloor, run_->model.noise.floor[channel]);
+      set_phase(ModelLanes::kNoiseSlope, run_->model.noise.slope[channel]);
+      for (int i = 0; i < ModelColumns::kLevels; ++i) {
+        const int level = run_->model_levels[static_cast<std::size_t>(corner)][static_cast<std::size_t>(i)];
+        set_phase(ModelLanes::kLevel00 + i,
+                  level != ModelEquations::kNoLevel
+                      ? run_->model.levels[static_cast<std::size_t>(level)][phase]
+                      : run_->beside[static_cast<std::size_t>((row + i / 4) * cols + col + i % 4)][phase]);
+      }
+    }
+  }
+}
+
+bool BoardFit::SolveModel(int stride) {
+  SetModelInput(stride);
+  SetModelLanes();
+  AccumulateModel(run_->model_input, pixels_.lanes(), model_lanes_);
+  work_.Add(WorkStep::kModelCorner, static_cast<std::uint64_t>(pixels_.corners()));
+  const int looked_at = CountPixels() / stride;
+  work_.Add(WorkStep::kModelPixel, static_cast<std::uint64_t>(looked_at));
+  work_.Add(WorkStep::kModelTap,
+            static_cast<std::uint64_t>(looked_at) * static_cast<std::uint64_t>(run_->model_input.taps));
+  return model_equations_.Solve(EquationsOfModel());
+}
+
+ModelEquations::Input BoardFit::EquationsOfModel() const {
+  ModelEquations::Input equations;
+  equations.pixels = &pixels_;
+  equations.lanes = &model_lanes_;
+  equations.columns = ModelColumns(run_->model_input.terms);
+  equations.used = run_->corners.used;
+  equations.levels = run_->model_levels;
+  equations.channel_of_phase = run_->view.channel_of_phase;
+  equations.level_count = LevelCount(run_->view.size, run_->model.own_levels);
+  equations.band = run_->model.own_levels ? 3 : 3 * run_->view.size.cols + 3;
+  if (!run_->model.shadow) return equations;
+  equations.prior_information.setZero(equations.columns.shared);
+  equations.prior_pull.setZero(equations.columns.shared);
+  const ShadowEdge::Parameters known = kShadowKnownTo.cwiseProduct(kShadowKnownTo).cwiseInverse();
+  equations.prior_information.segment<4>(equations.columns.shadow) = known;
+  equations.prior_pull.segment<4>(equations.columns.shadow) =
+      known.cwiseProduct(run_->shadow_start - run_->model.shadow->values());
+  return equations;
+}
+
+double BoardFit::WhatCounts(double step, int column, double still) const {
+  const double in_deviations = std::abs(step) * std::sqrt(model_equations_.information()(column, column));
+  return std::min(std::abs(step) / still, in_deviations / kStillDeviations);
+}
+
+bool BoardFit::StepModel(int stride, bool first) {
+  if (!SolveModel(stride)) return false;
+  const ModelColumns columns(run_->model_input.terms);
+  const ModelEquations::Shared& step = model_equations_.step();
+  run_->step.moves.head<BoardGeometry::kParameters>() = step.head<BoardGeometry::kParameters>();
+  run_->model.geometry.MoveCoordinates(step.head<BoardGeometry::kParameters>());
+  MoveBlur(step[columns.blur]);
+  for (std::size_t level = 0; level < run_->model.levels.size(); ++level)
+    for (std::size_t phase = 0; phase < 4; ++phase)
+      run_->model.levels[level][phase] +=
+          static_cast<float>(model_equations_.LevelStep(static_cast<int>(level), run_->view.channel_of_phase[phase]));
+  run_->step.terms = 0;
+  if (run_->model_input.terms.motion) {
+    Eigen::Vector2d more = step.segment<2>(columns.motion);
+    const double most = std::max(kMostMotionStepPx, kMostMotionStepShare * run_->model.motion_px.norm());
+    if (more.norm() > most) more *= most / more.norm();
+    run_->model.motion_px += more;
+    run_->step.terms = std::max(run_->step.terms, more.norm() / kStillMotionPx);
+  }
+  if (run_->model_input.terms.dot_gain) {
+    const double more = std::clamp(step[columns.dot_gain], -kMostGainStep, kMostGainStep);
+    run_->model.ink_spread = std::clamp(run_->model.ink_spread + more, -kMostGain, kMostGain);
+    run_->step.terms = std::max(run_->step.terms, WhatCounts(more, columns.dot_gain, kStillGain));
+  }
+  if (run_->model_input.terms.shadow) {
+    const ShadowEdge::Parameters more =
+        ShadowEdge::Parameters(step.segment<4>(columns.shadow)).cwiseMax(-kMostShadowStep).cwiseMin(kMostShadowStep);
+    run_->model.shadow = ShadowEdge(run_->model.shadow->values() + more);
+    for (int i = 0; i < ModelColumns::kShadow; ++i)
+      run_->step.terms = std::max(run_->step.terms, WhatCounts(more[i], columns.shadow + i, kStillShadow[i]));
+  }
+  run_->step.corner_px = FarthestStepPx();
+  return run_->step.corner_px <= (first && run_->model_input.terms.motion ? kRunawayMovedPx : kRunawayPx);
+}
+
+void BoardFit::StartGain(double step, double start_blur_px) {
+  run_->model_input.terms.dot_gain = run_->terms.ink = true;
+  run_->model.ink_spread = std::clamp(kFirstGainStep * step, -2 * kMostGainStep, 2 * kMostGainStep);
+  run_->model.blur_px = std::min(run_->model.blur_px, start_blur_px);
+}
+
+bool BoardFit::FindTerms(int stride, const Start& start) {
+  const ModelTerms terms = run_->model_input.terms;
+  run_->model_input.terms.uneven_blur = run_->model_input.terms.dot_gain = true;
+  const bool solved = SolveModel(stride);
+  const ModelColumns columns(run_->model_input.terms);
+  run_->model_input.terms = terms;
+  if (!solved) return false;
+  const ModelEquations::Shared& step = model_equations_.step();
+  const Eigen::Vector2d uneven = step.segment<2>(columns.uneven_blur);
+  const double gain = step[columns.dot_gain];
+  const double by_motion = uneven.dot(model_equations_.InformationOn<2>(columns.uneven_blur) * uneven),
+               by_gain = gain * gain * model_equations_.InformationOn<1>(columns.dot_gain)(0, 0);
+  if (by_gain > by_motion && std::abs(gain) > kLeastFirstGain) {
+    StartGain(gain, start.blur_px);
+    return true;
+  }
+  if (!(by_motion > kLeastUneven * kLeastUneven)) return false;
+  run_->model_input.terms.motion = true;
+  // A way of length l has the variance l² / 12 along it, and the uneven part is half of that.
+  const double length = std::min(std::sqrt(24 * uneven.norm()), kMostFirstMotion * run_->model.blur_px),
+               angle = std::atan2(uneven.y(), uneven.x()) / 2;
+  run_->model.motion_px = length * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  // Across the way, the blur stays: the fit's lies between.
+  run_->model.blur_px = std::sqrt(std::max(run_->model.blur_px * run_->model.blur_px - length * length / 24,
+                                           kLeastOfBlur * run_->model.blur_px * run_->model.blur_px));
+  run_->terms.sure_of_motion = by_motion > kSureUneven * kSureUneven;
+  if (start.image) StartLike(*start.image);
+  return true;
+}
+
+void BoardFit::StartLike(const ImageTraits& image) {
+  Eigen::Vector2d motion_px = image.motion_px;
+  if (motion_px.dot(run_->model.motion_px) < 0) motion_px = -motion_px;  // there and back are the same
+  if (motion_px.isZero()) return;
+  const Eigen::Vector2d along = motion_px.normalized();
+  const double share = along.dot(run_->model.motion_px) / motion_px.norm();
+  const Eigen::Vector2d across = run_->model.motion_px - along.dot(run_->model.motion_px) * along;
+  if (share < kLeastOfMotion || share > kMostOfMotion || across.norm() > kAcrossMotion * run_->model.motion_px.norm())
+    return;
+  run_->model.motion_px = motion_px;
+  run_->model.blur_px = image.blur_px;
+}
+
+bool BoardFit::SeemsMoved() const {
+  return run_->terms.may_move && run_->model.motion_px.isZero() &&
+         run_->model.blur_px > std::max(kMovedBlur * CellPx(), kMovedBlurPx);
+}
+
+int BoardFit::CountPixels() const {
+  int all = 0;
+  for (int corner = 0; corner < pixels_.corners(); ++corner)
+    for (int phase = 0; phase < 4; ++phase) all += pixels_.lanes().count(pixels_.Lane(corner) + phase);
+  return all;
+}
+
+int BoardFit::StrideFor(int pixels) const { return std::max(1, (CountPixels() + pixels - 1) / pixels); }
+
+void BoardFit::SetTerms() {
+  run_->model_input.terms = {
+      .motion = !run_->model.motion_px.isZero(), .dot_gain = run_->terms.ink, .shadow = run_->model.shadow.has_value()};
+  MapLevels();
+}
+
+bool BoardFit::Still() const { return run_->step.terms <= 1 && run_->step.corner_px < kFollowPx; }
+
+bool BoardFit::Near() const {
+  return run_->step.corner_px < kNearPx && run_->step.blur_share < kNearPx && run_->step.terms <= kNearTerms;
+}
+
+bool BoardFit::Settled() const {
+  return run_->step.terms <= 1 && run_->step.corner_px < kModelSettledPx && run_->step.blur_share < kModelSettledBlur;
+}
+
+void BoardFit::FollowLight(const Start& start, bool light_follows) {
+  if (light_follows && !run_->model.shadow) {
+    FindHiddenCells();
+    EvenOutShading(start);
+  }
+  EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
+}
+
+bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_known, int most_steps) {
+  const int stride = StrideFor(kPixelsNear);
+  int judgements = 0;
+  bool still = false;
+  for (int pass = 0; pass < most_steps; ++pass) {
+    if (run_->step.corner_px > kFollowPx) pixels_.PlaceCorners(lens, run_->model.geometry);
+    run_->model_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
+    if (pass == 0 && SeemsMoved()) FindTerms(stride, start);
+    if (!StepModel(stride, pass == 0)) return false;
+    // What was not fitted yet says nothing of what is occluded, or of the noise.
+    const bool fitted = pass > 0, judged = fitted && (Still() || still || pass >= kModelPassesOfLight);
+    still = Still();
+    const bool changed = judged && FindHiddenCorners(judgements++ < kModelPassesOfLight);
+    const bool near = fitted && !changed && Near();
+    if (work_.units() > start.most_units) return near;
+    if (fitted) FollowLight(start, pass < kModelPassesOfLight);
+    noise_known = noise_known || fitted;
+    if (near) break;
+  }
+  return true;
+}
+
+bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, const Start& start) {
+  // Pixels chosen for corners that were far off, or before the way was known, reach into what lies beside the rim.
+  const bool elsewhere = FarthestMove(run_->light.collected_for) > kCollectAnewPx ||
+                         (run_->model.motion_px - run_->light.collected_for_motion).norm() > kCollectAnewMotionPx;
+  if (elsewhere && !CollectAnew(reader, lens)) return false;
+  run_->terms.rough = false;
+  run_->model_input.robust_limit = kRobustLimit;
+  const int stride = StrideFor(kMostPixels);
+  bool still = true;
+  for (int pass = 1, judgements = 0; pass < kMostModelPasses; ++pass) {
+    if (run_->step.corner_px > kFollowPx) pixels_.PlaceCorners(lens, run_->model.geometry);
+    if (!StepModel(stride, false)) return false;
+    const bool judged = Still() || still || pass >= kModelPassesOfLight;
+    still = Still();
+    const bool changed = judged && FindHiddenCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();
+    if (work_.units() > start.most_units) return near;
+    if (judged && near && Settled()) break;
+    FollowLight(start, pass < kModelPassesOfLight);
+  }
+  return true;
+}
+
+bool BoardFit::SettleModel(const LightReader& reader, const Lens& lens, const Start& start, bool noise_known,
+                           const Choice& choice) {
+  SetTerms();
+  if (!ComeNearModel(lens, start, noise_known, choice.most_steps_near)) return false;
+  run_->terms.rough = choice.roughly;
+  return choice.roughly || work_.units() > start.most_units || SettleModelByAll(reader, lens, start);
+}
+
+bool BoardFit::FitClosely(const LightReader& reader, const Lens& lens, const Start& start) {
+  if (!run_->terms.rough) return run_->result.determined();
+  SetTerms();
+  if (!HavePixels(reader, lens) || !SettleModelByAll(reader, lens, start)) return false;
+  Finish();
+  return run_->result.determined();
+}
+
+bool BoardFit::HavePixels(const LightReader& reader, const Lens& lens) {
+  if (run_->number == pixels_of_) return true;
+  run_->number = ++pixels_of_;
+  run_->light = {};
+  profiles_.Set(run_->model.edges);
+  return CollectAnew(reader, lens);
+}
+
+bool BoardFit::CollectAnew(const LightReader& reader, const Lens& lens) {
+  if (!Recollect(reader, lens)) return false;
+  LookBeside(reader, lens);
+  return true;
+}
+
+}  // namespace chequer

@@ -1,0 +1,211 @@
+#include "detect/fit/board_pixels.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "detect/fit/corner_pixels.h"
+
+namespace chequer {
+namespace {
+
+/// Lanes with more of the pixels that do are thinned out inside the cells. Thinning cells from 18 px on in the plain
+/// fit saves little and costs 7 % of the linear RMS.
+constexpr double kThinnedFrom = 0.8;
+
+/// How far outwards, in cells, the pixels of the board's rim are used: the rim itself is blurred with a background
+/// that nothing is known of.
+double OutwardReach(double px_per_cell, double blur_px) {
+  return std::clamp(1 - (2.2 * blur_px + 0.5) / px_per_cell, 0.4, 0.9);
+}
+
+/// How the derivative of the plane by the pixel changes, by a pixel along x and along y.
+struct Bend {
+  Eigen::Matrix2d by_x = Eigen::Matrix2d::Zero(), by_y = Eigen::Matrix2d::Zero();
+};
+
+/// By differences over a step along x and along y. Not finite where the lens has no inverse.
+Bend BendAround(const Lens& lens, const Eigen::Vector2d& plane, const Eigen::Matrix2d& plane_by_pixel) {
+  constexpr double kStep = 2;
+  Eigen::Matrix2d at_x, at_y;
+  lens.ToImage(plane + kStep * plane_by_pixel.col(0), &at_x);
+  lens.ToImage(plane + kStep * plane_by_pixel.col(1), &at_y);
+  return {(at_x.inverse() - plane_by_pixel) / kStep, (at_y.inverse() - plane_by_pixel) / kStep};
+}
+
+LocalPlane PlaneAround(const Eigen::Vector2d& from_origin, const Eigen::Matrix2d& plane_by_pixel, const Bend& bend) {
+  const auto values = [](const Eigen::Vector2d& value) {
+    return std::array<float, 2>{static_cast<float>(value.x()), static_cast<float>(value.y())};
+  };
+  return {.at = values(from_origin),
+          .by_x = values(plane_by_pixel.col(0)),
+          .by_y = values(plane_by_pixel.col(1)),
+          .by_xx = values(0.5 * bend.by_x.col(0)),
+          .by_xy = values(bend.by_x.col(1)),
+          .by_yy = values(0.5 * bend.by_y.col(1))};
+}
+
+/// The slope of a value along a line of `count` ≥ 3 points at the point `at`, by the values there and at the points
+/// beside it: exact for parabolas, at the line's ends too. @param step from a point's value to the next.
+Eigen::Matrix2d SlopeAt(const CornerPlace* place, int at, int count, int step) {
+  const auto value = [&](int steps) -> const Eigen::Matrix2d& { return place[steps * step].plane_by_pixel; };
+  if (at == 0) return 2 * value(1) - 1.5 * value(0) - 0.5 * value(2);
+  if (at == count - 1) return 1.5 * value(0) - 2 * value(-1) + 0.5 * value(-2);
+  return 0.5 * (value(1) - value(-1));
+}
+
+/// The part of the board around a corner, in cells from it, and how it lies in the image.
+struct Region {
+  double left, right, top, bottom;
+  Eigen::Matrix2d board_by_pixel = Eigen::Matrix2d::Zero();
+
+  std::array<Band, 2> Bands() const {
+    return {BandOf(board_by_pixel.row(0), left, right), BandOf(board_by_pixel.row(1), top, bottom)};
+  }
+
+ private:
+  static Band BandOf(const Eigen::RowVector2d& by_pixel, double low, double high) {
+    // Rows that run along the band: nearly so will do, as no board is 1e6 px wide.
+    const double across = std::abs(by_pixel[0]) < 1e-6 ? std::copysign(1e-6, by_pixel[0]) : by_pixel[0];
+    const double a = low / across, b = high / across;
+    return {static_cast<float>(std::min(a, b)), static_cast<float>(std::max(a, b)),
+            static_cast<float>(-by_pixel[1] / across)};
+  }
+};
+
+Thinning ThinningOf(const Region& region, double px_x, double px_y, double blur_px, int of_lane) {
+  Thinning thinning;
+  const double width = region.right - region.left, height = region.bottom - region.top;
+  if (px_x * px_y * width * height / 4 < kThinnedFrom * of_lane) return thinning;
+  thinning.all = false;
+  const double band_px = std::max(0.5, 3.5 * blur_px);
+  thinning.band_x = static_cast<float>(band_px / px_x);
+  thinning.band_y = static_cast<float>(band_px / px_y);
+  // Of each lane, so that both together fit.
+  const double all = px_x * px_y * width * height / 4,
+               along = std::min(all, 2 * band_px * (px_y * height + px_x * width) / 4);
+  thinning.near_edges = std::max(1, static_cast<int>(std::ceil(along / (of_lane * 0.65))));
+  thinning.inside =
+      std::max(Thinning::kLeastInside * thinning.near_edges, static_cast<int>(std::ceil(all / (of_lane * 0.25))));
+  return thinning;
+}
+
+}  // namespace
+
+void BoardPixels::RankCorners() {
+  // Lanes that are evaluated together should have as many pixels: corners of the rim have more. Those left over that do
+  // not fill a vector should have few.
+  int next = 0;
+  for (int rims = 4; rims >= 0; --rims)
+    for (int corner = 0; corner < corners_; ++corner) {
+      const int row = corner / (size_.cols - 1), col = corner % (size_.cols - 1);
+      const int at = (row == 0) + (row == size_.rows - 2) + (col == 0) + (col == size_.cols - 2);
+      if (at == rims) rank_[static_cast<std::size_t>(corner)] = next++;
+    }
+}
+
+void BoardPixels::PlaceCorners(const Lens& lens, const BoardGeometry& geometry) {
+  for (int corner = 0; corner < corners_; ++corner) {
+    CornerPlace& place = places_[static_cast<std::size_t>(corner)];
+    const BoardGeometry::Local local = geometry.At(place.board);
+    Eigen::Matrix2d pixel_by_plane;
+    place.plane = local.plane;
+    place.pixel = lens.ToImage(local.plane, &pixel_by_plane);
+    place.plane_by_pixel = pixel_by_plane.inverse();
+    place.pixel_by_board = pixel_by_plane * local.plane_by_board;
+  }
+}
+
+Eigen::Matrix3d BoardPixels::BoardFromPlane(const BoardGeometry& geometry) const {
+  const Eigen::Matrix3d to_origin = (Eigen::Matrix3d() << 1, 0, origin_.x(), 0, 1, origin_.y(), 0, 0, 1).finished();
+  const Eigen::Matrix3d board_from_plane = geometry.plane_from_board().inverse() * to_origin;
+  return board_from_plane / board_from_plane(2, 2);
+}
+
+int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize size, const BoardGeometry& geometry,
+                         double blur_px, int of_lane) {
+  if (corners_ == 0 || !(size == size_)) {
+    size_ = size;
+    corners_ = CornerCount(size);
+    RankCorners();
+  }
+  for (int corner = 0; corner < corners_; ++corner)
+    places_[static_cast<std::size_t>(corner)].board =
+        CornerOnBoard(size_, corner / (size_.cols - 1), corner % (size_.cols - 1));
+  PlaceCorners(lens, geometry);
+  origin_ = geometry.ToPlane({0, 0});
+  lanes_.Reset(4 * corners_, kLaneCapacity);
+  if (!origin_.allFinite()) return 0;
+  const LightReader::Rows rows = reader.AllRows();
+  int inside = 0;
+  for (int corner = 0; corner < corners_; ++corner) {
+    CornerPlace& place = places_[static_cast<std::size_t>(corner)];
+    place.inside = place.pixel.allFinite() && place.pixel_by_board.allFinite() && place.plane_by_pixel.allFinite() &&
+                   place.pixel.x() > 1 && place.pixel.y() > 1 && place.pixel.x() < reader.width() - 2 &&
+                   place.pixel.y() < reader.height() - 2 && place.pixel_by_board.determinant() > 1 &&
+                   place.plane_by_pixel.determinant() > 0;
+    inside += place.inside;
+  }
+  // Of a corner outside the image, the lens's model may say anything.
+  const bool neighbours_tell = inside == corners_ && size.rows > 3 && size.cols > 3;
+  for (int corner = 0; corner < corners_; ++corner) {
+    const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
+    if (!place.inside) continue;
+    Bend bend;
+    if (lens.calibrated() && neighbours_tell) {
+      const int row = corner / (size.cols - 1), col = corner % (size.cols - 1);
+      const Eigen::Matrix2d by_col = SlopeAt(&place, col, size.cols - 1, 1),
+                            by_row = SlopeAt(&place, row, size.rows - 1, size.cols - 1),
+                            board_by_pixel = place.pixel_by_board.inverse();
+      bend.by_x = by_col * board_by_pixel(0, 0) + by_row * board_by_pixel(1, 0);
+      bend.by_y = by_col * board_by_pixel(0, 1) + by_row * board_by_pixel(1, 1);
+    } else if (lens.calibrated()) {
+      bend = BendAround(lens, place.plane, place.plane_by_pixel);
+    }
+    if (!bend.by_x.allFinite() || !bend.by_y.allFinite()) continue;
+    CollectCorner(reader, rows, corner, PlaneAround(place.plane - origin_, place.plane_by_pixel, bend), blur_px,
+                  of_lane);
+  }
+  lanes_.Fold();
+  return inside;
+}
+
+void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Rows& rows, int corner,
+                                const LocalPlane& plane, double blur_px, int of_lane) {
+  CornerPlace& place = places_[static_cast<std::size_t>(corner)];
+  const int corner_row = corner / (size_.cols - 1), corner_col = corner % (size_.cols - 1);
+  Region region;
+  region.board_by_pixel = place.pixel_by_board.inverse();
+  const double px_x = 1 / region.board_by_pixel.row(0).norm(), px_y = 1 / region.board_by_pixel.row(1).norm();
+  const double out_x = OutwardReach(px_x, blur_px), out_y = OutwardReach(px_y, blur_px);
+  region.left = corner_col == 0 ? -out_x : -0.5;
+  region.right = corner_col == size_.cols - 2 ? out_x : 0.5;
+  region.top = corner_row == 0 ? -out_y : -0.5;
+  region.bottom = corner_row == size_.rows - 2 ? out_y : 0.5;
+  place.middle = {(region.left + region.right) / 2, (region.top + region.bottom) / 2};
+
+  double y_min = 1e9, y_max = -1e9;
+  for (const double x : {region.left, region.right})
+    for (const double y : {region.top, region.bottom}) {
+      const double dy = place.pixel_by_board(1, 0) * x + place.pixel_by_board(1, 1) * y;
+      y_min = std::min(y_min, dy);
+      y_max = std::max(y_max, dy);
+    }
+  const int first_row = std::max(0, static_cast<int>(std::ceil(place.pixel.y() + y_min)));
+  const int last_row = std::min(reader.height() - 1, static_cast<int>(std::floor(place.pixel.y() + y_max)));
+  CornerPart part{.x = static_cast<int>(place.pixel.x()), .y = static_cast<int>(place.pixel.y())};
+  part.corner_x = static_cast<float>(place.pixel.x() - part.x);
+  part.corner_y = static_cast<float>(place.pixel.y() - part.y);
+  part.first_row = first_row - part.y;
+  part.rows = last_row + 1 - first_row;
+  part.bands = region.Bands();
+  part.plane = plane;
+  part.thinning = ThinningOf(region, px_x, px_y, blur_px, of_lane);
+  for (int axis = 0; axis < 2; ++axis) {
+    part.board_by_x[static_cast<std::size_t>(axis)] = static_cast<float>(region.board_by_pixel(axis, 0));
+    part.board_by_y[static_cast<std::size_t>(axis)] = static_cast<float>(region.board_by_pixel(axis, 1));
+  }
+  TakePixels(part, rows, reader.width(), Lane(corner), lanes_);
+}
+
+}  // namespace chequer

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "detect/common/board_geometry.h"
+#include "detect/common/light.h"
+#include "detect/fit/corner_pixels.h"
+#include "detect/fit/photometric_kernel.h"
+
+namespace chequer {
+
+/// Where a corner lies, and how the image lies around it.
+struct CornerPlace {
+  Eigen::Vector2d board = Eigen::Vector2d::Zero();           ///< cells
+  Eigen::Vector2d plane = Eigen::Vector2d::Zero();           ///< the same point on the plane
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();           ///< and in the image
+  Eigen::Matrix2d plane_by_pixel = Eigen::Matrix2d::Zero();  ///< derivative there
+  Eigen::Matrix2d pixel_by_board = Eigen::Matrix2d::Zero();
+  /// Centre of the region whose pixels are the corner's, cells from it: off zero at the board's rim.
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  bool inside = false;  ///< the image
+};
+
+/// The pixels of a board, dealt to the corners they are nearest to, in the lanes of the photometric kernel: lane
+/// 4 · rank + phase, with phase = parity of x + 2 · parity of y. Keeps its memory.
+class BoardPixels {
+ public:
+  /// The most pixels of a lane, and those of large cells that do where a pixel costs much.
+  static constexpr int kLaneCapacity = 400, kFewOfLane = 40;
+
+  /// Returns how many corners have pixels. @param blur_px roughly, of the image. @param of_lane about so many pixels of
+  /// a lane: more are thinned out, inside cells first.
+  int Collect(const LightReader& reader, const Lens& lens, MarkerSize size, const BoardGeometry& geometry,
+              double blur_px, int of_lane = kLaneCapacity);
+  /// Where the corners lie after the geometry has changed; the pixels stay with their corners.
+  void PlaceCorners(const Lens& lens, const BoardGeometry& geometry);
+
+  MarkerSize size() const { return size_; }
+  int corners() const { return corners_; }
+  const CornerPlace& place(int corner) const { return places_[static_cast<std::size_t>(corner)]; }
+  bool inside(int corner) const { return place(corner).inside; }
+  /// The first of the corner's four lanes.
+  int Lane(int corner) const { return 4 * rank_[static_cast<std::size_t>(corner)]; }
+  /// Towards −x, −y.
+  int Cell(int corner) const { return CellsAround(size_, corner)[0]; }
+  /// Of the lanes' plane coordinates.
+  const Eigen::Vector2d& origin() const { return origin_; }
+  /// Moves all pixels' plane coordinates alike.
+  void MoveOrigin(const Eigen::Vector2d& by) { origin_ += by; }
+  /// The homography from them to the board, its last entry 1.
+  Eigen::Matrix3d BoardFromPlane(const BoardGeometry& geometry) const;
+  LaneBlock& lanes() { return lanes_; }
+  const LaneBlock& lanes() const { return lanes_; }
+
+ private:
+  void RankCorners();
+  void CollectCorner(const LightReader& reader, const LightReader::Rows& rows, int corner, const LocalPlane& plane,
+                     double blur_px, int of_lane);
+
+  MarkerSize size_;
+  int corners_ = 0;
+  std::array<CornerPlace, kMaxCorners> places_;
+  std::array<int, kMaxCorners> rank_{};
+  Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
+  LaneBlock lanes_;
+};
+
+}  // namespace chequer

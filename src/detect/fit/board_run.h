@@ -1,0 +1,105 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "detect/common/board_geometry.h"
+#include "detect/fit/board_equations.h"
+#include "detect/fit/edge_shape.h"
+#include "detect/fit/fitted_board.h"
+#include "detect/fit/model_equations.h"
+#include "detect/fit/model_kernel.h"
+#include "detect/fit/shadow_edge.h"
+
+namespace chequer {
+
+using CornerFlags = std::array<bool, kMaxCorners>;
+inline bool AnyOf(const CornerFlags& corners) {
+  return std::find(corners.begin(), corners.end(), true) != corners.end();
+}
+
+/// What is fitted of a board: the state of Gauss-Newton.
+struct BoardModel {
+  BoardGeometry geometry;
+  std::vector<PhaseValues> levels;
+  bool own_levels = false;  ///< levels are those of each corner's quadrants, not the cells'
+  NoiseModel noise;
+  double blur_px = 1;
+  EdgeShape edges;
+  Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();  ///< the way of a point during the exposure,
+                                                        ///< image pixels
+  double ink_spread = 0;                                ///< dot gain, cells
+  std::optional<ShadowEdge> shadow;
+};
+
+/// All that belongs to one fit of a board (BoardFit), and to no other.
+struct BoardRun {
+  /// How the image samples the board.
+  struct View {
+    MarkerSize size;
+    int channels = 1;
+    int red_phase = -1;
+    std::array<int, 4> channel_of_phase{};
+  };
+  /// Which model is fitted, and which may be.
+  struct TermsOn {
+    bool wide = false;            ///< blurred so widely, or so unevenly, that cells beyond a corner's own four count
+    bool look_farther = false;    ///< the model with all its terms is fitted
+    bool rough = false;           ///< by some of the pixels, so far
+    bool ink = false;             ///< dot gain is one of them
+    bool may_move = true;         ///< motion may be one
+    bool sure_of_motion = false;  ///< nothing else makes edges as uneven
+  };
+  struct Corners {
+    CornerFlags left_out{}, usable{}, used{};
+    std::vector<std::uint8_t> hidden_cells;  ///< beside corners that are not used
+  };
+  /// What was done to the pixels' light.
+  struct Light {
+    bool bent = false;            ///< a bent shading was taken out
+    bool shade_twice = false;     ///< the first shading is not good enough for boards as large
+    BoardGeometry collected_for;  ///< where the pixels were chosen, and for which motion
+    Eigen::Vector2d collected_for_motion = Eigen::Vector2d::Zero();
+  };
+  /// The last step.
+  struct Step {
+    BoardEquations::Vector moves = BoardEquations::Vector::Zero();
+    double gain = 0;        ///< how much Σ w r² falls by it
+    double corner_px = 0;   ///< the farthest that a corner moved
+    double blur_share = 0;  ///< by which the blur changed
+    double terms = 0;       ///< of the terms, over what no longer counts
+  };
+  /// What the fit tells beside its result.
+  struct Told {
+    double misfit_spread = 1;
+    double unexplained_shifts = 0;
+    std::array<double, kMaxCorners> misfit{};  ///< of a corner's pixels, variances; far off where it has none
+    double cell_px = 0;                        ///< side of a cell in the board's middle
+    std::vector<LitPart> lit_parts;
+  };
+
+  std::uint64_t number = 0;  ///< tells it from others
+  View view;
+  BoardModel model;
+  TermsOn terms;
+  Corners corners;
+  Light light;
+  Step step;
+  Told told;
+  FittedBoard result;
+  FittedBoard without_ink;
+  ShadowEdge::Parameters shadow_start = ShadowEdge::Parameters::Zero();
+  // What the kernels and equations are given.
+  KernelInput plain_input;
+  ModelInput model_input;
+  std::array<CornerDerivative, kMaxCorners> derivatives;
+  std::vector<ModelEquations::LevelsAround16> model_levels;  ///< by corner
+  std::vector<PhaseValues> beside;       ///< by cell and a ring around the board; only the ring has values
+  std::vector<PhaseValues> cell_levels;  ///< of own levels, those of the cells
+};
+
+}  // namespace chequer

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "detect/common/light.h"
+#include "detect/fit/board_fit.h"
+#include "detect/fit/fitted_board.h"
+
+namespace chequer {
+
+/// Fits a board by as many joint fits (board_fit.h) as it takes to tell what is in its way: things on it, shadows
+/// across it, spread ink, motion. Keeps its memory.
+/// A fit is given up where a corner moves by more than 3 px in a step, but in the first one only if those that were
+/// found do; a result's last step moved no corner by more than 0.05 px, so that what is left is of second order, or was
+/// the eighth.
+/// The pose that it leads to is near the Cramér–Rao bound, 0.0025 px for the centre of a board of 8 px cells:
+/// side_by_side prints how near, case by case. What no model of a plane knows (bent paper, what is left of the lens)
+/// widens the information instead. 24 µs a board of 7.8 px cells, growing with its pixels.
+/// Where the light is bent, or cells are small against the blur, or the board moved, or its ink has spread, the model with
+/// all its terms is fitted (model_kernel.h): as many instructions as 5 to 10 sharp boards take, whatever the board's size,
+/// as so many of its pixels are looked at at most.
+/// Where corners turn out to be hidden it is fitted anew without them: two to six times the time. Where lights on it
+/// differ, it is fitted with levels for each corner's quadrants, and then with the edge of the shadow that these tell
+/// of (shadow_edge.h): 10 to 20 sharp boards, also where it is blurred and its ink has spread; 50 at most.
+class PhotometricFit {
+ public:
+  struct Start {
+    BoardFit::Start board;
+    /// It was found where the image is smeared.
+    bool smeared = false;
+    /// No other fit of the board is begun once so many units (work_meter.h) are spent; what there is by then is returned.
+    /// Nor is one begun, in any case, once a board has taken 90,000 for 25 corners.
+    std::uint64_t most_units = ~0ull;
+    /// Only the plain fit is done: no motion, dot gain, shadow, or occlusion is looked for.
+    bool plain_only = false;
+  };
+
+  /// Nothing if the board lies outside the image for the most part, does not look like the model, or the fit runs away.
+  /// The result is valid until the next call.
+  const FittedBoard* Fit(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Whether the last fit was plain only and left something undone that may change its result.
+  bool wants_more() const { return wants_more_; }
+  /// Whether the last one ended before all was tried that might explain the board better, for want of units.
+  bool cut_short() const { return cut_short_; }
+  /// What the last fit took.
+  const WorkMeter& work() const { return fit_.work(); }
+  std::uint64_t units() const { return fit_.work().units(); }
+
+ private:
+  /// What all fits of a board have in common.
+  struct Task {
+    const LightReader& reader;
+    const Lens& lens;
+    const BoardFit::Start& start;
+  };
+
+  /// Without what only some boards have; roughly where the board may be lit unevenly.
+  bool FitFirst(const Task& task, const Eigen::Vector2d& smear_px);
+  const FittedBoard* FitAsItIs(const Task& task, const Eigen::Vector2d& smear_px);
+  /// Leaves out what is hidden, and adds the terms that the residuals call for, if they explain the board better.
+  void ChooseTerms(const Task& task);
+  /// By choice_, from where the result has the board.
+  bool FitAnew(const Task& task);
+
+  // Without corners that something hides: fit_hidden.cpp.
+  /// What hides corners has told the light, the levels and the noise before it was known to: fits anew without them.
+  void LeaveOutHidden(const Task& task);
+  /// Of the corners that were found hidden, those that fit worst. False if none was.
+  bool LeaveOutWorstHidden();
+  /// What covers a whole side may pull the board until all corners are off, and none so much more than the others that
+  /// it is found hidden. Whether it was so.
+  bool LeaveOutSide(const Task& task);
+
+  // With lights of their own: fit_uneven.cpp.
+  /// Whether some corner fits so badly, or corners lie so far off where light cells differ, that the edge of a shadow
+  /// may cross the board.
+  bool MayBeUnevenlyLit(const Task& task) const;
+  /// Where it crosses cells, they have no one level: fits anew with levels for each corner's quadrants, and by these
+  /// with the shadow's edge, if that explains the board better. Whether it does.
+  bool FitUnevenlyLit(const Task& task);
+  /// The same with the edge of one shadow, as the quadrants' levels tell it. @pre those were fitted. Whether it is one.
+  bool FitShadow(const Task& task);
+
+  const FittedBoard* FitFully(const Task& task, bool smeared);
+  const FittedBoard* FitPlain(const Task& task, bool smeared);
+  /// By choice_. False if it fails, or if the units are spent.
+  bool FitOnce(const Task& task, const BoardFit::Start& start);
+
+  bool wants_more_ = false, cut_short_ = false;
+  std::uint64_t most_units_ = 0;
+  BoardFit fit_;
+  BoardFit::Choice choice_;
+  // What a fit is compared with. Memory: set before they are read.
+  BoardRun before_, evenly_lit_, own_levels_, moved_;
+  FittedBoard best_;
+};
+
+}  // namespace chequer

@@ -1,0 +1,90 @@
+// Of PhotometricFit: boards without the corners that something hides.
+#include <algorithm>
+#include <optional>
+
+#include "detect/fit/fit.h"
+
+namespace chequer {
+namespace {
+
+/// How often corners that turn out to be hidden are left out, each time from the start; once from a rough fit, which
+/// goes on without them.
+constexpr int kMostLeftOut = 4;
+/// Of the worst hidden corner's misfit: corners with less of it may be but pulled by those with more.
+constexpr double kWorstHidden = 0.25;
+/// A side whose corners fit so much worse than the opposite one's may be covered; the board is then so much clearer
+/// without it.
+constexpr double kCoveredSide = 4, kClearerBySide = 2;
+
+/// The corners of the side that fits worst, if it fits much worse than the opposite one.
+std::optional<CornerFlags> WorstSide(const BoardFit& fit, MarkerSize size) {
+  const int rows = size.rows - 1, cols = size.cols - 1;
+  const auto misfit_of = [&](int first, int step, int count) {
+    double sum = 0;
+    for (int i = 0; i < count; ++i) {
+      const int corner = first + i * step;
+      if (fit.usable(corner)) sum += fit.misfit(corner);
+    }
+    return sum;
+  };
+  struct Side {
+    int first, step, count;
+    double over_opposite;
+  } worst{};
+  const auto compare = [&](int step, int count, int to_opposite) {
+    const double here = misfit_of(0, step, count), opposite = misfit_of(to_opposite, step, count);
+    if (here > worst.over_opposite * opposite) worst = {0, step, count, here / opposite};
+    if (opposite > worst.over_opposite * here) worst = {to_opposite, step, count, opposite / here};
+  };
+  compare(1, cols, (rows - 1) * cols);
+  compare(cols, rows, cols - 1);
+  if (worst.over_opposite < kCoveredSide) return std::nullopt;
+  CornerFlags side{};
+  for (int i = 0; i < worst.count; ++i) side[static_cast<std::size_t>(worst.first + i * worst.step)] = true;
+  return side;
+}
+
+}  // namespace
+
+bool PhotometricFit::LeaveOutWorstHidden() {
+  const CornerFlags hidden = fit_.Hidden();
+  double worst = 0;
+  for (int corner = 0; corner < fit_.corners(); ++corner)
+    if (hidden[static_cast<std::size_t>(corner)]) worst = std::max(worst, fit_.misfit(corner));
+  bool any = false;
+  for (int corner = 0; corner < fit_.corners(); ++corner) {
+    const std::size_t i = static_cast<std::size_t>(corner);
+    if (!hidden[i] || fit_.misfit(corner) < kWorstHidden * worst) continue;
+    choice_.left_out[i] = any = true;
+  }
+  return any;
+}
+
+void PhotometricFit::LeaveOutHidden(const Task& task) {
+  const int most = fit_.rough() ? 1 : kMostLeftOut;
+  for (int times = 0; times < most; ++times) {
+    if (!LeaveOutWorstHidden()) return;
+    before_ = fit_.run();
+    choice_.from = fit_.looks_farther() ? &before_ : nullptr;
+    if (FitAnew(task)) continue;
+    fit_.GoBackTo(before_);
+    return;
+  }
+}
+
+bool PhotometricFit::LeaveOutSide(const Task& task) {
+  const std::optional<CornerFlags> side = WorstSide(fit_, task.start.size);
+  if (!side) return false;
+  const CornerFlags left_out_before = choice_.left_out;
+  before_ = fit_.run();
+  for (std::size_t corner = 0; corner < side->size(); ++corner) choice_.left_out[corner] |= (*side)[corner];
+  if (FitAnew(task) && fit_.result().signal_to_noise > kClearerBySide * before_.result.signal_to_noise) {
+    LeaveOutHidden(task);
+    return true;
+  }
+  choice_.left_out = left_out_before;
+  fit_.GoBackTo(before_);
+  return false;
+}
+
+}  // namespace chequer

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "detect/common/board_geometry.h"
+#include "detect/fit/edge_shape.h"
+#include "detect/fit/noise_model.h"
+
+namespace chequer {
+
+/// What boards of an image have in common: what one has shown the next need not find out.
+struct ImageTraits {
+  NoiseModel noise;
+  double blur_px = 1;
+  EdgeShape edges;
+  /// How far the board moved during the exposure, image pixels; zero if that was not fitted.
+  Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();
+  /// By how much its ink has spread, cells; 0 if that was not fitted.
+  double ink_spread = 0;
+};
+
+/// The light that falls on a cell, over that of the board (its mean; beside the shadow, where its edge was fitted):
+/// by the corners around the cell; zeros where none tells.
+struct CellLight {
+  float least = 0, most = 0;
+
+  /// By the edge of a shadow.
+  bool crossed() const { return most > 1.25f * least; }
+};
+
+/// A board after the joint photometric fit.
+struct FittedBoard {
+  /// Fewer corners do not determine a board with something to spare.
+  static constexpr int kFewestCorners = 6;
+
+  BoardGeometry geometry;
+  /// Inverse covariance of the geometry's parameters, from all pixels, with the levels, the blur and the noise as
+  /// measured in this board, widened by how much its corners disagree with the geometry beyond that noise.
+  BoardGeometry::Information information = BoardGeometry::Information::Zero();
+  ImageTraits image;
+  /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.
+  double signal_to_noise = 0;
+  /// Light of each cell, row by row, by channel; the other channels are zero.
+  std::vector<Eigen::Vector3f> levels;
+  /// By cell, where shadows' edges cross the board; else empty. The levels are free of it.
+  std::vector<CellLight> lit;
+  int corners_used = 0;
+  std::array<bool, kMaxCorners> corner_used{};
+  double reprojection_rms_px = 0;
+
+  /// How much the fit tells of the board, over what one of 1 : 1 tells of a corner.
+  double told() const { return signal_to_noise * signal_to_noise * corners_used; }
+  bool determined() const { return corners_used >= kFewestCorners && information.allFinite(); }
+  /// Whether its corners lie where a flat board's do, printed as it should be.
+  bool flat() const { return reprojection_rms_px <= 0.06; }
+};
+
+}  // namespace chequer

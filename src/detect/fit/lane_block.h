@@ -1,0 +1,141 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace chequer {
+
+/// The photometric model, evaluated around many corners at once.
+///
+/// A lane is one corner and one of the four parities of pixel coordinates (so that a lane's pixels share a channel of
+/// a mosaic). Its pixels are those nearer to the corner than to others. There the image is
+///   I = Σ_ij L_ij w_i(x) w_j(y)   (+ terms for edges that do not meet at right angles, and CornerExcess)
+/// with x, y the board coordinates from the corner, L the light of the four cells and w the edges blurred by the lens,
+/// w_1(x) = Φ(x · px_per_cell / blur) or what EdgeTerms have instead, w_0 = 1 − w_1.
+/// What Gauss-Newton needs of a lane are the products of these columns; lanes lie side by side in vectors, so that no
+/// sum crosses lanes.
+enum LaneColumn : int {
+  kShiftX,  ///< derivative by a move of the board coordinate x
+  kShiftY,
+  kBlur,
+  kLevel00,  ///< cell towards −x, −y
+  kLevel10,  ///< +x, −y
+  kLevel01,  ///< −x, +y
+  kLevel11,
+  kResidual,
+  kLaneColumns
+};
+
+/// Sums of a lane: first the products of its columns, each weighted by the pixel's weight, the upper triangle by rows.
+inline constexpr int kProductSums = kLaneColumns * (kLaneColumns + 1) / 2;
+constexpr int ProductSum(int a, int b) {
+  const int first = a < b ? a : b, second = a < b ? b : a;
+  return first * kLaneColumns - first * (first - 1) / 2 + second - first;
+}
+enum LaneSum : int {
+  kWeight = kProductSums,  ///< Σ of the robust weights (1 for a pixel that fits)
+  kDarkSquare,             ///< Σ r² of the pixels whose model is darker than the lane's middle
+  kDarkLight,              ///< Σ of their model
+  kDarkCount,
+  kLightSquare,
+  kLightLight,
+  kLightCount,
+  kLaneSums
+};
+
+/// Structure of arrays; the memory is kept.
+class LaneBlock {
+ public:
+  /// What a lane is given, one array each.
+  enum Parameter {
+    kCornerX,  ///< board coordinates of the corner
+    kCornerY,
+    kPxPerCellX,  ///< image pixels of one cell across edges of constant x
+    kPxPerCellY,
+    kCorrelation,  ///< cosine between the normals of the two edges
+    kL00,
+    kL10,
+    kL01,
+    kL11,
+    kNoiseFloor,  ///< variance of a pixel = floor + slope · model
+    kNoiseSlope,
+    kParameters
+  };
+
+  /// Lanes that stand together in memory, the lanes of the widest vectors (AVX-512).
+  static constexpr int kGroup = 16;
+  /// From one pixel of a lane to its next: the three values of the group's other lanes lie between.
+  static constexpr std::ptrdiff_t kNextPixel = 3 * kGroup;
+  /// Lanes that are folded, and into how many each.
+  static constexpr int kFold = 4, kFolds = kGroup / kFold;
+
+  void Reset(int lanes, int pixels_per_lane);
+  int lanes() const { return lanes_; }
+  /// Lanes in memory: whole groups.
+  int padded() const { return padded_; }
+  int capacity() const { return capacity_; }
+
+  /// Pixel i of a lane stands at Place(lane, i) of these arrays: its coordinates on the plane, from the block's
+  /// origin, and its light. A group's pixels lie in one run of memory, so that what fills them and what reads them
+  /// stays within the nearest cache.
+  std::size_t Place(int lane, int i) const {
+    if (lane >= folded_) lane += i % kFolds * kFold, i /= kFolds;
+    return static_cast<std::size_t>((lane / kGroup * capacity_ + i) * kNextPixel + lane % kGroup);
+  }
+  float* u_data() { return pixels_.data()->values; }
+  float* v_data() { return u_data() + kGroup; }
+  /// Negative where a pixel is saturated: its light is that or more (MarkSaturated()).
+  float* light_data() { return u_data() + 2 * kGroup; }
+  const float* u_data() const { return pixels_.data()->values; }
+  const float* v_data() const { return u_data() + kGroup; }
+  const float* light_data() const { return u_data() + 2 * kGroup; }
+  int count(int lane) const {
+    const int* counts = counts_.data() + lane;
+    return lane < folded_ ? counts[0] : counts[0] + counts[kFold] + counts[2 * kFold] + counts[3 * kFold];
+  }
+  /// Before Fold().
+  void SetCount(int lane, int count) { counts_[static_cast<std::size_t>(lane)] = count; }
+  /// Where but four lanes stand in the last group: deals the pixels of each to four of the group's, so that they take a
+  /// quarter of the vectors. Place() and count() tell of them as if nothing had changed. To be called when all counts
+  /// are set.
+  void Fold();
+  /// First of the lanes that are dealt to others.
+  int folded() const { return folded_; }
+  bool is_folded() const { return folded_ < padded_; }
+  /// Gives the lanes that others were dealt to the values of those. @param values one a lane.
+  void SpreadFolded(float* values) const {
+    values += folded_;
+    for (int i = kFold; i < kGroup; ++i) values[i] = values[i % kFold];
+  }
+  /// Adds up their sums. @param sums one a lane.
+  void GatherFolded(float* sums) const {
+    sums += folded_;
+    for (int i = 0; i < kFold; ++i)
+      sums[i] = (sums[i] + sums[i + kFold]) + (sums[i + 2 * kFold] + sums[i + 3 * kFold]);
+  }
+  /// Of the lanes as they stand in memory.
+  const int* counts() const { return counts_.data(); }
+
+  /// One value a lane.
+  float* parameter_data(int which) { return parameters_.data() + which * padded_; }
+  const float* parameter_data(int which) const { return parameters_.data() + which * padded_; }
+  float* sum_data(int which) { return first_sum() + which * padded_; }
+  const float* sum_data(int which) const { return first_sum() + which * padded_; }
+  float sum(int which, int lane) const { return sum_data(which)[lane]; }
+
+ private:
+  float* first_sum() { return sums_.data()->values; }
+  const float* first_sum() const { return sums_.data()->values; }
+
+  /// One value of all of a group's lanes: the widest vector, in one line of the cache.
+  struct alignas(kGroup * sizeof(float)) GroupValues {
+    float values[kGroup];
+  };
+
+  int lanes_ = 0, padded_ = 0, capacity_ = 0, folded_ = 0;
+  std::vector<GroupValues> pixels_, sums_;
+  std::vector<float> parameters_;
+  std::vector<int> counts_;
+};
+
+}  // namespace chequer

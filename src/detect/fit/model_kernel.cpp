@@ -1,0 +1,233 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detect/fit/model_kernel.cpp"
+#include <hwy/foreach_target.h>
+// The loop above includes this file once a target; what follows the guard at the end is compiled once.
+#include <hwy/highway.h>
+
+#include <algorithm>
+
+#include "detect/common/reciprocal-inl.h"
+#include "detect/fit/model_kernel.h"
+#include "detect/fit/model_light-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace chequer {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Pixels whose rows of derivatives are kept before they are multiplied.
+constexpr int kRowsKept = 8;
+/// Rows hold whole blocks of columns.
+constexpr int kBlock = 4;
+constexpr int kRowColumns = (ModelColumns::kMost + kBlock - 1) / kBlock * kBlock;
+
+/// Sums beside the products.
+struct FitSums {
+  V weight, square, dark_square, dark_light, dark_count, light_square, light_light, light_count;
+};
+
+/// Weighs a pixel by its noise and by how well it fits, and puts its row.
+HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, const LaneModel& m, const Picture& p,
+                       const V* by_shadow, V x, V y, V marked_light, hn::Mask<D> inside, float* HWY_RESTRICT row,
+                       FitSums& sums) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const V one = Splat(1), zero = hn::Zero(d), limit = Splat(input.robust_limit);
+  const V light = hn::Abs(marked_light);
+  const auto agrees = hn::And(hn::Lt(marked_light, zero), hn::Ge(p.light, light));
+  const auto used = hn::AndNot(agrees, inside);
+  const V residual = hn::IfThenElseZero(used, hn::Sub(light, p.light));
+  const V variance = hn::MulAdd(m.of(ModelLanes::kNoiseSlope), hn::Max(p.light, zero), m.of(ModelLanes::kNoiseFloor));
+  V root = hn::IfThenElseZero(used, ReciprocalSqrt(d, variance));
+  const V deviation = hn::Abs(hn::Mul(residual, root));
+  const auto off = hn::Gt(deviation, limit);
+  const V counts = hn::IfThenElseZero(used, one);
+  const V robust = hn::IfThenElse(off, hn::Div(limit, deviation), counts);
+  root = hn::Mul(root, hn::Sqrt(robust));
+  const V fits = hn::IfThenElse(off, zero, counts), square = hn::Mul(hn::Mul(residual, residual), fits);
+  const V middle = hn::Mul(Splat(0.25f), hn::Add(hn::Add(m.light[1][1], m.light[1][2]), hn::Add(m.light[2][1], m.light[2][2])));
+  const V dark = hn::IfThenElseZero(hn::Lt(p.light, middle), fits), bright = hn::Sub(fits, dark);
+  sums.weight = hn::Add(sums.weight, robust);
+  sums.dark_square = hn::MulAdd(square, dark, sums.dark_square);
+  sums.dark_light = hn::MulAdd(p.light, dark, sums.dark_light);
+  sums.dark_count = hn::Add(dark, sums.dark_count);
+  sums.light_square = hn::MulAdd(square, bright, sums.light_square);
+  sums.light_light = hn::MulAdd(p.light, bright, sums.light_light);
+  sums.light_count = hn::Add(bright, sums.light_count);
+  const V weighted = hn::Mul(residual, root);
+  sums.square = hn::MulAdd(weighted, weighted, sums.square);
+
+  const auto put = [&](int column, V value) HWY_ATTR { hn::Store(value, d, row + column * lanes); };
+  const auto put_rooted = [&](int column, V value) HWY_ATTR { put(column, hn::Mul(value, root)); };
+  const V by_x = hn::Mul(p.by_x, root), by_y = hn::Mul(p.by_y, root), bent = hn::MulAdd(by_x, x, hn::Mul(by_y, y));
+  put(0, by_x);
+  put(1, hn::Mul(by_x, x));
+  put(2, hn::Mul(by_x, y));
+  put(3, by_y);
+  put(4, hn::Mul(by_y, x));
+  put(5, hn::Mul(by_y, y));
+  put(6, hn::Mul(bent, x));
+  put(7, hn::Mul(bent, y));
+  put_rooted(columns.blur, p.by_blur);
+  if (input.terms.motion) {
+    const auto of = [&](ModelLanes::Parameter x_by, ModelLanes::Parameter y_by)
+                        HWY_ATTR { return hn::MulAdd(m.of(x_by), p.way_x, hn::Mul(m.of(y_by), p.way_y)); };
+    put_rooted(columns.motion, of(ModelLanes::kByPixelXx, ModelLanes::kByPixelYx));
+    put_rooted(columns.motion + 1, of(ModelLanes::kByPixelXy, ModelLanes::kByPixelYy));
+  }
+  if (input.terms.dot_gain) {
+    // Where the even cells are light, they give way as the others grow.
+    const V sign = hn::Mul(Splat(2), hn::Sub(m.of(ModelLanes::kHalfEven), m.of(ModelLanes::kHalfOdd)));
+    put_rooted(columns.dot_gain, hn::Mul(sign, p.by_gain));
+  }
+  if (input.terms.shadow)
+    for (int i = 0; i < ModelColumns::kShadow; ++i) put_rooted(columns.shadow + i, by_shadow[i]);
+  if (input.terms.uneven_blur) {
+    // A blur's variance moves the light by half of its second derivative: here by those along the image's x and y.
+    const auto second = [&](V x1, V y1, V x2, V y2) HWY_ATTR {
+      const V mixed = hn::MulAdd(x1, y2, hn::Mul(y1, x2));
+      return hn::MulAdd(hn::Mul(x1, x2), p.by_xx, hn::MulAdd(mixed, p.by_xy, hn::Mul(hn::Mul(y1, y2), p.by_yy)));
+    };
+    const V xx = m.of(ModelLanes::kByPixelXx), xy = m.of(ModelLanes::kByPixelXy), yx = m.of(ModelLanes::kByPixelYx),
+            yy = m.of(ModelLanes::kByPixelYy);
+    put_rooted(columns.uneven_blur, hn::Mul(Splat(0.5f), hn::Sub(second(xx, yx, xx, yx), second(xy, yy, xy, yy))));
+    put_rooted(columns.uneven_blur + 1, second(xx, yx, xy, yy));
+  }
+  for (int i = 0; i < ModelColumns::kLevels; ++i) put_rooted(columns.levels + i, p.share[i / kSide][i % kSide]);
+  put(columns.residual(), weighted);
+  for (int i = columns.count; i % kBlock != 0; ++i) put(i, zero);
+}
+
+/// sums += Σ over the rows of row[a] row[b], a ≤ b; the sums begin with these where they are `fresh`.
+HWY_INLINE void AddModelProducts(const ModelColumns& columns, const float* HWY_RESTRICT rows, int count, int first,
+                                 bool fresh, ModelLanes& model) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d)), n = columns.count, row_size = kRowColumns * lanes;
+  for (int a = 0; a < n; a += 2)
+    for (int b = a / kBlock * kBlock; b < n; b += kBlock) {
+      V sum0 = hn::Zero(d), sum1 = sum0, sum2 = sum0, sum3 = sum0, sum4 = sum0, sum5 = sum0, sum6 = sum0, sum7 = sum0;
+      const float* HWY_RESTRICT left = rows + a * lanes;
+      const float* HWY_RESTRICT right = rows + b * lanes;
+      for (int k = 0; k < count; ++k, left += row_size, right += row_size) {
+        const V l0 = hn::Load(d, left), l1 = hn::Load(d, left + lanes);
+        const V r0 = hn::Load(d, right), r1 = hn::Load(d, right + lanes), r2 = hn::Load(d, right + 2 * lanes),
+                r3 = hn::Load(d, right + 3 * lanes);
+        sum0 = hn::MulAdd(l0, r0, sum0);
+        sum1 = hn::MulAdd(l0, r1, sum1);
+        sum2 = hn::MulAdd(l0, r2, sum2);
+        sum3 = hn::MulAdd(l0, r3, sum3);
+        sum4 = hn::MulAdd(l1, r0, sum4);
+        sum5 = hn::MulAdd(l1, r1, sum5);
+        sum6 = hn::MulAdd(l1, r2, sum6);
+        sum7 = hn::MulAdd(l1, r3, sum7);
+      }
+      const auto add = [&](int i, int j, V sum) HWY_ATTR {
+        if (j < i || j >= n || i >= n) return;
+        float* const to = model.sum_data(columns.Product(i, j)) + first;
+        hn::StoreU(fresh ? sum : hn::Add(hn::LoadU(d, to), sum), d, to);
+      };
+      add(a, b, sum0), add(a, b + 1, sum1), add(a, b + 2, sum2), add(a, b + 3, sum3);
+      add(a + 1, b, sum4), add(a + 1, b + 1, sum5), add(a + 1, b + 2, sum6), add(a + 1, b + 3, sum7);
+    }
+}
+
+/// Of the lanes from `first` on that fill a vector.
+void AddLanes(const ModelInput& input, const ModelColumns& columns, int first, LaneBlock& block, ModelLanes& model) {
+  const D d;
+  constexpr int kMaxLanes = HWY_MAX_BYTES / sizeof(float);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  HWY_ALIGN float rows[kRowsKept * kRowColumns * kMaxLanes];
+  LaneModel m;
+  Load(input, model, first, m);
+  const PowerTerms terms[2] = {PowerTermsOf(input.edge_x), PowerTermsOf(input.edge_y)}, gaussian = PowerTermsOf({});
+  const V zero = hn::Zero(d);
+  FitSums sums{zero, zero, zero, zero, zero, zero, zero, zero};
+  int most = 0;
+  for (int lane = first; lane < first + lanes; ++lane) most = std::max(most, block.counts()[lane]);
+  const hn::RebindToSigned<D> di;
+  const V count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
+  int kept = 0;
+  bool fresh = true;
+  std::size_t at = block.Place(first, 0);
+  const std::size_t next = static_cast<std::size_t>(input.stride * LaneBlock::kNextPixel);
+  for (int k = 0; k < most; k += input.stride, at += next) {
+    const auto inside = hn::Lt(Splat(static_cast<float>(k)), count);
+    // Beyond a lane's count an earlier board's pixels may stand, which this homography may send to infinity.
+    const V u = hn::IfThenElseZero(inside, hn::LoadU(d, block.u_data() + at)),
+            v = hn::IfThenElseZero(inside, hn::LoadU(d, block.v_data() + at));
+    const V light = hn::IfThenElseZero(inside, hn::LoadU(d, block.light_data() + at));
+    const auto row_of = [&](const V* to) HWY_ATTR { return hn::MulAdd(to[0], u, hn::MulAdd(to[1], v, to[2])); };
+    const V w = Reciprocal(d, row_of(m.to_depth));
+    const V x = hn::Mul(row_of(m.to_x), w), y = hn::Mul(row_of(m.to_y), w);
+    const V board_x = hn::Add(x, m.of(ModelLanes::kCornerX)), board_y = hn::Add(y, m.of(ModelLanes::kCornerY));
+    Picture p;
+    LookAt(input, m, x, y, terms, p);
+    V by_shadow[ModelColumns::kShadow] = {zero, zero, zero, zero};
+    if (input.terms.shadow) CastShadow(input, m, board_x, board_y, gaussian, p, by_shadow);
+    PutRow(input, columns, m, p, by_shadow, board_x, board_y, light, inside, rows + kept * kRowColumns * lanes, sums);
+    if (++kept < kRowsKept) continue;
+    AddModelProducts(columns, rows, kept, first, fresh, model);
+    kept = 0;
+    fresh = false;
+  }
+  if (kept > 0 || fresh) AddModelProducts(columns, rows, kept, first, fresh, model);
+  const auto finish = [&](int which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
+  finish(kWeight, sums.weight);
+  finish(kDarkSquare, sums.dark_square);
+  finish(kDarkLight, sums.dark_light);
+  finish(kDarkCount, sums.dark_count);
+  finish(kLightSquare, sums.light_square);
+  finish(kLightLight, sums.light_light);
+  finish(kLightCount, sums.light_count);
+  finish(ProductSum(kResidual, kResidual), sums.square);
+}
+
+void Accumulate(const ModelInput& input, const ModelColumns& columns, LaneBlock& block, ModelLanes& model) {
+  const int lanes = static_cast<int>(hn::Lanes(D()));
+  for (int first = 0; first < block.padded(); first += lanes) AddLanes(input, columns, first, block, model);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace chequer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+namespace chequer {
+namespace {
+
+HWY_EXPORT(Accumulate);
+
+}  // namespace
+
+ModelColumns::ModelColumns(const ModelTerms& terms) {
+  int next = blur + 1;
+  if (terms.motion) motion = next, next += 2;
+  if (terms.dot_gain) dot_gain = next++;
+  if (terms.shadow) shadow = next, next += kShadow;
+  if (terms.uneven_blur) uneven_blur = next, next += 2;
+  shared = levels = next;
+  count = levels + kLevels + 1;
+}
+
+void ModelLanes::Reset(int padded_lanes, int products) {
+  padded_ = padded_lanes;
+  products_ = products;
+  // Lanes without pixels are given nothing, but what they hold has to be finite.
+  parameters_.resize(static_cast<std::size_t>(padded_) * kParameters, 1.0f);
+  sums_.resize(static_cast<std::size_t>(padded_) * static_cast<std::size_t>(products));
+}
+
+void AccumulateModel(const ModelInput& input, LaneBlock& block, ModelLanes& model) {
+  const ModelColumns columns(input.terms);
+  if (block.is_folded())
+    for (int which = 0; which < ModelLanes::kParameters; ++which) block.SpreadFolded(model.parameter_data(which));
+  HWY_DYNAMIC_DISPATCH(Accumulate)(input, columns, block, model);
+  if (!block.is_folded()) return;
+  for (int product = 0; product < columns.products(); ++product) block.GatherFolded(model.sum_data(product));
+  for (int which = kWeight; which < kLaneSums; ++which) block.GatherFolded(block.sum_data(which));
+  block.GatherFolded(block.sum_data(ProductSum(kResidual, kResidual)));
+}
+
+}  // namespace chequer
+#endif  // HWY_ONCE

@@ -1,0 +1,65 @@
+#include "detect/fit/noise_model.h"
+
+#include <algorithm>
+
+namespace chequer {
+namespace {
+
+/// Fewer pixels do not tell a variance.
+constexpr double kFewestPixels = 20;
+/// Where more of the weight is that of pixels off by several deviations, the noise is not what they show: told from the
+/// others alone, it would shrink from pass to pass, and leave fewer each time.
+constexpr double kMostOff = 0.03;
+
+struct Half {
+  double square = 0, light = 0, count = 0;  ///< of pixels that fit
+
+  double Variance(double freedom) const { return std::max(freedom * square / count, 1e-9); }
+  double MeanLight() const { return light / count; }
+};
+
+}  // namespace
+
+NoiseModel UnknownNoise(float lightest) {
+  NoiseModel noise;
+  noise.floor.fill(std::max(2e-5f * lightest, 1e-7f));
+  noise.slope.fill(3e-4f);
+  return noise;
+}
+
+void EstimateNoise(const BoardPixels& pixels, std::span<const bool> used, const std::array<int, 4>& channel_of_phase,
+                   NoiseModel& noise) {
+  std::array<Half, 3> dark, light;
+  std::array<double, 3> weight{};
+  const LaneBlock& lanes = pixels.lanes();
+  for (int corner = 0; corner < pixels.corners(); ++corner) {
+    if (!used[static_cast<std::size_t>(corner)]) continue;
+    for (int phase = 0; phase < 4; ++phase) {
+      const int lane = pixels.Lane(corner) + phase;
+      const std::size_t channel = static_cast<std::size_t>(channel_of_phase[static_cast<std::size_t>(phase)]);
+      dark[channel].square += lanes.sum(kDarkSquare, lane);
+      dark[channel].light += lanes.sum(kDarkLight, lane);
+      dark[channel].count += lanes.sum(kDarkCount, lane);
+      light[channel].square += lanes.sum(kLightSquare, lane);
+      light[channel].light += lanes.sum(kLightLight, lane);
+      light[channel].count += lanes.sum(kLightCount, lane);
+      weight[channel] += lanes.sum(kWeight, lane);
+    }
+  }
+  const int cells = pixels.size().rows * pixels.size().cols;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (dark[c].count < kFewestPixels || light[c].count < kFewestPixels) continue;
+    const double n = dark[c].count + light[c].count;
+    if (weight[c] - n > kMostOff * weight[c]) continue;
+    // Cells' levels and the geometry were fitted to the same pixels.
+    const double freedom = n / std::max(n - cells - 3.0, 0.3 * n);
+    const double dark_variance = dark[c].Variance(freedom), light_variance = light[c].Variance(freedom);
+    const double x0 = dark[c].MeanLight(), x1 = light[c].MeanLight();
+    const double slope = std::clamp((light_variance - dark_variance) / std::max(x1 - x0, 1e-6), 0.0,
+                                    light_variance / std::max(x1, 1e-6));
+    noise.floor[c] = static_cast<float>(std::max(dark_variance - slope * x0, 0.02 * dark_variance));
+    noise.slope[c] = static_cast<float>(slope);
+  }
+}
+
+}  // namespace chequer

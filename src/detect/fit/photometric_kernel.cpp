@@ -1,0 +1,387 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detect/fit/photometric_kernel.cpp"
+#include <hwy/foreach_target.h>
+// The loop above includes this file once a target; what follows the guard at the end is compiled once.
+#include <hwy/highway.h>
+
+#include "detect/common/reciprocal-inl.h"
+#include "detect/fit/blurred_edge-inl.h"
+#include "detect/fit/photometric_kernel.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace chequer {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Rows of weighted derivatives, with the weighted residual last, kept for a few pixels before they are multiplied: so
+/// the sums stay in registers over a chunk. So many take two thirds of a nearest cache of 32 KB with AVX-512.
+constexpr int kRow = kLaneColumns;
+constexpr int kChunk = 24;
+
+/// Where the sums of a vector of lanes stand in their block: each kind at a whole vector of memory.
+struct Sums {
+  float* first;
+  std::ptrdiff_t stride;  ///< from one kind to the next
+
+  HWY_INLINE float* Of(int which) const { return first + which * stride; }
+};
+
+/// Products of the columns kFirst … kLast − 1 with all that follow.
+constexpr int ProductsOf(int first, int last) { return ProductSum(last - 1, kRow - 1) - ProductSum(first, first) + 1; }
+
+/// sums += Σ over the chunk of row[a] · row[b], a = kFirst … kLast − 1, b = a …: rows of the triangle that share what
+/// is loaded, as many as the registers of AVX2 have sums for.
+template <int kFirst, int kLast>
+HWY_INLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, Sums sums) {
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  constexpr int kProducts = ProductsOf(kFirst, kLast), kFirstProduct = ProductSum(kFirst, kFirst);
+  V sum[static_cast<std::size_t>(kProducts)];
+  for (int i = 0; i < kProducts; ++i) sum[i] = hn::Load(d, sums.Of(kFirstProduct + i));
+  for (int k = 0; k < count; ++k) {
+    const float* HWY_RESTRICT row = rows + k * kRow * lanes;
+    V factor[static_cast<std::size_t>(kLast - kFirst)];
+    for (int a = kFirst; a < kLast; ++a) factor[a - kFirst] = hn::Load(d, row + a * lanes);
+    for (int b = kFirst; b < kRow; ++b) {
+      const V other = b < kLast ? factor[b - kFirst] : hn::Load(d, row + b * lanes);
+      for (int a = kFirst; a < kLast && a <= b; ++a) {
+        V& to = sum[ProductSum(a, b) - kFirstProduct];
+        to = hn::MulAdd(factor[a - kFirst], other, to);
+      }
+    }
+  }
+  for (int i = 0; i < kProducts; ++i) hn::Store(sum[i], d, sums.Of(kFirstProduct + i));
+}
+
+HWY_INLINE void AddAllProducts(D d, const float* HWY_RESTRICT rows, int count, Sums sums) {
+  AddProducts<0, 1>(d, rows, count, sums);
+  AddProducts<1, 3>(d, rows, count, sums);
+  AddProducts<3, 5>(d, rows, count, sums);
+  AddProducts<5, kRow>(d, rows, count, sums);
+}
+
+/// The same for the columns that are no levels: few enough for one go.
+HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count, Sums sums) {
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  constexpr int kColumns = 4, kColumn[kColumns] = {kShiftX, kShiftY, kBlur, kResidual};
+  const auto each_product = [&](auto&& act) HWY_ATTR {
+    for (int a = 0, product = 0; a < kColumns; ++a)
+      for (int b = a; b < kColumns; ++b, ++product) act(a, b, product);
+  };
+  V sum[kColumns * (kColumns + 1) / 2];
+  each_product([&](int a, int b, int product)
+                   HWY_ATTR { sum[product] = hn::Load(d, sums.Of(ProductSum(kColumn[a], kColumn[b]))); });
+  for (int k = 0; k < count; ++k) {
+    V value[kColumns];
+    for (int a = 0; a < kColumns; ++a) value[a] = hn::Load(d, rows + (k * kRow + kColumn[a]) * lanes);
+    each_product([&](int a, int b, int product)
+                     HWY_ATTR { sum[product] = hn::MulAdd(value[a], value[b], sum[product]); });
+  }
+  each_product([&](int a, int b, int product)
+                   HWY_ATTR { hn::Store(sum[product], d, sums.Of(ProductSum(kColumn[a], kColumn[b]))); });
+}
+
+/// What the kernel's input says, of some lanes.
+struct Model {
+  /// From the plane, as homogeneous coordinates: the distances from the two edges, and what both are over.
+  V to_x[3], to_y[3], to_depth[3];
+  V correlation;               ///< with the densities' middles
+  V l00, down, across, cross;  ///< light, its change from above to below at the left, from left to right above, and
+                               ///< that by y
+  V noise_floor, noise_slope;
+  V middle, limit;
+  PowerTerms edge_x, edge_y;
+  V corner_square, corner_product, corner_fall;
+  bool plain_corners;
+  V count;  ///< pixels
+};
+
+Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
+  const D d;
+  const auto parameter = [&](LaneBlock::Parameter which)
+                             HWY_ATTR { return hn::LoadU(d, block.parameter_data(which) + first); };
+  Model m;
+  const V per_blur = hn::Set(d, kUnit / input.blur_px);
+  const V scale_x = hn::Mul(parameter(LaneBlock::kPxPerCellX), per_blur),
+          scale_y = hn::Mul(parameter(LaneBlock::kPxPerCellY), per_blur);
+  const V corner_x = parameter(LaneBlock::kCornerX), corner_y = parameter(LaneBlock::kCornerY);
+  for (int i = 0; i < 3; ++i) {
+    const float* h = input.board_from_plane + i;
+    m.to_depth[i] = hn::Set(d, h[6]);
+    m.to_x[i] = hn::Mul(hn::NegMulAdd(corner_x, m.to_depth[i], hn::Set(d, h[0])), scale_x);
+    m.to_y[i] = hn::Mul(hn::NegMulAdd(corner_y, m.to_depth[i], hn::Set(d, h[3])), scale_y);
+  }
+  m.correlation = hn::Mul(parameter(LaneBlock::kCorrelation), hn::Set(d, kDensity * kDensity));
+  const V l10 = parameter(LaneBlock::kL10), l01 = parameter(LaneBlock::kL01), l11 = parameter(LaneBlock::kL11);
+  m.l00 = parameter(LaneBlock::kL00);
+  m.down = hn::Sub(l01, m.l00);
+  m.across = hn::Sub(l10, m.l00);
+  m.cross = hn::Sub(hn::Sub(l11, l01), m.across);
+  m.edge_x = PowerTermsOf(input.edge_x);
+  m.edge_y = PowerTermsOf(input.edge_y);
+  constexpr float kPerSquare = 1 / (kUnit * kUnit), kOfExcess = kDensity * kDensity * kPerSquare;
+  m.corner_square = hn::Set(d, kOfExcess * input.corner.square);
+  m.corner_product = hn::Set(d, kOfExcess * input.corner.product);
+  m.corner_fall = hn::Set(d, kPerSquare * CornerExcess::kFall);
+  m.plain_corners = input.corner.none();
+  m.noise_floor = parameter(LaneBlock::kNoiseFloor);
+  m.noise_slope = parameter(LaneBlock::kNoiseSlope);
+  m.middle = hn::Mul(hn::Add(hn::Add(m.l00, l11), hn::Add(l10, l01)), hn::Set(d, 0.25f));
+  m.limit = hn::Set(d, input.robust_limit);
+  const hn::RebindToSigned<D> di;
+  m.count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
+  return m;
+}
+
+/// How far a chunk's pixels lie from the two edges, and the normal distribution there. The model is found in
+/// short loops over the chunk: the processor then has the steps of many pixels at hand, none of which wait for each
+/// other.
+struct EdgeRow {
+  enum { kX, kY, kDensityX, kDensityY, kIntegralX, kIntegralY, kValues };
+};
+
+HWY_INLINE void PlaceAtEdges(const Model& m, V u, V v, float* HWY_RESTRICT row) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto row_of = [&](const V* to) HWY_ATTR { return hn::MulAdd(to[0], u, hn::MulAdd(to[1], v, to[2])); };
+  const V w = Reciprocal(d, row_of(m.to_depth));
+  hn::Store(hn::Mul(row_of(m.to_x), w), d, row + EdgeRow::kX * lanes);
+  hn::Store(hn::Mul(row_of(m.to_y), w), d, row + EdgeRow::kY * lanes);
+}
+
+HWY_INLINE void BlurEdges(const Model& m, float* HWY_RESTRICT row) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (int axis = 0; axis < 2; ++axis) {
+    const Normal normal = NormalAt(d, hn::Load(d, row + axis * lanes), axis == 0 ? m.edge_x : m.edge_y);
+    hn::Store(normal.density, d, row + (EdgeRow::kDensityX + axis) * lanes);
+    hn::Store(normal.integral, d, row + (EdgeRow::kIntegralX + axis) * lanes);
+  }
+}
+
+/// Puts the sums right where columns were summed without a factor that all pixels of a lane share.
+void ScaleShapes(const KernelInput& input, const LaneBlock& block, int first, Sums sums) {
+  const D d;
+  const auto per_px = [&](LaneBlock::Parameter px_per_cell)
+                          HWY_ATTR { return hn::LoadU(d, block.parameter_data(px_per_cell) + first); };
+  const V by_px = hn::Set(d, kDensity / input.blur_px);
+  const V scale[3] = {hn::Mul(per_px(LaneBlock::kPxPerCellX), by_px), hn::Mul(per_px(LaneBlock::kPxPerCellY), by_px),
+                      hn::Set(d, -kDensity / (kUnit * input.blur_px))};
+  for (int a = kShiftX; a <= kBlur; ++a)
+    for (int b = a; b < kRow; ++b) {
+      float* const sum = sums.Of(ProductSum(a, b));
+      const V scaled = hn::Mul(hn::Load(d, sum), scale[a]);
+      hn::Store(b <= kBlur ? hn::Mul(scaled, scale[b]) : scaled, d, sum);
+    }
+}
+
+/// Sums beside the products.
+struct OtherSums {
+  V weight, fit_square, fit_light, fit_count, dark_square, dark_light, dark_count;
+};
+
+/// Fills the row of a pixel. @tparam kSums input.sums.
+template <LaneSums kSums, class M>
+HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marked_light, M inside, float* HWY_RESTRICT row,
+                        OtherSums& sums) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+  const V ax = hn::Load(d, edges + EdgeRow::kX * lanes), ay = hn::Load(d, edges + EdgeRow::kY * lanes);
+  const V density_x = hn::Load(d, edges + EdgeRow::kDensityX * lanes),
+          density_y = hn::Load(d, edges + EdgeRow::kDensityY * lanes);
+  const V right = hn::Load(d, edges + EdgeRow::kIntegralX * lanes),
+          down = hn::Load(d, edges + EdgeRow::kIntegralY * lanes);
+
+  // Cells' shares. Edges that are not square to each other blur together: the shares are those of a bivariate
+  // normal distribution, to first order in the correlation.
+  V correlation = m.correlation;
+  if (!m.plain_corners) {
+    const V ax_square = hn::Mul(ax, ax), ay_square = hn::Mul(ay, ay);
+    const V fall = hn::NegMulAdd(m.corner_fall, hn::Add(ax_square, ay_square), one);
+    const V square = hn::Mul(m.corner_square, hn::Sub(ax_square, ay_square));
+    correlation = hn::MulAdd(hn::MulAdd(m.corner_product, hn::Mul(ax, ay), square), fall, correlation);
+  }
+  const V twist = hn::Mul(correlation, hn::Mul(density_x, density_y));
+  const V slope_x = hn::MulAdd(m.cross, down, m.across), slope_y = hn::MulAdd(m.cross, right, m.down);
+  const V twist_slope = hn::Mul(m.cross, twist);
+  const V model = hn::Add(hn::MulAdd(slope_y, down, hn::MulAdd(m.across, right, m.l00)), twist_slope);
+  const V w11 = hn::MulAdd(right, down, twist);
+
+  // A saturated pixel agrees with every model that saturates too.
+  const V light = hn::Abs(marked_light);
+  const auto agrees = hn::And(hn::Lt(marked_light, zero), hn::Ge(model, light));
+  const auto used = hn::AndNot(agrees, inside);
+  const V usable = hn::IfThenElseZero(used, one);
+  const V residual = hn::IfThenElseZero(used, hn::Sub(light, model));
+
+  // Root of the weight, so that rows carry it. Huber: beyond the limit the weight falls as 1 / deviation.
+  const V variance = hn::MulAdd(m.noise_slope, hn::Max(model, zero), m.noise_floor);
+  V root = hn::IfThenElseZero(used, RoughReciprocalSqrt(d, variance));
+  V deviation = hn::Mul(residual, root);
+  const auto off = hn::Gt(hn::Abs(deviation), m.limit);
+  V robust = usable, fits = usable, fit_residual = residual;
+  if (HWY_UNLIKELY(!hn::AllFalse(d, off))) {
+    robust = hn::IfThenElse(off, hn::Div(m.limit, hn::Abs(deviation)), usable);
+    root = hn::Mul(root, hn::Sqrt(robust));
+    deviation = hn::Mul(residual, root);
+    // The noise is told from pixels that fit; a few that do not would swamp it.
+    fits = hn::IfThenElse(off, zero, usable);
+    fit_residual = hn::IfThenElse(off, zero, residual);
+  }
+  const V twist_change = hn::Mul(twist_slope, hn::Set(d, 1 / (kUnit * kDensity)));
+  const V by_ax = hn::Mul(hn::NegMulAdd(ax, twist_change, hn::Mul(slope_x, density_x)), root);
+  const V by_ay = hn::Mul(hn::NegMulAdd(ay, twist_change, hn::Mul(slope_y, density_y)), root);
+
+  const auto put = [&](int index, V value) HWY_ATTR { hn::Store(value, d, row + index * lanes); };
+  put(kShiftX, by_ax);
+  put(kShiftY, by_ay);
+  put(kBlur, hn::MulAdd(by_ax, ax, hn::Mul(by_ay, ay)));
+  put(kResidual, deviation);
+  if constexpr (kSums == LaneSums::kShapes) return;
+  const V root11 = hn::Mul(w11, root), root_right = hn::Mul(right, root);
+  const V root01 = hn::MulSub(down, root, root11);
+  put(kLevel00, hn::Sub(hn::Sub(root, root_right), root01));
+  put(kLevel10, hn::Sub(root_right, root11));
+  put(kLevel01, root01);
+  put(kLevel11, root11);
+
+  sums.weight = hn::Add(sums.weight, robust);
+  sums.fit_square = hn::MulAdd(fit_residual, fit_residual, sums.fit_square);
+  sums.fit_count = hn::Add(fits, sums.fit_count);
+  if constexpr (kSums == LaneSums::kNoise) {
+    const V dark = hn::IfThenElseZero(hn::Lt(model, m.middle), fits);
+    sums.fit_light = hn::MulAdd(model, fits, sums.fit_light);
+    sums.dark_square = hn::MulAdd(hn::Mul(fit_residual, fit_residual), dark, sums.dark_square);
+    sums.dark_light = hn::MulAdd(model, dark, sums.dark_light);
+    sums.dark_count = hn::Add(dark, sums.dark_count);
+  }
+}
+
+/// The most pixels of a lane in the vector from `first` on.
+int MostOf(const LaneBlock& block, int first) {
+  const int past = first + static_cast<int>(hn::Lanes(D()));
+  int most = 0;
+  for (int lane = first; lane < past; ++lane) most = most > block.counts()[lane] ? most : block.counts()[lane];
+  return most;
+}
+
+/// Of the lanes from `first` on that fill a vector.
+template <LaneSums kSums>
+void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
+  const D d;
+  constexpr int kMaxLanes = HWY_MAX_BYTES / sizeof(float);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  HWY_ALIGN float edges[kChunk * EdgeRow::kValues * kMaxLanes];
+  HWY_ALIGN float rows[kChunk * kRow * kMaxLanes];
+  const Sums products{block.sum_data(0) + first, block.padded()};
+  const V zero = hn::Zero(d);
+  for (int product = 0; product < kProductSums; ++product) hn::Store(zero, d, products.Of(product));
+  const Model m = ModelOf(input, block, first);
+  OtherSums sums{zero, zero, zero, zero, zero, zero, zero};
+  const int most = MostOf(block, first);
+  const int stride = input.stride;
+  const std::ptrdiff_t next = stride * LaneBlock::kNextPixel;
+  const std::size_t start = block.Place(first, 0);
+  const float *u = block.u_data() + start, *v = block.v_data() + start, *light = block.light_data() + start;
+  const auto inside = [&](int k) HWY_ATTR { return hn::Lt(hn::Set(d, static_cast<float>(k)), m.count); };
+  for (int k = 0; k < most; k += kChunk * stride) {
+    const int left = (most - k + stride - 1) / stride, pixels = left < kChunk ? left : kChunk;
+    for (int i = 0; i < pixels; ++i, u += next, v += next) {
+      // Beyond a lane's count an earlier board's pixels may stand, which this homography may send to infinity.
+      const auto is_inside = inside(k + i * stride);
+      PlaceAtEdges(m, hn::IfThenElseZero(is_inside, hn::LoadU(d, u)), hn::IfThenElseZero(is_inside, hn::LoadU(d, v)),
+                   edges + i * EdgeRow::kValues * lanes);
+    }
+    for (int i = 0; i < pixels; ++i) BlurEdges(m, edges + i * EdgeRow::kValues * lanes);
+    for (int i = 0; i < pixels; ++i, light += next)
+      FillRow<kSums>(m, edges + i * EdgeRow::kValues * lanes, hn::LoadU(d, light), inside(k + i * stride),
+                     rows + i * kRow * lanes, sums);
+    kSums == LaneSums::kShapes ? AddShapeProducts(d, rows, pixels, products)
+                               : AddAllProducts(d, rows, pixels, products);
+  }
+  ScaleShapes(input, block, first, products);
+  if constexpr (kSums == LaneSums::kShapes) return;
+  const auto finish = [&](LaneSum which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
+  finish(kWeight, sums.weight);
+  finish(kDarkSquare, sums.dark_square);
+  finish(kDarkLight, sums.dark_light);
+  finish(kDarkCount, sums.dark_count);
+  finish(kLightSquare, hn::Sub(sums.fit_square, sums.dark_square));
+  finish(kLightLight, hn::Sub(sums.fit_light, sums.dark_light));
+  finish(kLightCount, hn::Sub(sums.fit_count, sums.dark_count));
+}
+
+void Accumulate(const KernelInput& input, LaneBlock& block) {
+  const int lanes = static_cast<int>(hn::Lanes(D()));
+  if (block.is_folded())
+    for (int which = 0; which < LaneBlock::kParameters; ++which) block.SpreadFolded(block.parameter_data(which));
+  for (int first = 0; first < block.padded(); first += lanes) switch (input.sums) {
+      case LaneSums::kShapes: AccumulateVector<LaneSums::kShapes>(input, first, block); break;
+      case LaneSums::kLevels: AccumulateVector<LaneSums::kLevels>(input, first, block); break;
+      case LaneSums::kNoise: AccumulateVector<LaneSums::kNoise>(input, first, block); break;
+    }
+  const int filled = input.sums == LaneSums::kShapes ? kProductSums : kLaneSums;
+  if (block.is_folded())
+    for (int which = 0; which < filled; ++which) block.GatherFolded(block.sum_data(which));
+}
+
+void Mark(float saturation, LaneBlock& block) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const V limit = hn::Set(d, saturation);
+  for (int first = 0; first < block.padded(); first += lanes) {
+    const int most = MostOf(block, first);
+    std::size_t at = block.Place(first, 0);
+    for (int k = 0; k < most; ++k, at += LaneBlock::kNextPixel) {
+      const V light = hn::LoadU(d, block.light_data() + at);
+      hn::StoreU(hn::IfThenElse(hn::Ge(light, limit), hn::Neg(light), light), d, block.light_data() + at);
+    }
+  }
+}
+
+void EvenOut(const LightFall& fall, LaneBlock& block) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const V by_u = hn::Set(d, fall.by_u), by_v = hn::Set(d, fall.by_v);
+  const V by_uu = hn::Set(d, fall.by_uu), by_uv = hn::Set(d, fall.by_uv), by_vv = hn::Set(d, fall.by_vv);
+  const V one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f), twelfth = hn::Set(d, 1.0f / 12);
+  for (int first = 0; first < block.padded(); first += lanes) {
+    const int most = MostOf(block, first);
+    // Also where no pixel stands: nobody looks there, and a test would cost more.
+    std::size_t at = block.Place(first, 0);
+    for (int k = 0; k < most; ++k, at += LaneBlock::kNextPixel) {
+      const V light = hn::LoadU(d, block.light_data() + at);
+      const V u = hn::LoadU(d, block.u_data() + at), v = hn::LoadU(d, block.v_data() + at);
+      const V s =
+          hn::MulAdd(u, hn::MulAdd(by_uu, u, hn::MulAdd(by_uv, v, by_u)), hn::Mul(v, hn::MulAdd(by_vv, v, by_v)));
+      // e^−s by its Padé approximant.
+      const V even = hn::MulAdd(hn::Mul(s, s), twelfth, one);
+      const V scale = hn::Mul(hn::NegMulAdd(s, half, even), Reciprocal(d, hn::MulAdd(s, half, even)));
+      hn::StoreU(hn::Mul(light, scale), d, block.light_data() + at);
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace chequer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+namespace chequer {
+namespace {
+
+HWY_EXPORT(Accumulate);
+HWY_EXPORT(EvenOut);
+HWY_EXPORT(Mark);
+
+}  // namespace
+
+void AccumulateLanes(const KernelInput& input, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(Accumulate)(input, block); }
+
+void MarkSaturated(float saturation, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(Mark)(saturation, block); }
+
+void EvenOutLanes(const LightFall& fall, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(EvenOut)(fall, block); }
+
+}  // namespace chequer
+#endif  // HWY_ONCE

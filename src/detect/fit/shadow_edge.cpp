@@ -1,0 +1,184 @@
+#include "detect/fit/shadow_edge.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "detect/common/normal_integral.h"
+
+namespace chequer {
+namespace {
+
+constexpr std::size_t kFewestParts = 16;
+/// A shadow takes as much at least, and leaves so much of what the parts differ by unexplained at most.
+constexpr double kLeastTaken = 0.05, kLeavesUnexplained = 0.3;
+/// Bounds of the parameters.
+constexpr double kMostTaken = 0.98, kLeastLogWidth = -4, kMostLogWidth = 0.7;
+/// Wider edges are no more than light that falls off.
+constexpr double kLogWidthOfShading = 0.3;
+/// Variance of the places within a part, cells².
+constexpr double kPartVariance = 0.5 * 0.5 / 12;
+/// Deviations beyond which an edge does not change.
+constexpr double kNoSlope = 4.5;
+constexpr int kEdgeSteps = 12;
+
+double Density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi); }
+
+ShadowEdge::Parameters WithinBounds(ShadowEdge::Parameters values) {
+  values[ShadowEdge::kTakes] = std::clamp(values[ShadowEdge::kTakes], 0.0, kMostTaken);
+  values[ShadowEdge::kLogWidth] = std::clamp(values[ShadowEdge::kLogWidth], kLeastLogWidth, kMostLogWidth);
+  return values;
+}
+
+/// As parts of cells show it.
+ShadowEdge Widened(ShadowEdge::Parameters values) {
+  values[ShadowEdge::kLogWidth] = 0.5 * std::log(std::exp(2 * values[ShadowEdge::kLogWidth]) + kPartVariance);
+  return ShadowEdge(values);
+}
+
+/// The light of both inks, then the edge.
+constexpr int kUnknowns = 2 + ShadowEdge::kParameters;
+using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
+
+/// Σ of the squares that are left, with the normal equations if they are wanted.
+double SquaresOf(std::span<const LitPart> parts, const Unknowns& x, Eigen::Matrix<double, kUnknowns, kUnknowns>* normal,
+                 Unknowns* gradient) {
+  const ShadowEdge::Parameters values = x.tail<ShadowEdge::kParameters>();
+  const ShadowEdge edge = Widened(values);
+  // The width shows the less the more of it is the parts' own.
+  const double by_width = std::exp(2 * (values[ShadowEdge::kLogWidth] - edge.values()[ShadowEdge::kLogWidth]));
+  double squares = 0;
+  if (normal) normal->setZero(), gradient->setZero();
+  for (const LitPart& part : parts) {
+    const double share = edge.At(part.middle), left = part.light - x[part.saturated] * share;
+    squares += left * left;
+    if (!normal) continue;
+    ShadowEdge::Parameters by_edge = edge.ByParameters(part.middle);
+    by_edge[ShadowEdge::kLogWidth] *= by_width;
+    Unknowns by = Unknowns::Zero();
+    by[part.saturated] = share;
+    by.tail<ShadowEdge::kParameters>() = x[part.saturated] * by_edge;
+    *normal += by * by.transpose();
+    *gradient += by * left;
+  }
+  return squares;
+}
+
+Unknowns KeptWithinBounds(Unknowns x) {
+  x.tail<ShadowEdge::kParameters>() = WithinBounds(x.tail<ShadowEdge::kParameters>());
+  return x;
+}
+
+/// Levenberg and Marquardt's steps. Returns the squares that are left.
+double Refine(std::span<const LitPart> parts, Unknowns& x) {
+  Eigen::Matrix<double, kUnknowns, kUnknowns> normal;
+  Unknowns gradient;
+  double squares = SquaresOf(parts, x, &normal, &gradient), damping = 0.01;
+  for (int step = 0; step < kEdgeSteps; ++step) {
+    Eigen::Matrix<double, kUnknowns, kUnknowns> damped = normal;
+    damped.diagonal() = (1 + damping) * normal.diagonal().array() + 1e-9 * normal.diagonal().maxCoeff();
+    const Unknowns tried = KeptWithinBounds(x + damped.ldlt().solve(gradient));
+    const double left = tried.allFinite() ? SquaresOf(parts, tried, nullptr, nullptr) : 2 * squares;
+    damping *= left < squares ? 0.2 : 10;
+    if (left >= squares) continue;
+    const bool settled = left > 0.999 * squares;
+    x = tried;
+    squares = SquaresOf(parts, x, &normal, &gradient);
+    if (settled) break;
+  }
+  return squares;
+}
+
+/// Squares about the mean of each ink's parts.
+double SquaresWithoutEdge(std::span<const LitPart> parts, Eigen::Vector2d& mean) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero(), square = sum, count = sum;
+  for (const LitPart& part : parts) {
+    sum[part.saturated] += part.light;
+    square[part.saturated] += part.light * part.light;
+    ++count[part.saturated];
+  }
+  mean = sum.array() / count.array().max(1);
+  return (square.array() - sum.array() * mean.array()).sum();
+}
+
+/// The best of some edges, by linear least squares of the light and of what the shadow takes.
+Unknowns Start(std::span<const LitPart> parts, const Eigen::Vector2d& mean) {
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero(), rise = middle;
+  for (const LitPart& part : parts) middle += part.middle / static_cast<double>(parts.size());
+  for (const LitPart& part : parts) rise += (part.light - mean[part.saturated]) * (part.middle - middle);
+  const double darker = std::atan2(-rise.y(), -rise.x());
+  double squares = 0;
+  for (const LitPart& part : parts) squares += part.light * part.light;
+  Unknowns best = Unknowns::Zero();
+  double least = 1e300;
+  for (const double turn : {-0.5, 0.0, 0.5})
+    for (const double log_width : {-1.5, -0.7, 0.0})
+      for (double offset = -2.5; offset <= 2.5; offset += 0.25) {
+        const ShadowEdge::Parameters values(kMostTaken, darker + turn, offset, log_width);
+        const ShadowEdge edge = Widened(values);
+        Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+        Eigen::Vector3d right = Eigen::Vector3d::Zero();
+        for (const LitPart& part : parts) {
+          Eigen::Vector3d by(0, 0, (1 - edge.At(part.middle)) / kMostTaken);
+          by[part.saturated] = 1;
+          normal += by * by.transpose();
+          right += by * part.light;
+        }
+        normal.diagonal().array() += 1e-6;
+        const Eigen::Vector3d solution = normal.ldlt().solve(right);
+        const double left = squares - solution.dot(right);
+        if (!(left < least) || !(solution[2] < 0)) continue;
+        least = left;
+        const double light = std::max({solution[0], solution[1], 1e-6});
+        best << solution[0], solution[1], -solution[2] / light, values.tail<3>();
+      }
+  return KeptWithinBounds(best);
+}
+
+}  // namespace
+
+ShadowEdge::ShadowEdge(const Parameters& values)
+    : values_(WithinBounds(values)),
+      normal_(std::cos(values_[kDirection]), std::sin(values_[kDirection])),
+      per_width_(std::exp(-values_[kLogWidth])) {}
+
+double ShadowEdge::At(const Eigen::Vector2d& board) const {
+  return 1 - values_[kTakes] * NormalTable::Get()(Across(board));
+}
+
+Eigen::Vector2d ShadowEdge::SlopeAt(const Eigen::Vector2d& board) const {
+  const double z = Across(board);
+  if (std::abs(z) > kNoSlope) return Eigen::Vector2d::Zero();
+  return -values_[kTakes] * Density(z) * per_width_ * normal_;
+}
+
+ShadowEdge::Parameters ShadowEdge::ByParameters(const Eigen::Vector2d& board) const {
+  const double z = Across(board), along = normal_.x() * board.y() - normal_.y() * board.x(),
+               fall = std::abs(z) > kNoSlope ? 0 : values_[kTakes] * Density(z);
+  Parameters by;
+  by[kTakes] = -NormalTable::Get()(z);
+  by[kDirection] = -fall * along * per_width_;
+  by[kOffset] = fall * per_width_;
+  by[kLogWidth] = fall * z;
+  return by;
+}
+
+bool ShadowEdge::Crosses(const Eigen::Vector2d& board, double reach) const {
+  return std::abs(Across(board)) < kNoSlope + reach * per_width_;
+}
+
+std::optional<ShadowEdge> FindShadowEdge(std::span<const LitPart> parts) {
+  if (parts.size() < kFewestParts) return std::nullopt;
+  Eigen::Vector2d mean;
+  const double without = SquaresWithoutEdge(parts, mean);
+  Unknowns x = Start(parts, mean);
+  if (x[2 + ShadowEdge::kTakes] <= 0) return std::nullopt;
+  const double with = Refine(parts, x);
+  if (!(with < kLeavesUnexplained * without) || x[2 + ShadowEdge::kTakes] < kLeastTaken ||
+      x[2 + ShadowEdge::kLogWidth] > kLogWidthOfShading)
+    return std::nullopt;
+  return ShadowEdge(x.tail<ShadowEdge::kParameters>());
+}
+
+}  // namespace chequer

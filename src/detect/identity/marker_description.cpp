@@ -1,0 +1,105 @@
+#include "detect/identity/marker_description.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "detect/pose/print_effect.h"
+
+namespace chequer {
+namespace {
+
+/// Warn of an ambiguous pose above this probability.
+constexpr double kAmbiguous = 0.001;
+/// Below this probability, the other pose adds nothing to the covariance.
+constexpr double kNeverTheOther = 1e-6;
+/// A homography has eight parameters, a pose six.
+constexpr double kLeftOver = 2;
+/// Noise leaves so many times its variance unexplained in one pose of a thousand: χ² of two degrees of freedom, over
+/// them.
+constexpr double kNoiseMisfit = 6.9;
+
+void Set(MarkerPose& marker, Warning warning) { marker.warnings |= static_cast<std::uint32_t>(warning); }
+
+}  // namespace
+
+void Describe(const FittedBoard& fitted, const Identity& identity, const DetectorOptions& options, const Lens& lens,
+              MarkerPose& marker) {
+  marker = MarkerPose{};
+  const MarkerFamily& family = options.families[static_cast<std::size_t>(identity.family)];
+  marker.family = identity.family;
+  marker.variant = family.code.variant();
+  marker.size = family.code.size();
+  marker.luminance_overlap = identity.luminance_overlap;
+  marker.saturation_overlap = identity.saturation_overlap;
+  if (identity.luminance_overlap > options.max_luminance_overlap) Set(marker, Warning::kPoorIllumination);
+  if (identity.saturation_overlap > options.max_saturation_overlap) Set(marker, Warning::kPoorWhiteBalance);
+  if (identity.id_decided) {
+    marker.id = identity.decoded->id;
+    marker.bits_corrected = identity.decoded->bits_corrected;
+  } else {
+    Set(marker, Warning::kIdUndecided);
+  }
+  marker.corners_used = fitted.corners_used;
+  marker.reprojection_rms_px = fitted.reprojection_rms_px;
+  if (identity.cells_hidden > 0 || fitted.corners_used < CornerCount(marker.size)) Set(marker, Warning::kPartlyHidden);
+  marker.corners.fill(Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  for (int i = 0; i < CornerCount(marker.size); ++i)
+    if (fitted.corner_used[static_cast<std::size_t>(i)])
+      marker.corners[static_cast<std::size_t>(i)] =
+          lens.ToImage(fitted.geometry.ToPlane(
+                           CornerOnBoard(marker.size, i / (marker.size.cols - 1), i % (marker.size.cols - 1))))
+              .cast<float>();
+  marker.center_px = lens.ToImage(fitted.geometry.ToPlane({0, 0}));
+}
+
+BoardMeasurement MeasurementOf(const FittedBoard& fitted, std::span<const std::uint8_t> saturated,
+                               const MarkerFamily& family, const PrintTolerance& tolerance, double focal_px) {
+  const Eigen::Vector2d cell_m = family.CellM();
+  BoardMeasurement measured;
+  measured.plane_from_board = fitted.geometry.plane_from_board();
+  measured.information = fitted.information;
+  measured.focal_px = focal_px;
+  measured.cell_m = cell_m.x();
+  measured.cell_height_m = cell_m.y();
+  if (!tolerance.any()) return measured;
+  measured.by_print = HomographyByPrint(fitted.geometry, family.code.size(), saturated, tolerance, cell_m);
+  measured.information = Widened(fitted.information, measured.by_print);
+  return measured;
+}
+
+std::optional<std::array<PlanePose, 2>> PosesOf(const BoardMeasurement& measured) {
+  return PlanePoses({BoardGeometry(measured.plane_from_board), measured.information},
+                    {measured.cell_m, measured.cell_height_m}, measured.focal_px);
+}
+
+void DescribePose(const std::array<PlanePose, 2>& poses, const BoardMeasurement& measured, MarkerPose& marker) {
+  const auto& [pose, other] = poses;
+  marker.measurement = measured;
+  marker.misfit = pose.chi_square / kLeftOver;
+  marker.has_pose = true;
+  marker.camera_from_marker = CameraFromMarker(pose.camera_from_board);
+  marker.camera_from_marker.rotation = Canonical(marker.camera_from_marker.rotation);
+  marker.covariance = pose.covariance;
+  if (!measured.by_print.isZero()) marker.print_covariance = PrintCovariance(pose, measured);
+  const double wider = marker.misfit > kNoiseMisfit ? marker.misfit : 1;
+  if (wider > 1) Set(marker, Warning::kPoorFit);
+  marker.covariance *= wider;
+  marker.measurement.information /= wider;
+  // Both poses are as likely before the image is seen.
+  marker.ambiguity = 1 / (1 + std::exp(std::min((other.chi_square - pose.chi_square) / (2 * wider), 100.0)));
+  // Where both minima are one, nothing is ambiguous: the covariance tells the whole story.
+  const double apart = (pose.camera_from_board.rotation.inverse() * other.camera_from_board.rotation)
+                           .angularDistance(Eigen::Quaterniond::Identity());
+  if (apart < 3 * std::sqrt(std::max(pose.covariance(3, 3), pose.covariance(4, 4)))) marker.ambiguity = 0;
+  if (marker.ambiguity > kAmbiguous) Set(marker, Warning::kAmbiguous);
+  if (marker.ambiguity < kNeverTheOther) return;
+  // That it may be the other pose is a part of the error.
+  Eigen::Matrix<double, 6, 1> to_other;
+  to_other << other.camera_from_board.translation - pose.camera_from_board.translation,
+      VectorFromRotation((other.camera_from_board.rotation * pose.camera_from_board.rotation.conjugate()).normalized());
+  marker.covariance += marker.ambiguity * to_other * to_other.transpose();
+}
+
+}  // namespace chequer
