@@ -297,19 +297,17 @@ void Detector::Impl::StartSecondLook(const LightReader& reader, Tracer& tracer) 
 
 void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Tracer& tracer) {
   StartSecondLook(reader, tracer);
+  // All that it may take at first; boards that it shows give it more looks, while the budget lasts.
   const std::uint64_t most = second_look.MostUnits();
-  const bool waited = memory.second_look_most > 0;
-  memory.second_look_most = 0;
-  if (!frame->plan.MayLookAgain(frame->work.units(), most, waited)) {
-    memory.second_look_most = most;
-    ++stats.deferred;
-    return;
-  }
-  const auto may_go_on = [&] {
+  const auto may_look = [&](bool first) {
     const std::uint64_t spent = frame->work.units() + second_look.work().units();
-    return frame->plan.MayLookAgain(spent, SecondLook::kMostUnitsOfLook, waited);
+    return first ? frame->plan.MayLookAgain(spent, most, memory.second_look_most > 0)
+                 : frame->plan.MayLookAgain(spent, SecondLook::kMostUnitsOfLook, false);
   };
-  while (may_go_on() && second_look.Next(frame->pyramid, reader)) {
+  bool undone = false;
+  for (bool first = true;; first = false) {
+    undone = !may_look(first) && second_look.MayGoOn();
+    if (undone || !second_look.Next(frame->pyramid, reader)) break;
     tracer.StartLook(second_look, frame->boards.size());
     const std::size_t known_before = frame->boards.size();
     finder.Start(second_look.corners().size());
@@ -328,6 +326,8 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Trac
     tracer.EndLook(frame->boards.size());
   }
   frame->work.Add(second_look.work());
+  memory.second_look_most = undone ? second_look.MostUnits() : 0;
+  stats.deferred += undone;
 }
 
 void Detector::Impl::KeepBetter(std::size_t known, Tracer& tracer) {

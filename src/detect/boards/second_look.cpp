@@ -349,6 +349,11 @@ void SecondLook::CountBoard() {
   --image_->places;
 }
 
+bool SecondLook::MayGoOn() const {
+  return image_->unclear ||
+         (image_->looks < kMostLooks && image_->places < kMostPlaces && !image_->points.empty());
+}
+
 bool SecondLook::Next(const Pyramid& pyramid, const LightReader& reader) {
   ThinOut(reader);
   if (image_->unclear && LookByChange(pyramid, reader, *std::exchange(image_->unclear, std::nullopt))) return true;

@@ -35,6 +35,8 @@ class SecondLook {
   /// is considered, for finding out why there is no board; may be null, which costs a comparison a place.
   void Start(const LightReader& reader, std::span<const StrongPoint> points, float least,
              std::span<const PixelBox> boards, std::vector<TracePlace>* trace = nullptr);
+  /// Whether there may be a place that is not viewed yet.
+  bool MayGoOn() const;
   /// Fills corners() and grids() with what the next place shows, or the last one once more. False once there is none
   /// left.
   bool Next(const Pyramid& pyramid, const LightReader& reader);
