@@ -212,6 +212,8 @@ class BoardFit {
   /// A step of Gauss-Newton that is not made yet.
   bool SolveModel(int stride);
   bool StepModel(int stride, bool first);
+  /// Moves the shadow's edge within what a step may be and an edge can be. Returns by how much.
+  ShadowEdge::Parameters MoveShadow(const ShadowEdge::Parameters& step);
   /// A step of a term over what no longer counts.
   double WhatCounts(double step, int column, double still) const;
   /// Whether its blur is so wide that it may have moved.

@@ -40,6 +40,9 @@ const ShadowEdge::Parameters kStillShadow(0.003, 0.003, 0.004, 0.03);
 /// The same in standard deviations of a term, all others known: what a shorter step leaves is of second order. Sharp
 /// shadows under wide blur else drift to widths that the second order of their blur does not hold for.
 constexpr double kStillDeviations = 0.2;
+/// Where corners stay as still as that, terms may be so many times as far off: each step halves what is left at least, and
+/// the corners have followed. Measured on shadows' edges under wide blur, which come to rest slowly.
+constexpr double kQuietPx = 0.02, kQuietTerms = 4;
 /// Blur, cells and px, from which on it may be motion.
 constexpr double kMovedBlur = 0.12, kMovedBlurPx = 1.2;
 /// Standard deviations by which the blur along one direction must differ from that across it to be motion: measured, 33
@@ -254,6 +257,17 @@ double BoardFit::WhatCounts(double step, int column, double still) const {
   return std::min(std::abs(step) / still, in_deviations / kStillDeviations);
 }
 
+ShadowEdge::Parameters BoardFit::MoveShadow(const ShadowEdge::Parameters& step) {
+  const ShadowEdge::Parameters before = run_->model.shadow->values();
+  ShadowEdge::Parameters values = before + step.cwiseMax(-kMostShadowStep).cwiseMin(kMostShadowStep);
+  // The edge is seen through the lens, which makes none sharper than its own blur.
+  const Eigen::RowVector2d across(std::cos(values[ShadowEdge::kDirection]), std::sin(values[ShadowEdge::kDirection]));
+  const double blur = run_->model.blur_px * (across * BoardByPixel()).norm();
+  values[ShadowEdge::kLogWidth] = std::max(values[ShadowEdge::kLogWidth], std::log(blur));
+  run_->model.shadow = ShadowEdge(values);
+  return run_->model.shadow->values() - before;
+}
+
 bool BoardFit::StepModel(int stride, bool first) {
   if (!SolveModel(stride)) return false;
   const ModelColumns columns(run_->model_input.terms);
@@ -279,9 +293,7 @@ bool BoardFit::StepModel(int stride, bool first) {
     run_->step.terms = std::max(run_->step.terms, WhatCounts(more, columns.dot_gain, kStillGain));
   }
   if (run_->model_input.terms.shadow) {
-    const ShadowEdge::Parameters more =
-        ShadowEdge::Parameters(step.segment<4>(columns.shadow)).cwiseMax(-kMostShadowStep).cwiseMin(kMostShadowStep);
-    run_->model.shadow = ShadowEdge(run_->model.shadow->values() + more);
+    const ShadowEdge::Parameters more = MoveShadow(step.segment<4>(columns.shadow));
     for (int i = 0; i < ModelColumns::kShadow; ++i)
       run_->step.terms = std::max(run_->step.terms, WhatCounts(more[i], columns.shadow + i, kStillShadow[i]));
   }
@@ -365,7 +377,8 @@ bool BoardFit::Near() const {
 }
 
 bool BoardFit::Settled() const {
-  return run_->step.terms <= 1 && run_->step.corner_px < kModelSettledPx && run_->step.blur_share < kModelSettledBlur;
+  if (run_->step.corner_px >= kModelSettledPx || run_->step.blur_share >= kModelSettledBlur) return false;
+  return run_->step.terms <= 1 || (run_->step.terms <= kQuietTerms && run_->step.corner_px < kQuietPx);
 }
 
 void BoardFit::FollowLight(const Start& start, bool light_follows) {
