@@ -4,6 +4,7 @@
 // The loop above includes this file once a target; what follows the guard at the end is compiled once.
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "detect/fit/corner_pixels.h"
@@ -95,36 +96,73 @@ HWY_INLINE void PutGoes(const LightReader::Run& run, int count, PlaneWalk walk, 
     }
 }
 
-/// Which pixels of a row are kept. @pre part.thinning leaves some out.
-struct Keeper {
-  const Thinning& thinning;
-  int x, y;                ///< the row's first pixel
-  float board_x, board_y;  ///< there, from the corner
-  float by_x, by_y;        ///< a pixel
+/// Beyond any row's end.
+constexpr int kNever = 1 << 20;
 
-  bool operator()(int i) const {
-    const int tile = (x + i) / 2 + (y / 2) * 3;
-    if (std::abs(board_x + static_cast<float>(i) * by_x) <= thinning.band_x ||
-        std::abs(board_y + static_cast<float>(i) * by_y) <= thinning.band_y)
-      return thinning.near_edges == 1 || tile % thinning.near_edges == 0;
-    // Nearly always, and a tenth of a division.
-    return thinning.inside == Thinning::kLeastInside ? tile % Thinning::kLeastInside == 0 : tile % thinning.inside == 0;
+/// Which pixels of a row are kept. @pre part.thinning leaves some out.
+class Keeper {
+ public:
+  /// How far from an edge the pixels of a row lie, cells.
+  struct Across {
+    float first, by_pixel;
+    HWY_INLINE float At(int i) const { return first + static_cast<float>(i) * by_pixel; }
+  };
+  /// @param x, y the row's first pixel.
+  HWY_INLINE Keeper(const Thinning& thinning, int x, int y, Across across_x, Across across_y)
+      : thinning_(thinning), x_(x), tile_of_row_(y / 2 * 3), across_x_(across_x), across_y_(across_y) {}
+
+  /// The first that is kept from pixel i on, `count` if none is. To be asked for ever later ones.
+  int Next(int i, int count) {
+    while (i < count) {
+      if (i >= alike_until_) LookAhead(i);
+      const int past = ((x_ + i) / 2 + tile_of_row_) % every_;
+      if (past == 0) return i;
+      i = std::min(i + 2 * (every_ - past) - (x_ + i) % 2, alike_until_);
+    }
+    return count;
   }
   /// Along an edge.
   bool KeepsAll(int count) const {
-    return thinning.near_edges == 1 && std::abs(board_y) <= thinning.band_y &&
-           std::abs(board_y + static_cast<float>(count - 1) * by_y) <= thinning.band_y;
+    return thinning_.near_edges == 1 && std::abs(across_y_.At(0)) <= thinning_.band_y &&
+           std::abs(across_y_.At(count - 1)) <= thinning_.band_y;
   }
+
+ private:
+  /// Finds out how many tiles are kept around pixel i, and how far that holds at least.
+  void LookAhead(int i) {
+    const float x = across_x_.At(i), y = across_y_.At(i);
+    const bool near_x = std::abs(x) <= thinning_.band_x, near_y = std::abs(y) <= thinning_.band_y;
+    const int x_until = i + Until(x, across_x_.by_pixel, thinning_.band_x, near_x),
+              y_until = i + Until(y, across_y_.by_pixel, thinning_.band_y, near_y);
+    every_ = near_x || near_y ? thinning_.near_edges : thinning_.inside;
+    // Near both, pixels stay near until they have left both; near none, until they reach one.
+    if (near_x == near_y) alike_until_ = near_x ? std::max(x_until, y_until) : std::min(x_until, y_until);
+    else alike_until_ = near_x ? x_until : y_until;
+  }
+  /// Pixels from one at that distance on, at least one, until the next edge of the band may have been crossed.
+  static int Until(float at, float by_pixel, float band, bool is_near) {
+    const float edge = is_near == (by_pixel > 0) ? band : -band;
+    const float steps = (edge - at) / by_pixel;
+    if (steps > 0) return std::max(static_cast<int>(std::min(steps, static_cast<float>(kNever))), 1);
+    return is_near ? 1 : kNever;  // at the band's edge, or going away
+  }
+
+  const Thinning& thinning_;
+  int x_, tile_of_row_;
+  Across across_x_, across_y_;
+  int alike_until_ = 0;  ///< from the last pixel that was looked at on to this, as many tiles are kept
+  int every_ = 1;        ///< one in so many
 };
 
-/// Puts those of the pixels of a row that keeps(index in the row) tells, and counts them.
-template <class Keeps>
-void PutSome(const LightReader::Run& run, int count, const Keeps& keeps, PlaneWalk walk, Lanes lanes, int& first_count,
+/// Puts those of the pixels of a row that next(index, count) leads to, and counts them.
+template <class Next>
+void PutSome(const LightReader::Run& run, int count, Next&& next, PlaneWalk walk, Lanes lanes, int& first_count,
              int& second_count) {
-  for (int i = 0; i < count; ++i, walk.Next()) {
-    if (!keeps(i)) continue;
-    const std::uint8_t* at = (i % 2 ? run.second : run.first) + i / 2 * run.step;
-    Put(walk, run.is_mixed() ? run.Mixed(at) : run.table[*at], i % 2 ? lanes.second : lanes.first);
+  int at = 0;
+  for (int i = next(0, count); i < count; i = next(i + 1, count)) {
+    for (; at < i; ++at) walk.Next();
+    const std::uint8_t* pixel = (i % 2 ? run.second : run.first) + i / 2 * run.step;
+    Put(walk, run.is_mixed() ? run.Mixed(pixel) : run.table[*pixel], i % 2 ? lanes.second : lanes.first);
     ++(i % 2 ? second_count : first_count);
   }
 }
@@ -171,19 +209,17 @@ void PutRowOfFew(const CornerPart& part, const LightReader::Rows& rows, const Ro
   int &first_count = target.count[phase], &second_count = target.count[phase ^ 1];
   const int room = 2 * (target.capacity - (first_count > second_count ? first_count : second_count));
   const int pixels = row.pixels < room ? row.pixels : room;
-  const Keeper keeper{part.thinning,
-                      row.x,
-                      row.y,
-                      part.board_by_x[0] * dx + part.board_by_y[0] * dy,
-                      part.board_by_x[1] * dx + part.board_by_y[1] * dy,
-                      part.board_by_x[0],
-                      part.board_by_x[1]};
+  Keeper keeper(part.thinning, row.x, row.y,
+                {part.board_by_x[0] * dx + part.board_by_y[0] * dy, part.board_by_x[0]},
+                {part.board_by_x[1] * dx + part.board_by_y[1] * dy, part.board_by_x[1]});
   const LightReader::Run run = rows.From(row.x, row.y);
   if (part.thinning.all || keeper.KeepsAll(row.pixels))
     PutSome(
-        run, pixels, [](int) { return true; }, row.walk, target.From(phase), first_count, second_count);
+        run, pixels, [](int i, int) { return i; }, row.walk, target.From(phase), first_count, second_count);
   else
-    PutSome(run, pixels, keeper, row.walk, target.From(phase), first_count, second_count);
+    PutSome(
+        run, pixels, [&](int i, int count) { return keeper.Next(i, count); }, row.walk, target.From(phase), first_count,
+        second_count);
 }
 
 void TakePart(const CornerPart& part, const LightReader::Rows& rows, int width, int lane, LaneBlock& block) {

@@ -108,8 +108,9 @@ class LaneBlock {
     for (int i = kFold; i < kGroup; ++i) values[i] = values[i % kFold];
   }
   /// Adds up their sums. @param sums one a lane.
-  void GatherFolded(float* sums) const {
-    sums += folded_;
+  void GatherFolded(float* sums) const { GatherGroup(sums + folded_); }
+  /// The same, of the group that is folded alone.
+  static void GatherGroup(float* sums) {
     for (int i = 0; i < kFold; ++i)
       sums[i] = (sums[i] + sums[i + kFold]) + (sums[i + 2 * kFold] + sums[i + 3 * kFold]);
   }

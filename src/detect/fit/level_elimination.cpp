@@ -43,26 +43,30 @@ HWY_INLINE void Subtract(const double* HWY_RESTRICT factor, const double* HWY_RE
 
 void AddCornerSums(const LevelElimination::Matrices& m, const ModelLanes& lanes, const ModelColumns& columns, int lane,
                    const int* levels) {
-  const std::ptrdiff_t next = lanes.sum_data(1) - lanes.sum_data(0);
-  // Products of one column with those that follow it stand one after the other.
-  const auto sums_from = [&](int a, int b) { return lanes.sum_data(columns.Product(a, b)) + lane; };
+  // Of the levels' columns and, last, of the residual's: where their products with a column lie after those in its row.
+  constexpr int kResidual = ModelColumns::kLevels;
+  std::ptrdiff_t along[kResidual + 1];
+  for (int i = 0; i <= kResidual; ++i)
+    along[i] = ModelLanes::kNextProduct * ModelColumns::Along(i < kResidual ? columns.levels + i : columns.residual());
+  const float* const sums = lanes.sum_data(0, lane);
+  const auto row_of = [&](int column) { return sums + ModelLanes::kNextProduct * columns.Row(column); };
   for (int a = 0; a < columns.shared; ++a) {
-    const float* sums = sums_from(a, columns.levels);
-    for (int i = 0; i < ModelColumns::kLevels; ++i, sums += next)
-      if (levels[i] != LevelElimination::kNoLevel) AddSums(sums, 1, m.Common(levels[i], a));
+    const float* const row = row_of(a);
+    for (int i = 0; i < ModelColumns::kLevels; ++i)
+      if (levels[i] != LevelElimination::kNoLevel) AddSums(row + along[i], 1, m.Common(levels[i], a));
   }
   for (int i = 0; i < ModelColumns::kLevels; ++i) {
     const int level = levels[i];
     if (level == LevelElimination::kNoLevel) continue;
-    const float* sums = sums_from(columns.levels + i, columns.levels + i);
-    for (int j = i; j < ModelColumns::kLevels; ++j, sums += next) {
+    const float* const row = row_of(columns.levels + i);
+    for (int j = i; j < ModelColumns::kLevels; ++j) {
       const int other = levels[j];
       if (other == LevelElimination::kNoLevel) continue;
       // Places that share a level count with each other, both ways.
       const double times = level == other && i != j ? 2 : 1;
-      AddSums(sums, times, level < other ? m.Band(level, other - level) : m.Band(other, level - other));
+      AddSums(row + along[j], times, level < other ? m.Band(level, other - level) : m.Band(other, level - other));
     }
-    AddSums(sums, 1, m.Common(level, columns.shared));
+    AddSums(row + along[kResidual], 1, m.Common(level, columns.shared));
   }
 }
 

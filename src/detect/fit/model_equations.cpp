@@ -13,7 +13,7 @@ constexpr double kRidge = 1e-6;
 
 /// Of a corner's four lanes, one for each phase. @pre a ≤ b.
 const float* SumsOf(const ModelEquations::Input& input, int lane, int a, int b) {
-  return input.lanes->sum_data(input.columns.Product(a, b)) + lane;
+  return input.lanes->sum_data(input.columns.Product(a, b), lane);
 }
 
 double OfAllPhases(const float* of) { return double{of[0]} + double{of[1]} + double{of[2]} + double{of[3]}; }

@@ -18,7 +18,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// Pixels whose rows of derivatives are kept before they are multiplied.
 constexpr int kRowsKept = 8;
 /// Rows hold whole blocks of columns.
-constexpr int kBlock = 4;
+constexpr int kBlock = ModelColumns::kBlock;
 constexpr int kRowColumns = (ModelColumns::kMost + kBlock - 1) / kBlock * kBlock;
 
 /// Sums beside the products.
@@ -103,7 +103,8 @@ HWY_INLINE void AddModelProducts(const ModelColumns& columns, const float* HWY_R
                                  bool fresh, ModelLanes& model) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d)), n = columns.count, row_size = kRowColumns * lanes;
-  for (int a = 0; a < n; a += 2)
+  float* HWY_RESTRICT to = model.sum_data(0, first);
+  for (int a = 0; a < n; a += ModelColumns::kPair)
     for (int b = a / kBlock * kBlock; b < n; b += kBlock) {
       V sum0 = hn::Zero(d), sum1 = sum0, sum2 = sum0, sum3 = sum0, sum4 = sum0, sum5 = sum0, sum6 = sum0, sum7 = sum0;
       const float* HWY_RESTRICT left = rows + a * lanes;
@@ -121,13 +122,11 @@ HWY_INLINE void AddModelProducts(const ModelColumns& columns, const float* HWY_R
         sum6 = hn::MulAdd(l1, r2, sum6);
         sum7 = hn::MulAdd(l1, r3, sum7);
       }
-      const auto add = [&](int i, int j, V sum) HWY_ATTR {
-        if (j < i || j >= n || i >= n) return;
-        float* const to = model.sum_data(columns.Product(i, j)) + first;
+      const auto put = [&](V sum) HWY_ATTR {
         hn::StoreU(fresh ? sum : hn::Add(hn::LoadU(d, to), sum), d, to);
+        to += ModelLanes::kNextProduct;
       };
-      add(a, b, sum0), add(a, b + 1, sum1), add(a, b + 2, sum2), add(a, b + 3, sum3);
-      add(a + 1, b, sum4), add(a + 1, b + 1, sum5), add(a + 1, b + 2, sum6), add(a + 1, b + 3, sum7);
+      put(sum0), put(sum1), put(sum2), put(sum3), put(sum4), put(sum5), put(sum6), put(sum7);
     }
 }
 
@@ -224,7 +223,8 @@ void AccumulateModel(const ModelInput& input, LaneBlock& block, ModelLanes& mode
     for (int which = 0; which < ModelLanes::kParameters; ++which) block.SpreadFolded(model.parameter_data(which));
   HWY_DYNAMIC_DISPATCH(Accumulate)(input, columns, block, model);
   if (!block.is_folded()) return;
-  for (int product = 0; product < columns.products(); ++product) block.GatherFolded(model.sum_data(product));
+  for (int product = 0; product < columns.products(); ++product)
+    LaneBlock::GatherGroup(model.sum_data(product, block.folded()));
   for (int which = kWeight; which < kLaneSums; ++which) block.GatherFolded(block.sum_data(which));
   block.GatherFolded(block.sum_data(ProductSum(kResidual, kResidual)));
 }

@@ -47,9 +47,22 @@ struct ModelColumns {
   int count = 0;      ///< with the residual
 
   int residual() const { return count - 1; }
+  /// Products are made in blocks of two columns by four, which stand one after the other: of a pair of columns, those
+  /// with the four that it lies in and all later ones. Some of them are of no use.
+  static constexpr int kPair = 2, kBlock = 4, kInBlock = kPair * kBlock;
   /// Where a product of two columns stands, a ≤ b.
-  int Product(int a, int b) const { return a * count - a * (a - 1) / 2 + b - a; }
-  int products() const { return count * (count + 1) / 2; }
+  int Product(int a, int b) const { return Row(a) + Along(b); }
+  /// The two parts of that, for those who go through many.
+  int Row(int a) const {
+    const int pair = a / kPair;
+    return kInBlock * (BlocksBefore(pair) - pair * kPair / kBlock) + a % kPair * kBlock;
+  }
+  static int Along(int b) { return b / kBlock * kInBlock + b % kBlock; }
+  int products() const { return kInBlock * BlocksBefore((count + 1) / kPair); }
+
+ private:
+  /// Blocks of the pairs before this one: pair q lacks the q / 2 blocks left of its own.
+  int BlocksBefore(int pair) const { return pair * ((count + kBlock - 1) / kBlock) - (pair - 1) * (pair - 1) / 4; }
 };
 
 /// What lanes are given for the model, and what it sums up for them. Memory is kept; contents are those of the last
@@ -94,11 +107,18 @@ class ModelLanes {
   void Reset(int padded_lanes, int products);
   float* parameter_data(int which) { return parameters_.data() + which * padded_; }
   const float* parameter_data(int which) const { return parameters_.data() + which * padded_; }
-  float* sum_data(int product) { return sums_.data() + static_cast<std::ptrdiff_t>(product) * padded_; }
-  const float* sum_data(int product) const { return sums_.data() + static_cast<std::ptrdiff_t>(product) * padded_; }
+  /// The sum of a product for a lane. Those of a group of lanes stand together, kNextProduct from one product to the next.
+  static constexpr int kNextProduct = LaneBlock::kGroup;
+  float* sum_data(int product, int lane) { return sums_.data() + Place(product, lane); }
+  const float* sum_data(int product, int lane) const { return sums_.data() + Place(product, lane); }
   int products() const { return products_; }
 
  private:
+  std::ptrdiff_t Place(int product, int lane) const {
+    return static_cast<std::ptrdiff_t>(lane / LaneBlock::kGroup * products_ + product) * kNextProduct +
+           lane % LaneBlock::kGroup;
+  }
+
   int padded_ = 0, products_ = 0;
   std::vector<float> parameters_, sums_;
 };

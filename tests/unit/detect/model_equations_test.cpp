@@ -32,7 +32,7 @@ class ModelEquationsTest : public testing::TestWithParam<int> {
       rows_.push_back(rows.cast<double>());
       const Eigen::MatrixXf products = rows.transpose() * rows;
       for (int a = 0; a < columns_.count; ++a)
-        for (int b = a; b < columns_.count; ++b) lanes_.sum_data(columns_.Product(a, b))[lane] = products(a, b);
+        for (int b = a; b < columns_.count; ++b) lanes_.sum_data(columns_.Product(a, b), lane)[0] = products(a, b);
     }
     levels_.resize(kModelCorners);
     for (int corner = 0; corner < kModelCorners; ++corner) {

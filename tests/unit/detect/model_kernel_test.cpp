@@ -74,10 +74,10 @@ CornerPicture Evaluate(const CornerScene& s) {
   picture.by.resize(static_cast<std::size_t>(columns.shared + ModelColumns::kLevels));
   for (int lane = 0; lane < kModelPixels; ++lane) {
     const int last = columns.residual();
-    const double light = std::sqrt(double{model.sum_data(columns.Product(last, last))[lane]});
+    const double light = std::sqrt(double{model.sum_data(columns.Product(last, last), lane)[0]});
     picture.light.push_back(light);
     for (std::size_t a = 0; a < picture.by.size(); ++a)
-      picture.by[a].push_back(-double{model.sum_data(columns.Product(static_cast<int>(a), last))[lane]} / light);
+      picture.by[a].push_back(-double{model.sum_data(columns.Product(static_cast<int>(a), last), lane)[0]} / light);
   }
   return picture;
 }
