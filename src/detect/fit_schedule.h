@@ -29,10 +29,14 @@ inline void SortByWaiting(std::span<FitTask> tasks) {
   });
 }
 
-/// The longest waiting first, then those that say least so far, then the cheapest.
+/// A board that has no pose or no id yet goes before others that wait, unless they have waited so many images longer.
+inline constexpr int kUnclearFirst = 4;
+
+/// The longest waiting first, of alike ones those that say least so far, then the cheapest.
 inline void SortByWorth(std::span<FitTask> tasks) {
-  std::sort(tasks.begin(), tasks.end(), [](const FitTask& a, const FitTask& b) {
-    return std::tuple(b.waited, b.unclear, a.most, a.board) < std::tuple(a.waited, a.unclear, b.most, b.board);
+  const auto turn = [](const FitTask& task) { return task.waited + (task.unclear ? kUnclearFirst : 0); };
+  std::sort(tasks.begin(), tasks.end(), [&](const FitTask& a, const FitTask& b) {
+    return std::tuple(turn(b), b.unclear, a.most, a.board) < std::tuple(turn(a), a.unclear, b.most, b.board);
   });
 }
 

@@ -301,14 +301,15 @@ TEST(FitSchedule, LearnsFromTheFirstWhatTheOthersTake) {
   }
 }
 
-TEST(FitSchedule, BeginsWithThoseThatHaveWaitedThenWithThoseThatSayLeast) {
-  std::vector<FitTask> tasks = Tasks({30, 20, 10, 40});
-  tasks[3].waited = 2;
+TEST(FitSchedule, BeginsWithThoseThatSayNothingUnlessOthersHaveWaitedLonger) {
+  std::vector<FitTask> tasks = Tasks({30, 20, 10, 40, 5});
+  tasks[3].waited = kUnclearFirst + 1;
+  tasks[4].waited = kUnclearFirst;
   tasks[0].unclear = true;
   SortByWorth(tasks);
   std::vector<std::size_t> order;
   for (const FitTask& task : tasks) order.push_back(task.board);
-  EXPECT_EQ(order, (std::vector<std::size_t>{3, 0, 2, 1}));
+  EXPECT_EQ(order, (std::vector<std::size_t>{3, 0, 4, 2, 1}));
 }
 
 TEST(WorkMeter, AddsUpUnits) {
