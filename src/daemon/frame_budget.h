@@ -22,9 +22,8 @@ class FrameBudget {
   /// capturing, publishing, and what else the machine does.
   static constexpr double kShare = 0.7;
   /// A frame is worked on for no longer than so many intervals of the camera, so that it is published within two,
-  /// however many workers there are: two that work at once share the memory, and take up to 1.4 times as long as the one
-  /// that was measured.
-  static constexpr double kMostIntervals = 1.25;
+  /// however many workers there are; the rest is for capturing, publishing, and what units of work differ by.
+  static constexpr double kMostIntervals = 1.2;
   /// A frame may always take what two frames of 1920 × 1080 px with 50 boards in plain view do. Where a machine is too slow
   /// for that at the camera's rate, frames are left out: all the robots in half of the frames are worth more than half of
   /// the robots in all of them.

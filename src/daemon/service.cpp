@@ -119,7 +119,7 @@ FrameBudget Service::BudgetOf(const BudgetOptions& options, const PipelineOption
   // Who is waited for is never late.
   if (options.choice == BudgetChoice::kUnlimited || pipeline.when_busy == WhenBusy::kWait || !parts_.measure_speed)
     return {};
-  if (!units_per_second_) units_per_second_ = parts_.measure_speed();
+  if (!units_per_second_) units_per_second_ = parts_.measure_speed(pipeline.workers);
   return FrameBudget::Auto(*units_per_second_, pipeline.workers);
 }
 

@@ -20,7 +20,7 @@ struct ServiceParts {
   std::function<DetectFrame(const DetectorOptions&)> make_detect;
   /// How fast this machine works, units of DetectStats::work a second. Called once, where a budget hangs on it; left
   /// out: such a budget is unlimited.
-  std::function<double()> measure_speed;
+  std::function<double(int workers)> measure_speed;
   /// Directs the log; called while no thread of the service runs.
   std::function<void(const DaemonConfig&)> set_up_logging;
   /// Called a few times a second while a pipeline is awaited that is to end for another: a camera that is being opened
