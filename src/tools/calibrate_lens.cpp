@@ -163,7 +163,10 @@ ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed&
   if (const std::string lacking = collector->Lacking(); lacking.empty())
     fmt::print("These views are enough.\n");
   else
-    fmt::print("More views would make it more exact: {}.\n", lacking);
+    fmt::print("More views would make it more exact: {}.{}\n", lacking,
+               collector->alike() == 0
+                   ? ""
+                   : fmt::format(" {} frames look like others; --keep-all takes them too.", collector->alike()));
   return std::move(*collector);
 }
 
