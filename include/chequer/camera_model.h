@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "chequer/tone_curve.h"
+
 #pragma GCC visibility push(default)  // part of libchequer's interface
 
 namespace chequer {
@@ -21,6 +23,8 @@ struct CameraModel {
   Kind kind = Kind::kPinhole;
   /// brown_conrady: k1 k2 p1 p2 k3; fisheye: k1 k2 k3 k4 (the fifth unused).
   std::array<double, 5> distortion{};
+  /// The curve of the images' values, where it was measured: the detector then takes it, whatever the images state.
+  std::optional<ToneCurve> tone_curve{};
 
   /// Pixel of a point in the camera frame. @pre z > 0.
   Eigen::Vector2d Project(const Eigen::Vector3d& x_in_camera) const;

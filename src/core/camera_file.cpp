@@ -22,6 +22,8 @@ constexpr std::array<std::pair<std::string_view, Kind>, 3> kKinds{
 constexpr NumberRange kFocalLength{0.1, 1e6};
 constexpr NumberRange kPrincipalPoint{-1e6, 1e6};
 constexpr NumberRange kCoefficient{-1e6, 1e6};
+constexpr NumberRange kGamma{0.2, 5};
+constexpr NumberRange kBend{-0.9, 0.9};
 
 void ReadDistortion(TomlTable& table, CameraModel& camera) {
   std::vector<double> coefficients;
@@ -38,6 +40,20 @@ void ReadDistortion(TomlTable& table, CameraModel& camera) {
   if (camera.kind == Kind::kBrownConrady && count != 4 && count != 5)
     table.Fail("distortion", "must have the 5 values k1 k2 p1 p2 k3, or the first 4, with model \"brown_conrady\"");
   std::copy(coefficients.begin(), coefficients.end(), camera.distortion.begin());
+}
+
+/// The curve, where the file has one.
+void ReadToneCurve(TomlTable& table, CameraModel& camera) {
+  double gamma = 0;
+  std::vector<double> numbers;
+  if (table.Read("gamma", gamma, kGamma)) camera.tone_curve = ToneCurve::Gamma(gamma);
+  constexpr std::size_t kCount = std::tuple_size_v<ToneCurve::Bends>;
+  if (!table.Read("gamma_bends", numbers, LengthRange{kCount, kCount}, kBend)) return;
+  ToneCurve::Bends bends{};
+  std::transform(numbers.begin(), numbers.end(), bends.begin(), [](double bend) { return static_cast<float>(bend); });
+  camera.tone_curve = camera.tone_curve.value_or(ToneCurve::Srgb()).WithBends(bends);
+  if (!camera.tone_curve)
+    table.Fail("gamma_bends", "must leave the values 1/8 to 7/8, with a bend added to each, rising between 0 and 1");
 }
 
 /// Numbers that `distortion` has in a file.
@@ -85,6 +101,7 @@ Calibration ReadCalibration(TomlFile file) {
   table.Require("cy", camera.cy, kPrincipalPoint);
   table.Require("model", camera.kind, kKinds);
   ReadDistortion(table, camera);
+  ReadToneCurve(table, camera);
   calibration.record = ReadRecord(table, camera);
   file.CheckAllKeysRead();
   return calibration;
@@ -94,6 +111,15 @@ std::string List(const double* numbers, std::size_t count) {
   std::string text = "[";
   for (std::size_t i = 0; i < count; ++i) text += (i == 0 ? "" : ", ") + ExactText(numbers[i]);
   return text + "]";
+}
+
+std::string FormatToneCurve(const ToneCurve& curve) {
+  std::string text;
+  if (!curve.is_srgb()) text += "gamma = " + ExactText(curve.gamma()) + " # value = light^(1/gamma)\n";
+  if (!curve.is_bent() && !curve.is_srgb()) return text;
+  std::array<double, std::tuple_size_v<ToneCurve::Bends>> bends{};
+  std::copy(curve.bends().begin(), curve.bends().end(), bends.begin());
+  return text + "gamma_bends = " + List(bends.data(), bends.size()) + " # added to the values 1/8 to 7/8 before\n";
 }
 
 std::string FormatRecord(const CalibrationRecord& record, std::size_t coefficients) {
@@ -131,6 +157,7 @@ std::string FormatCamera(const CameraModel& camera, const CalibrationRecord* rec
   if (count > 0)
     text += "distortion = " + List(camera.distortion.data(), count) +
             (count == 5 ? " # k1 k2 p1 p2 k3\n" : " # k1 k2 k3 k4\n");
+  if (camera.tone_curve) text += FormatToneCurve(*camera.tone_curve);
   if (record != nullptr) text += FormatRecord(*record, count);
   return text;
 }

@@ -365,7 +365,8 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   if (image.width() < 16 || image.height() < 16) return;
   frame.Start().plan = WorkPlan(budget);
   if (!frame->plan.limited()) memory = {};
-  const std::array<float, 256>& table = tone.Of(image.tone_curve());
+  const bool is_measured = options.camera && options.camera->tone_curve;
+  const std::array<float, 256>& table = tone.Of(is_measured ? *options.camera->tone_curve : image.tone_curve());
   LightReader reader(image, table);
   const bool calibrated =
       options.camera && options.camera->width == image.width() && options.camera->height == image.height();

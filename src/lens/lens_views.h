@@ -19,6 +19,7 @@ struct LensView {
   std::string name;  ///< of the image, for messages
   std::vector<SeenPoint> points;
   double edge_px = 0;    ///< width of the edges between cells, from dark to light; 0 where it was not measured
+  double flat_rms_px = 0;  ///< how far corners lie from flat boards, median of them; 0 where it was not measured
   bool gave_up = false;  ///< the search took too long: nothing is known of the image
 };
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/median.h"
 #include "detect/common/plane.h"
 #include "lens/edge_width.h"
 #include "lens/lens_target.h"
@@ -25,16 +26,14 @@ class MarkerTarget final : public LensTarget {
     std::erase_if(markers, [](const MarkerPose& marker) { return !marker.id; });
     if (loose_ && markers.size() > 1) markers = {*std::max_element(markers.begin(), markers.end(), Smaller)};
     BuildDetectionPlane(image, plane_);
-    std::vector<double> widths;
+    std::vector<double> widths, flat;
     for (const MarkerPose& marker : markers) {
       AddPoints(marker, view);
+      flat.push_back(marker.reprojection_rms_px);
       if (const double width = EdgeWidthOf(marker); width > 0) widths.push_back(width);
     }
-    if (!widths.empty()) {
-      const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-      std::nth_element(widths.begin(), middle, widths.end());
-      view.edge_px = *middle;
-    }
+    view.edge_px = Median(widths);
+    view.flat_rms_px = Median(flat);
     return view;
   }
 

@@ -11,8 +11,9 @@ constexpr std::size_t kFewestOfTarget = 8;
 /// Blurred: edges this many times as wide as in the sharpest quarter of the views taken, and wider than a good lens
 /// has.
 constexpr double kBlurRatio = 1.6, kSharpPx = 3;
-/// Alike: the points moved by less than this share of the image's width, on average.
-constexpr double kAlikeShare = 0.03;
+/// Alike: the points moved by less than this share of the image's width, on average, and against each other by less
+/// than that share of how far they are spread. A tilt that grows from 20 to 27 degrees, or a turn by 3, is new.
+constexpr double kAlikeShare = 0.03, kAlikeShape = 0.05;
 /// About 20 degrees.
 constexpr double kTilted = 1.06;
 
@@ -22,7 +23,11 @@ ViewVerdict ViewCollector::Offer(LensView view, Reload reload) {
   ++offered_;
   if (view.points.size() < kFewestOfTarget) return ViewVerdict::kNothingSeen;
   if (!options_.keep_all && IsBlurred(view)) return ViewVerdict::kBlurred;
-  if (is_full() || (!options_.keep_all && IsAlike(view))) return ViewVerdict::kAlike;
+  if (is_full()) return ViewVerdict::kAlike;
+  if (!options_.keep_all && IsAlike(view)) {
+    ++alike_;
+    return ViewVerdict::kAlike;
+  }
   coverage_.Add(view);
   tilted_ += Foreshortening(view) > kTilted ? 1 : 0;
   views_.push_back(std::move(view));
@@ -46,16 +51,24 @@ bool ViewCollector::IsAlike(const LensView& view) const {
   for (const SeenPoint& point : view.points)
     here[{point.board, point.on_board_m.x(), point.on_board_m.y()}] = point.pixel;
   return std::any_of(views_.begin(), views_.end(), [&](const LensView& taken) {
-    double sum = 0;
+    double sum = 0, moves = 0, spread = 0;
+    Eigen::Vector2d move = Eigen::Vector2d::Zero(), middle = Eigen::Vector2d::Zero();
     std::size_t common = 0;
     for (const SeenPoint& point : taken.points) {
       const auto same = here.find({point.board, point.on_board_m.x(), point.on_board_m.y()});
       if (same == here.end()) continue;
-      sum += (same->second - point.pixel).norm();
+      const Eigen::Vector2d moved = same->second - point.pixel;
+      sum += moved.norm();
+      move += moved, moves += moved.squaredNorm();
+      middle += point.pixel, spread += point.pixel.squaredNorm();
       ++common;
     }
     // New points are news.
-    return 2 * common >= here.size() && sum / static_cast<double>(common) < kAlikeShare * options_.width;
+    if (2 * common < here.size()) return false;
+    const auto count = static_cast<double>(common);
+    const double shape = moves - move.squaredNorm() / count;
+    return sum / count < kAlikeShare * options_.width &&
+           shape < kAlikeShape * kAlikeShape * (spread - middle.squaredNorm() / count);
   });
 }
 

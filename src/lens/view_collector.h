@@ -36,6 +36,8 @@ class ViewCollector {
   const ViewCollectorOptions& options() const { return options_; }
   const Coverage& coverage() const { return coverage_; }
   std::size_t offered() const { return offered_; }
+  /// Views that were left out as alike.
+  std::size_t alike() const { return alike_; }
   /// What the views that were taken still lack, as advice; empty where they are enough.
   std::string Lacking() const;
   /// Views that are tilted enough to tell the focal length.
@@ -53,7 +55,7 @@ class ViewCollector {
   Coverage coverage_;
   std::vector<LensView> views_;
   std::vector<Reload> reloads_;
-  std::size_t offered_ = 0;
+  std::size_t offered_ = 0, alike_ = 0;
   int tilted_ = 0;
 };
 

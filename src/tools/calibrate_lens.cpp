@@ -16,6 +16,7 @@
 #include "core/suggestion.h"
 #include "lens/lens_picture.h"
 #include "lens/lens_target.h"
+#include "lens/tone_search.h"
 #include "lens/view_collector.h"
 #include "tools/calibrate.h"
 #include "tools/commands.h"
@@ -32,6 +33,8 @@ namespace {
 /// Corners move no more than that between two readings with what is known of the lens: it is known well enough.
 constexpr double kSettledPx = 0.02;
 constexpr int kMostReadings = 4;
+/// A tone curve is the same in all views, so some of them tell it.
+constexpr std::size_t kViewsForTone = 8;
 
 /// The options as typed.
 struct LensRequest {
@@ -121,7 +124,9 @@ std::string NothingSeen(const LensRequest& request, std::size_t frames, int gave
 }
 
 /// Collects views until the frames end, or, of a camera, until there is enough.
-ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed& feed, LensProgress& shown) {
+/// @param stated gets the tone curve that the images state.
+ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed& feed, LensProgress& shown,
+                      ToneCurve& stated) {
   std::optional<ViewCollector> collector;
   int width = 0, height = 0;
   int gave_up = 0;
@@ -143,6 +148,7 @@ ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed&
     view.name = frame->name;
     gave_up += view.gave_up ? 1 : 0;
     const ViewVerdict verdict = collector->Offer(view, frame->reload);
+    stated = frame->image.tone_curve();
     feedback.Tell(*collector, view, verdict);
     shown.Look(*collector, view.edge_px, collector->Hint(verdict));
     // A view that was taken has its own line.
@@ -157,7 +163,10 @@ ViewCollector Collect(const LensRequest& request, LensTarget& target, FrameFeed&
   if (const std::string lacking = collector->Lacking(); lacking.empty())
     fmt::print("These views are enough.\n");
   else
-    fmt::print("More views would make it more exact: {}.\n", lacking);
+    fmt::print("More views would make it more exact: {}.{}\n", lacking,
+               collector->alike() == 0
+                   ? ""
+                   : fmt::format(" {} frames look like others; --keep-all takes them too.", collector->alike()));
   return std::move(*collector);
 }
 
@@ -184,13 +193,36 @@ double Change(const CameraModel& from, const CameraModel& to) {
   return most;
 }
 
-LensCalibration Calibrate(const LensRequest& request, const ViewCollector& collector, LensTarget& target, int width,
-                          int height) {
-  const LensCalibrationOptions options{width, height, ParseModel(request.model)};
+/// The curve with which boards fit better than with the stated one; nothing where that is as good, or for chessboards,
+/// whose corners do not hang on it.
+std::optional<ToneCurve> FindToneCurve(const ViewCollector& collector, LensTarget& target, const ToneCurve& stated,
+                                       CameraModel camera) {
+  if (!target.WantsCamera()) return std::nullopt;
+  std::vector<Image> images;
+  const std::size_t every = 1 + collector.views().size() / kViewsForTone;
+  for (std::size_t i = 0; i < collector.views().size(); i += every) images.push_back(collector.reloads()[i]());
+  return SearchToneCurve(stated, [&](const ToneCurve& curve) {
+    camera.tone_curve = curve;
+    target.SetCamera(camera);
+    double sum = 0, seen_in = 0;
+    for (const Image& image : images)
+      if (const LensView view = target.Read(image.view()); !view.points.empty()) sum += view.flat_rms_px, ++seen_in;
+    // No board is the worst of all.
+    return seen_in > 0 ? sum / seen_in : 1e3;
+  });
+}
+
+LensCalibration Calibrate(const LensRequest& request, const ViewCollector& collector, LensTarget& target,
+                          const ToneCurve& stated) {
+  const ViewCollectorOptions& images = collector.options();
+  const LensCalibrationOptions options{images.width, images.height, ParseModel(request.model)};
   LensCalibration calibration = CalibrateLens(collector.views(), options);
+  const std::optional<ToneCurve> curve = FindToneCurve(collector, target, stated, calibration.camera);
+  calibration.camera.tone_curve = curve;
   for (int reading = 1; reading < kMostReadings && target.WantsCamera(); ++reading) {
     const CameraModel before = calibration.camera;
     calibration = CalibrateLens(ReadAgain(collector, target, before), options);
+    calibration.camera.tone_curve = curve;
     if (Change(before, calibration.camera) < kSettledPx) break;
   }
   return calibration;
@@ -199,22 +231,30 @@ LensCalibration Calibrate(const LensRequest& request, const ViewCollector& colle
 struct CollectedLens {
   ViewCollector collector;
   LensCalibration calibration;
+  ToneCurve stated = ToneCurve::Srgb();
 };
 
 CollectedLens CollectAndCalibrate(const LensRequest& request, LensTarget& target, FrameFeed& feed,
                                   LensProgress& shown) {
   try {
-    ViewCollector collector = Collect(request, target, feed, shown);
+    ToneCurve stated = ToneCurve::Srgb();
+    ViewCollector collector = Collect(request, target, feed, shown, stated);
     shown.Solve(collector);
-    LensCalibration calibration =
-        Calibrate(request, collector, target, collector.options().width, collector.options().height);
+    LensCalibration calibration = Calibrate(request, collector, target, stated);
     calibration.record.date = NowInUtc();
     shown.Finish(collector, calibration);
-    return {std::move(collector), std::move(calibration)};
+    return {std::move(collector), std::move(calibration), stated};
   } catch (const std::runtime_error& error) {
     shown.Fail(error.what());
     throw;
   }
+}
+
+void PrintTone(const ToneCurve& curve, const ToneCurve& stated) {
+  fmt::print(
+      "The values follow another tone curve than the images state: {}, not {}. The camera file has it, and what "
+      "reads that takes it.\n",
+      curve.Name(), stated.Name());
 }
 
 void PrintResult(const LensCalibration& calibration, const Coverage& coverage) {
@@ -255,8 +295,9 @@ void RunLens(LensRequest& request) {
   const std::unique_ptr<LensTarget> target = MakeTarget(request);
   FrameFeed feed(request.feed, request.setup, nullptr);
   LensProgress shown(request.setup, ParseModel(request.model));
-  const auto [collector, calibration] = CollectAndCalibrate(request, *target, feed, shown);
+  const auto [collector, calibration, stated] = CollectAndCalibrate(request, *target, feed, shown);
   PrintResult(calibration, collector.coverage());
+  if (calibration.camera.tone_curve) PrintTone(*calibration.camera.tone_curve, stated);
   WriteCalibration(out, FormatCamera(calibration.camera, &calibration.record));
   WriteFileAtomically(picture, DrawLensPicture(calibration));
   fmt::print("written: {}, {}\n", out.string(), picture.string());

@@ -231,6 +231,7 @@ void RunWorld(WorldRequest& request) {
   options.families = ChooseMarkerFamilies(request.markers, setup, true);
   if (setup) options.color_space = setup->color_space;
   options.camera = LoadCamera(request.calibration);
+  if (request.feed.gamma) options.camera->tone_curve.reset();
   FrameFeed feed(request.feed, setup, &*options.camera);
   const WorldResult result = Estimate(request, options, feed);
   PrintResult(result);

@@ -76,6 +76,8 @@ DetectorOptions MakeDetectorOptions(const DetectOptions& request) {
   options.print_tolerance = ChoosePrintTolerance(request.print_tolerance, request.setup);
   options.threads = request.threads;
   if (!request.calibration.empty()) options.camera = LoadCamera(request.calibration);
+  // What is typed goes before what was measured.
+  if (request.gamma && options.camera) options.camera->tone_curve.reset();
   return options;
 }
 

@@ -28,12 +28,18 @@ RigidTransform FlatIn(const Eigen::Vector3d& position, double heading_rad) {
   return {RotationFromVector({0, 0, heading_rad}), position};
 }
 
-SceneMarker MakeLabMarker(const MarkerFamily& family, std::uint64_t id, const RigidTransform& camera_from_marker) {
+/// A marker of a family in one print; the same seed gives the same.
+SceneMarker MakeLabMarker(const MarkerFamily& family, std::uint64_t id, const MarkerPrint& print, std::uint64_t seed,
+                          const RigidTransform& camera_from_marker) {
   SceneMarker marker;
   marker.board = MakeBoard(family.code, id);
   marker.side_m = family.side_m;
-  marker.print.scale = family.CellM() / marker.CellSize();
+  marker.inks = print.inks;
+  marker.ink_spread_cells = print.ink_spread_cells;
   marker.margin_cells = 1;
+  Print(print.quality, seed, marker);
+  // Of the size that was measured, the print is off by its own scale.
+  marker.print.scale.array() *= family.CellM().array() / marker.CellSize();
   marker.camera_from_marker = camera_from_marker;
   return marker;
 }
@@ -65,6 +71,8 @@ class LabRoom {
       : camera_(std::move(camera)),
         families_(ChooseMarkerFamilies(request.markers, request.setup, true)),
         references_(LoadReferences(request.room).references),
+        print_(PlanMarkerPrint(request)),
+        seed_(request.seed),
         speed_m_s_(request.max_speed_m_s) {
     for (const Reference& reference : references_) {
       if (static_cast<std::size_t>(reference.family) >= families_.size())
@@ -82,18 +90,23 @@ class LabRoom {
     for (const Reference& reference : references_)
       AddIfDrawable(
           markers,
-          MakeLabMarker(FamilyOf(reference.family), reference.id,
-                        camera_from_world * FlatIn(reference.position_in_world, reference.heading_rad.value_or(0))),
+          MakeMarker(reference.family, reference.id,
+                     camera_from_world * FlatIn(reference.position_in_world, reference.heading_rad.value_or(0))),
           camera_);
     for (const RoomRobot& robot : robots_)
-      AddIfDrawable(markers,
-                    MakeLabMarker(FamilyOf(robot.family), robot.id,
-                                  camera_from_world * WorldFromBody(robot, time_s) * robot.body_from_marker),
-                    camera_);
+      AddIfDrawable(
+          markers,
+          MakeMarker(robot.family, robot.id, camera_from_world * WorldFromBody(robot, time_s) * robot.body_from_marker),
+          camera_);
     return markers;
   }
 
  private:
+  /// Each is printed on its own.
+  SceneMarker MakeMarker(int family, std::uint64_t id, const RigidTransform& camera_from_marker) const {
+    const std::uint64_t of_family = DeriveSeed(seed_, static_cast<std::uint64_t>(family));
+    return MakeLabMarker(FamilyOf(family), id, print_, DeriveSeed(of_family, id), camera_from_marker);
+  }
   const MarkerFamily& FamilyOf(int family) const { return families_[static_cast<std::size_t>(family)]; }
 
   void PlaceCamera(const RenderRequest& request) {
@@ -159,6 +172,8 @@ class LabRoom {
   CameraModel camera_;
   std::vector<MarkerFamily> families_;
   std::vector<Reference> references_;
+  MarkerPrint print_;
+  std::uint64_t seed_;
   Eigen::AlignedBox2d box_;
   RigidTransform world_from_camera_;
   std::vector<RoomRobot> robots_;
@@ -192,11 +207,15 @@ MarkersAt PlanSheetViews(const RenderRequest& request, const CameraModel& camera
   sheet.printed_m = family.printed_m;
   const SheetLayout layout = LayOutSheet(sheet);
   const Eigen::Vector2d cell = sheet.CellM();
+  // A sheet is printed at once: all of it is off alike.
+  const MarkerPrint print = PlanMarkerPrint(request);
+  const SceneMarker one = MakeLabMarker(family, family.roster.front(), print, request.seed, {});
+  const Eigen::Vector2d scale = one.print.scale.array() * one.CellSize() / family.CellM().array();
   std::vector<std::pair<std::uint64_t, RigidTransform>> boards;
   for (const PlacedMarker& placed : layout.pages.front()) {
     const double x = placed.x_m + cell.x() * family.code.size().cols / 2 - sheet.paper.width_m / 2;
     const double y = sheet.paper.height_m / 2 - placed.y_m - cell.y() * family.code.size().rows / 2;
-    boards.emplace_back(placed.id, FlatIn({x, y, 0}, 0));
+    boards.emplace_back(placed.id, FlatIn({scale.x() * x, scale.y() * y, 0}, 0));
   }
   return [=, fps = request.fps, seed = request.seed](std::chrono::duration<double> time) {
     const int view = static_cast<int>(std::lround(time.count() * fps));
@@ -204,7 +223,7 @@ MarkersAt PlanSheetViews(const RenderRequest& request, const CameraModel& camera
     const RigidTransform camera_from_sheet = HoldSheet(camera, sheet.paper, view, random);
     std::vector<SceneMarker> markers;
     for (const auto& [id, sheet_from_board] : boards)
-      AddIfDrawable(markers, MakeLabMarker(family, id, camera_from_sheet * sheet_from_board), camera);
+      AddIfDrawable(markers, MakeLabMarker(family, id, print, seed, camera_from_sheet * sheet_from_board), camera);
     return markers;
   };
 }

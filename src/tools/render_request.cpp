@@ -140,6 +140,14 @@ InkSet PlanInks(const RenderRequest& request) {
   return *inks;
 }
 
+}  // namespace
+
+MarkerPrint PlanMarkerPrint(const RenderRequest& request) {
+  return {PlanInks(request), request.ink_spread_cells, PlanPrint(request).quality};
+}
+
+namespace {
+
 Eigen::Vector3d ParsePosition(const std::vector<std::string>& typed) {
   Eigen::Vector3d position;
   for (int i = 0; i < 3; ++i) {
@@ -253,7 +261,8 @@ FrameFileOptions PlanFiles(const RenderRequest& request, const RenderOptions& op
     files.kind = FrameFileKind::kJpeg;
     files.jpeg.quality = *quality;
     const std::string wrong = CheckFrameFiles(files.kind, options.format, options.yuv_range);
-    if (!wrong.empty()) Refuse("--jpeg", "does not go with " + std::string(PixelFormatName(options.format)) + ": " + wrong);
+    if (!wrong.empty())
+      Refuse("--jpeg", "does not go with " + std::string(PixelFormatName(options.format)) + ": " + wrong);
   } else if (!CheckFrameFiles(files.kind, options.format, options.yuv_range).empty()) {
     files.kind = FrameFileKind::kRaw;
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "capture/recording_writer.h"
+#include "simulate/print_quality.h"
 #include "simulate/render.h"
 #include "tools/marker_options.h"
 
@@ -91,6 +92,15 @@ struct RenderJob {
   /// Of a frame since the first.
   std::chrono::duration<double> TimeOf(int frame) const { return std::chrono::duration<double>(frame / fps); }
 };
+
+/// How the markers of a request are printed.
+struct MarkerPrint {
+  InkSet inks;
+  double ink_spread_cells = 0;
+  PrintQuality quality;
+};
+/// Throws CLI::ValidationError naming the option.
+MarkerPrint PlanMarkerPrint(const RenderRequest& request);
 
 /// Throws CLI::ValidationError naming the option, what is wrong and what would be right; std::runtime_error where a
 /// file cannot be read or where a swarm finds no room.

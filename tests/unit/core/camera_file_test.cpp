@@ -63,6 +63,22 @@ TEST(CameraFile, ReadsFisheyeAndPinhole) {
   EXPECT_EQ(ParseCamera(pinhole, "cam.toml").kind, CameraModel::Kind::kPinhole);
 }
 
+TEST(CameraFile, ReadsAndWritesAToneCurve) {
+  EXPECT_FALSE(ParseCamera(kGood, "cam.toml").tone_curve);
+  const std::string gamma = std::string(kGood) + "gamma = 1.4\n";
+  EXPECT_EQ(ParseCamera(gamma, "cam.toml").tone_curve, ToneCurve::Gamma(1.4));
+  const std::string bends = "gamma_bends = [0.01, 0.02, 0.03, 0.02, 0.01, 0, -0.01]\n";
+  for (const std::string& text : {gamma, gamma + bends, kGood + bends}) {
+    const CameraModel camera = ParseCamera(text, "cam.toml");
+    ASSERT_TRUE(camera.tone_curve);
+    EXPECT_EQ(camera.tone_curve->is_bent(), text.find("bends") != std::string::npos);
+    EXPECT_EQ(ParseCamera(FormatCamera(camera), "again.toml").tone_curve, camera.tone_curve);
+  }
+  EXPECT_THAT(ErrorOfCamera(std::string(kGood) + "gamma = 7\n"), HasSubstr("camera.gamma = 7: must be from 0.2 to 5"));
+  EXPECT_THAT(ErrorOfCamera(kGood + std::string("gamma_bends = [0, 0]\n")), HasSubstr("camera.gamma_bends"));
+  EXPECT_THAT(ErrorOfCamera(kGood + std::string("gamma_bends = [0, 0, 0.2, 0, 0, 0, 0]\n")), HasSubstr("rising"));
+}
+
 TEST(CameraFile, RefusesWhatNoCameraCanHave) {
   EXPECT_EQ(ErrorOfCamera(With("fx", "fx = -1")), "cam.toml:4: camera.fx = -1: must be from 0.1 to 1000000");
   EXPECT_EQ(ErrorOfCamera(With("width", "width = 0")), "cam.toml:2: camera.width = 0: must be from 1 to 16384");

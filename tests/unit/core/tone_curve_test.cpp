@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace chequer {
 namespace {
 
@@ -15,6 +17,29 @@ TEST(ToneCurve, SrgbHasTheStandardsValues) {
 TEST(ToneCurve, FromLinearInvertsToLinear) {
   for (const ToneCurve& curve : {ToneCurve::Srgb(), ToneCurve::Linear(), ToneCurve::Gamma(2.2)})
     for (int i = 0; i < 256; ++i) EXPECT_NEAR(curve.FromLinear(curve.ToLinear(i / 255.0)), i / 255.0, 1e-6);
+}
+
+TEST(ToneCurve, BendsMoveValuesAndLeaveBlackAndWhite) {
+  ToneCurve::Bends bends{0.02f, 0.04f, 0.05f, 0.05f, 0.04f, 0.02f, 0.01f};
+  for (const ToneCurve& base : {ToneCurve::Srgb(), ToneCurve::Gamma(1.4)}) {
+    const auto bent = base.WithBends(bends);
+    ASSERT_TRUE(bent);
+    EXPECT_EQ(bent->ToLinear(0), 0);
+    EXPECT_NEAR(bent->ToLinear(1), 1, 1e-12);
+    for (int i = 1; i < 8; ++i)
+      EXPECT_NEAR(bent->ToLinear(i / 8.0), base.ToLinear(i / 8.0 + bends[static_cast<std::size_t>(i - 1)]), 1e-6);
+    const auto table = bent->LinearTable();
+    for (std::size_t i = 1; i < table.size(); ++i) EXPECT_GT(table[i], table[i - 1]);
+    for (int i = 0; i < 256; ++i) EXPECT_NEAR(bent->FromLinear(bent->ToLinear(i / 255.0)), i / 255.0, 1e-6);
+    EXPECT_EQ(bent->WithBends({}), base);
+  }
+}
+
+TEST(ToneCurve, BendsThatDoNotRiseAreNone) {
+  EXPECT_FALSE(ToneCurve::Srgb().WithBends({0, 0, 0.1f, -0.1f, 0, 0, 0}));
+  EXPECT_FALSE(ToneCurve::Srgb().WithBends({-0.2f, 0, 0, 0, 0, 0, 0}));
+  EXPECT_FALSE(ToneCurve::Srgb().WithBends({0, 0, 0, 0, 0, 0, 0.2f}));
+  EXPECT_FALSE(ToneCurve::Srgb().WithBends({0, 0, std::nanf(""), 0, 0, 0, 0}));
 }
 
 TEST(ToneCurve, LightOutsideIsCutOff) {

@@ -45,6 +45,15 @@ TEST(ViewCollector, TakesWhatIsNewAndSharp) {
   EXPECT_EQ(Offer(all, At(200, 200, 9)), ViewVerdict::kTaken);
 }
 
+TEST(ViewCollector, TakesAnotherTiltInTheSamePlace) {
+  ViewCollector collector = Collector();
+  EXPECT_EQ(Offer(collector, At(200, 200)), ViewVerdict::kTaken);
+  EXPECT_EQ(Offer(collector, At(205, 200, 2, 0.97)), ViewVerdict::kAlike);
+  EXPECT_EQ(collector.alike(), 1u);
+  EXPECT_EQ(Offer(collector, At(200, 200, 2, 0.9)), ViewVerdict::kTaken);
+  EXPECT_EQ(Offer(collector, At(200, 200, 2, 0.8)), ViewVerdict::kTaken);
+}
+
 TEST(ViewCollector, TakesNoMoreThanItIsToldTo) {
   ViewCollector collector = Collector();
   for (int i = 0; i < 40; ++i) Offer(collector, At(50 + 25.0 * i, 50 + 17.0 * i));

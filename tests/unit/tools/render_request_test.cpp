@@ -168,6 +168,30 @@ TEST(PlanRender, SheetShowsAllMarkersOfThePageAnotherWayInEachFrame) {
   EXPECT_THAT(Refusal({"--side", "30mm", "--ids", "0-3", "--sheet", "--swarm", "3"}), HasSubstr("choose one"));
 }
 
+TEST(PlanRender, SheetIsOnePrintWithAllOfItOffAlike) {
+  const std::vector<std::string> plain{"--marker", "6x6:secded:30mm", "--ids",   "0-19", "--sheet",
+                                       "--size",   "1280x960",        "--focal", "1100"};
+  std::vector<std::string> off = plain;
+  off.insert(off.end(),
+             {"--print-scale", "1.01,0.98", "--register", "0.1mm", "--ink-spread", "0.03", "--ink", "inkjet"});
+  const auto meant = Plan(plain).markers_at(std::chrono::seconds(0));
+  const auto printed = Plan(off).markers_at(std::chrono::seconds(0));
+  ASSERT_EQ(meant.size(), printed.size());
+  EXPECT_EQ(meant[0].print.scale, Eigen::Vector2d(1, 1));
+  EXPECT_TRUE(meant[0].print.in_register());
+  for (const SceneMarker& marker : printed) {
+    EXPECT_NEAR((marker.print.scale - Eigen::Vector2d(1.01, 0.98)).norm(), 0, 1e-12);
+    EXPECT_FALSE(marker.print.in_register());
+    EXPECT_EQ(marker.print.blue_shift_m, printed[0].print.blue_shift_m);
+    EXPECT_EQ(marker.ink_spread_cells, 0.03);
+    EXPECT_EQ(marker.inks.blue, NamedInks("inkjet")->blue);
+  }
+  const auto apart = [](const std::vector<SceneMarker>& markers) {
+    return (markers[0].camera_from_marker.translation - markers[1].camera_from_marker.translation).norm();
+  };
+  EXPECT_NEAR(apart(printed) / apart(meant), 1.01, 1e-9);  // two of a row
+}
+
 TEST(PlanRender, RoomHasItsReferencesOnTheFloorAndRobotsThatDrive) {
   const test::TemporaryDirectory folder;
   const std::string room = folder / "room.toml";
@@ -182,6 +206,12 @@ TEST(PlanRender, RoomHasItsReferencesOnTheFloorAndRobotsThatDrive) {
   EXPECT_EQ(now[1].camera_from_marker.translation, later[1].camera_from_marker.translation);
   EXPECT_NEAR((now[1].camera_from_marker.translation - now[0].camera_from_marker.translation).norm(), 1.2, 1e-9);
   EXPECT_NEAR((now[5].camera_from_marker.translation - later[5].camera_from_marker.translation).norm(), 0.0935, 0.001);
+  const auto off = Plan({"--marker", "6x6:secded:60mm", "--ids", "0-10", "--room", room, "--distance", "2", "--size",
+                         "1280x960", "--focal", "1100", "--print", "office"});
+  const auto first = off.markers_at(std::chrono::seconds(0)), then = off.markers_at(std::chrono::seconds(1));
+  // Each is a print of its own, and stays it.
+  EXPECT_NE(first[0].print.scale, first[1].print.scale);
+  EXPECT_EQ(first[1].print.scale, then[1].print.scale);
   EXPECT_THAT(Refusal({"--side", "6cm", "--ids", "0-3", "--room", "/nowhere.toml"}), HasSubstr("/nowhere.toml"));
 }
 
