@@ -10,6 +10,7 @@
 #include "core/file.h"
 #include "core/length.h"
 #include "core/number_text.h"
+#include "core/tone_distance.h"
 #include "publish/channels.h"
 #include "publish/lcm_url.h"
 #include "setup/marker_table.h"
@@ -74,6 +75,18 @@ void TakeSizeOfCalibration(DaemonConfig& config) {
   if (camera == nullptr || camera->width || !config.detector.camera) return;
   camera->width = config.detector.camera->width;
   camera->height = config.detector.camera->height;
+}
+
+/// What the configuration says of the curve of the values, where it was measured and is another.
+void CheckToneCurve(TomlTable capture, DaemonConfig& config) {
+  constexpr double kFits = 0.015;  // calibrate lens tells no smaller difference
+  if (!capture.Has("gamma") || !config.detector.camera || !config.detector.camera->tone_curve) return;
+  const CameraOptions* camera = CameraOf(config.capture);
+  const ToneCurve& stated = camera != nullptr ? camera->tone_curve : config.capture.replay.plain.tone_curve;
+  const ToneCurve& measured = *config.detector.camera->tone_curve;
+  if (ToneDistance(stated, measured) > kFits)
+    config.remarks.push_back(capture.Place("gamma") + ": does not fit the camera; its file has " + measured.Name() +
+                             ", as calibrate lens measured it, and that is taken");
 }
 
 void ReadDetect(TomlTable table, DetectorOptions& detector, BudgetOptions& budget) {
@@ -154,6 +167,7 @@ DaemonConfig ReadConfig(TomlFile& file, const std::filesystem::path& base, const
   ReadCamera(root.Table("camera"), base, config);
   config.capture = ReadCaptureOptions(root.Table("capture"), base);
   TakeSizeOfCalibration(config);
+  CheckToneCurve(root.Table("capture"), config);
   ReadDetect(root.Table("detect"), config.detector, config.budget);
   ReadMarkers(root, base, config);
   config.detector.print_tolerance = ReadPrintTolerance(root.Table("print"));

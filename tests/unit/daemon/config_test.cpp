@@ -316,6 +316,24 @@ TEST(Config, NeedsASideWhereThereIsACalibration) {
   EXPECT_EQ(options.capture.size, (FrameSize{640, 480}));
 }
 
+TEST(Config, WarnsOfAGammaThatIsNotTheCameras) {
+  const test::TemporaryDirectory folder;
+  CameraModel camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.tone_curve = ToneCurve::Gamma(1.4);
+  WriteCamera(folder / "camera.toml", camera);
+  const std::string rest = "[[marker]]\nsize = \"6x6\"\nvariant = \"secded\"\nside = 0.1\n";
+  const auto remarks = [&](const std::string& gamma) {
+    const std::string text = "[camera]\ncalibration = \"camera.toml\"\n[capture]\npath = \"swarm\"\n" + gamma + rest;
+    return ParseDaemonConfig(text, "a.toml", folder.path()).remarks;
+  };
+  EXPECT_THAT(remarks("gamma = 2.2\n"),
+              ElementsAre(AllOf(StartsWith("a.toml:5: capture.gamma"), HasSubstr("gamma 1.4"))));
+  EXPECT_THAT(remarks("gamma = 1.41\n"), IsEmpty());
+  EXPECT_THAT(remarks(""), IsEmpty());
+}
+
 TEST(Config, TellsWhereAndHowUrgentlyThreadsRun) {
   const DaemonConfig config = Parse(kMinimal + "[pipeline]\ncpus = [3, 1]\nrealtime_priority = 50\n");
   const PipelineOptions options = MakePipelineOptions(config, "1", 2);
