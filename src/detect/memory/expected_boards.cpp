@@ -1,0 +1,138 @@
+#include "detect/memory/expected_boards.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "detect/common/cover.h"
+
+namespace chequer {
+namespace {
+
+/// As the search samples cells: the share of a cell's side around its middle, and no more than so many pixels.
+constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
+/// The search asks for as many border cells, and for this share of them to match.
+constexpr int kFewestBorderCells = 9;
+constexpr double kBorderShare = 0.85;
+/// Of the contrast of a board, what a cell stands out from its neighbours by at least: cells in a shadow stand out by
+/// half of it and more, what lies over a board by none.
+constexpr float kLeastLead = 0.15f;
+/// Fewer cells that do not show are the fit's to judge.
+constexpr int kFewestHidden = 3;
+/// A cell whose log-likelihood speaks so much against the word contradicts it: one in a hundred of a clear board does.
+constexpr double kContradiction = 4.6;
+/// Contradictions that prints and dirt make.
+constexpr int kMostContradictions = 1;
+
+}  // namespace
+
+ExpectedBoards::ExpectedBoards(const DetectorOptions& options) : options_(options) {
+  for (const MarkerFamily& family : options.families) borders_.push_back(CellSaturation(family.code.size(), 0));
+}
+
+bool ExpectedBoards::IsSaturated(const RememberedBoard& board, int row, int col) const {
+  const std::size_t family = static_cast<std::size_t>(board.family);
+  const MarkerSize size = options_.families[family].code.size();
+  if (IsBorder(size, row, col)) return borders_[family][static_cast<std::size_t>(row * size.cols + col)] != 0;
+  const int bit = (row - 1) * (size.cols - 2) + col - 1;
+  return (board.kernel >> (KernelBits(size) - 1 - bit) & 1) != 0;
+}
+
+bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matrix3d& plane_from_board,
+                            const LightReader& reader, const Lens& lens, AnchoredBoard& board) {
+  board = {};
+  board.size = options_.families[static_cast<std::size_t>(remembered.family)].code.size();
+  board.plane_from_board = plane_from_board;
+  board.scale = remembered.scale;
+  const BoardGeometry geometry(plane_from_board);
+  const auto inside = [&](const Eigen::Vector2d& pixel) {
+    return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= reader.width() - 1 && pixel.y() <= reader.height() - 1;
+  };
+  int found = 0;
+  for (int corner = 0; corner < CornerCount(board.size); ++corner) {
+    const int cols = board.size.cols - 1;
+    const Eigen::Vector2d pixel =
+        lens.ToImage(geometry.ToPlane(CornerOnBoard(board.size, corner / cols, corner % cols)));
+    if (!pixel.allFinite() || !inside(pixel)) continue;
+    board.found[static_cast<std::size_t>(corner)] = true;
+    board.box.Add(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+    ++found;
+  }
+  if (found < FittedBoard::kFewestCorners) return false;
+  board.box.Widen(1.0f / static_cast<float>(std::min(board.size.cols, board.size.rows) - 1));
+  const std::size_t cells = static_cast<std::size_t>(board.size.rows * board.size.cols);
+  board.light.Assign(cells, Eigen::Vector3f::Zero());
+  board.saturated.Assign(cells, 0);
+  board.covered.Assign(cells, 0);
+  Eigen::Matrix2d pixel_by_plane;
+  lens.ToImage(geometry.ToPlane({0, 0}), &pixel_by_plane);
+  const Eigen::Matrix2d pixel_by_board = pixel_by_plane * geometry.PlaneByBoard({0, 0});
+  const float half_px =
+      static_cast<float>(std::min(kSampledShare * pixel_by_board.colwise().norm().minCoeff(), kMostSampledPx));
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    const int row = static_cast<int>(cell) / board.size.cols, col = static_cast<int>(cell) % board.size.cols;
+    const Eigen::Vector2d pixel = lens.ToImage(geometry.ToPlane(MiddleOfCell(board.size, static_cast<int>(cell))));
+    board.saturated[cell] = IsSaturated(remembered, row, col);
+    board.covered[cell] = !inside(pixel);
+    if (board.covered[cell]) continue;
+    board.light[cell] =
+        reader.RoughRgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), half_px).cwiseMax(0);
+  }
+  HideWhatDoesNotShow(board);
+  return true;
+}
+
+void ExpectedBoards::HideWhatDoesNotShow(AnchoredBoard& board) {
+  const MarkerSize size = board.size;
+  std::array<float, kMaxCells> value;
+  std::array<std::uint8_t, kMaxCells> shows;
+  const std::size_t cells = board.light.size();
+  float contrast = 0;
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    value[cell] = std::sqrt(std::max(board.light[cell][0] + board.light[cell][1], 0.0f));
+    shows[cell] = !board.covered[cell];
+    const bool dark = IsDark(static_cast<int>(cell) / size.cols, static_cast<int>(cell) % size.cols);
+    contrast += (dark ? -2.0f : 2.0f) * value[cell] / static_cast<float>(cells);
+  }
+  const std::span<const float> leads =
+      neighbours_.Of(size.rows, size.cols, std::span(value).first(cells), std::span(shows).first(cells));
+  int hidden = 0;
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    const bool dark = IsDark(static_cast<int>(cell) / size.cols, static_cast<int>(cell) % size.cols);
+    const float lead = dark ? -leads[cell] : leads[cell];
+    shows[cell] = !board.covered[cell] && lead >= kLeastLead * contrast;
+    hidden += !shows[cell];
+  }
+  if (hidden < kFewestHidden) return;
+  for (std::size_t cell = 0; cell < cells; ++cell) board.covered[cell] = !shows[cell];
+  HideBetween(size, std::span(board.covered.data(), cells));
+}
+
+ExpectedBoards::Evidence ExpectedBoards::EvidenceOf(const RememberedBoard& remembered,
+                                                    const Identifier& identifier) const {
+  const MarkerSize size = options_.families[static_cast<std::size_t>(remembered.family)].code.size();
+  Evidence evidence;
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col) {
+      const Identifier::Reading reading = identifier.ReadingOf(size, {row, col});
+      if (reading.hidden) continue;
+      const bool saturated = IsSaturated(remembered, row, col);
+      if (IsBorder(size, row, col)) {
+        if (!reading.saturated) continue;
+        ++evidence.border_seen;
+        evidence.border_matches += *reading.saturated == saturated;
+      } else {
+        const double for_word = saturated ? double{reading.log_likelihood} : -double{reading.log_likelihood};
+        evidence.log_likelihood += for_word;
+        evidence.contradictions += for_word < -kContradiction;
+      }
+    }
+  return evidence;
+}
+
+bool AgreesWith(const ExpectedBoards::Evidence& evidence) {
+  return evidence.border_seen >= kFewestBorderCells && evidence.border_matches >= kBorderShare * evidence.border_seen &&
+         evidence.log_likelihood >= 0 && evidence.contradictions <= kMostContradictions;
+}
+
+}  // namespace chequer
