@@ -441,10 +441,17 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
   if (fitted->signal_to_noise < kLeastSignal) return refuse(Refusal::kNoise, fitted->signal_to_noise, kLeastSignal);
   if (fitted->reprojection_rms_px > kMostDeviationPx)
     return refuse(Refusal::kCornersOff, fitted->reprojection_rms_px, kMostDeviationPx);
-  const Identity identity = worker.identifier.Identify(*fitted, board.size, reader, lens);
+  Identity identity = worker.identifier.Identify(*fitted, board.size, reader, lens);
   outcome.work.Add(WorkStep::kMixedPixel, identity.mixed_pixels);
   tracer.Read(index, *fitted, identity, worker.identifier, lens);
-  if (!identity.plausible) return refuse(Refusal::kCellsHidden);
+  if (!identity.id_decided || !identity.plausible)
+    outcome.agrees = AgreesWithExpected(index, *fitted, identity, worker);
+  if (!identity.plausible) {
+    if (!outcome.agrees) return refuse(Refusal::kCellsHidden);
+    // Too little shows for a board that is not followed: it is one only with the identity that it had.
+    outcome.carried_or_none = true;
+    identity.id_decided = false;
+  }
   std::optional<std::array<PlanePose, 2>> poses;
   BoardMeasurement measured;
   if (lens.calibrated()) {
@@ -456,8 +463,6 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
   outcome.accepted = true;
   outcome.plane_from_board = fitted->geometry.plane_from_board();
   if (identity.id_decided) outcome.kernel = identity.decoded->kernel;
-  if (index < frame->expected.size() && !identity.id_decided && identity.saturation_told)
-    outcome.agrees = AgreesWith(expected_boards.EvidenceOf(frame->expected[index], worker.identifier));
   outcome.image = fitted->image;
   Describe(*fitted, identity, options, lens, outcome.marker);
   if (!poses) return outcome;

@@ -32,6 +32,8 @@
 namespace chequer {
 
 struct Detector::Impl {
+  struct Worker;
+
   explicit Impl(DetectorOptions given);
 
   /// A frame of a stream.
@@ -82,6 +84,10 @@ struct Detector::Impl {
   /// Whether what a fitted board says of the image holds for others. One that was predicted may have been fitted where
   /// something else lies.
   bool TellsTraits(std::size_t board) const;
+  /// Whether what shows of a board that was expected, and whose identity is not decided, lies where it was expected and
+  /// is the remembered one's.
+  bool AgreesWithExpected(std::size_t board, const FittedBoard& fitted, const Identity& identity,
+                          const Worker& worker) const;
   bool WasRead(std::size_t expected) const {
     const Outcome& outcome = frame->outcomes[expected];
     const RememberedBoard& board = frame->expected[expected];
@@ -144,6 +150,8 @@ struct Detector::Impl {
     std::uint64_t kernel = 0;  ///< that the id was read from
     /// Of a board that was expected and is not decided: what shows is the remembered one's.
     bool agrees = false;
+    /// So little of it shows that it is one only if its identity is carried.
+    bool carried_or_none = false;
     bool carried = false;       ///< its identity is the remembered one's
     bool contradicted = false;  ///< another was read where it was expected
     bool deferred = false;      ///< it was not fitted, or not as it should be

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/median.h"
+#include "detect/common/board_geometry.h"
 #include "detect/detector_impl.h"
 #include "detect/identity/marker_description.h"
 #include "detect/memory/common_shift.h"
@@ -21,6 +22,10 @@ namespace {
 /// A board that was lost is searched so far around where it was expected, as a share of its side: robots that brake or
 /// turn as hard as they can move by a tenth within a frame, what is pushed by as much again.
 constexpr float kLostReach = 0.6f;
+
+/// A board that is followed lies where it was expected to within so much of a cell; a fit that was pulled to what lies
+/// beside it, by a cell.
+constexpr double kMostOffCells = 0.4;
 
 /// Where boards show less of their contrast in the last frame, in the median, they may all lie elsewhere: half a cell
 /// off leaves none of it. Also where the light changes, which costs the search.
@@ -72,6 +77,9 @@ void Detector::Impl::ExpectBoards(const StreamFrame& stream, const LightReader& 
   }
   stats.expected = static_cast<int>(frame->expected.size());
   FollowShift(reader, lens);
+  const bool sharp = frame->contrast_share >= kContrastOfExpected;
+  for (std::size_t i = 0; i < frame->expected.size(); ++i)
+    expected_boards.HideWhatDoesNotShow(frame->expected[i], sharp, frame->boards[i]);
   LeadWithClearest();
 }
 
@@ -121,6 +129,15 @@ void Detector::Impl::FollowShift(const LightReader& reader, const Lens& lens) {
     frame->boards.erase(frame->boards.begin() + out);
     frame->expected.erase(frame->expected.begin() + out);
   }
+}
+
+bool Detector::Impl::AgreesWithExpected(std::size_t board, const FittedBoard& fitted, const Identity& identity,
+                                        const Worker& worker) const {
+  if (board >= frame->expected.size() || !identity.saturation_told) return false;
+  const AnchoredBoard& expected = frame->boards[board];
+  const double cell = std::sqrt(std::abs(BoardGeometry(expected.plane_from_board).PlaneByBoard({0, 0}).determinant()));
+  return FarthestOff(expected, fitted.geometry.plane_from_board()) < kMostOffCells * cell &&
+         AgreesWith(expected_boards.EvidenceOf(frame->expected[board], worker.identifier));
 }
 
 bool Detector::Impl::MayCarry(const StreamFrame& stream, std::size_t expected) const {
@@ -184,6 +201,10 @@ void Detector::Impl::JudgeExpected(const StreamFrame& stream, bool finally, Trac
       outcome.carried = true;
       CarryIdentity(board.family, board.id, options, outcome.marker);
     }
+    if (finally && !carried && outcome.carried_or_none && outcome.accepted) {
+      outcome.accepted = false;
+      tracer.Refuse(i, Refusal::kCellsHidden);
+    }
     if (finally || read || carried || outcome.wants_more) continue;
     PixelBox box = frame->boards[i].box;
     box.Widen(kLostReach);
@@ -244,6 +265,11 @@ void Detector::Impl::Remember(const StreamFrame& stream, const Lens& lens) {
       }
       read.box = frame->boards[i].box;
       read.contrast = SampledContrast(frame->boards[i]);
+      if (!outcome.carried && !outcome.marker.Has(Warning::kPartlyHidden) &&
+          outcome.marker.corners_used == CornerCount(frame->boards[i].size))
+        expected_boards.LearnLeads(frame->boards[i], read);
+      else if (before)
+        read.leads = before->leads;
       read.Move(before, before ? Shifted(before->plane_from_board, shift_px, lens) : Eigen::Matrix3d::Identity(),
                 outcome.plane_from_board, passed_s);
     } else if (is_expected && outcome.deferred && !outcome.accepted) {

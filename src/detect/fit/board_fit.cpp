@@ -48,6 +48,8 @@ constexpr int kMostFromPrediction = 4;
 /// chosen by where the board is thought to lie, and a start that is 0.1 px off changes a pose by 0.1 standard
 /// deviations. Corners that were found have boards off by as much.
 constexpr double kOtherPixelsPx = 0.15;
+/// Where it has moved farther, the cells' illumination was sampled elsewhere than it lies.
+constexpr double kOtherLevelsPx = 0.5;
 /// A step that moves a predicted board less leaves its edges where they are told from.
 constexpr double kStillForEdgesPx = 0.1;
 /// Light of a saturated pixel: code 254 and up.
@@ -424,7 +426,11 @@ bool BoardFit::LeavePrediction(const LightReader& reader, const Lens& lens, Lane
     SetPlaces();
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
   }
-  return FarthestMove(run_->light.collected_for) <= kOtherPixelsPx || Recollect(reader, lens);
+  const double moved_px = FarthestMove(run_->light.collected_for);
+  if (moved_px > kOtherPixelsPx && !Recollect(reader, lens)) return false;
+  // Levels that were sampled so far off leave more residuals than noise does.
+  return moved_px <= kOtherLevelsPx || sums == LaneSums::kLevels ||
+         (Step(LaneSums::kLevels) && run_->step.corner_px <= kRunawayPx);
 }
 
 bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {

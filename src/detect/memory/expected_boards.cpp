@@ -17,12 +17,19 @@ constexpr double kBorderShare = 0.85;
 /// Of the contrast of a board, what a cell stands out from its neighbours by at least: cells in a shadow stand out by
 /// half of it and more, what lies over a board by none.
 constexpr float kLeastLead = 0.15f;
+/// Of what a cell stood out by before, over what the board's others do now: what lies over a cell and its neighbours
+/// leaves a third, a shadow's edge over a half.
+constexpr float kLeastOfLead = 0.45f;
 /// Fewer cells that do not show are the fit's to judge.
 constexpr int kFewestHidden = 3;
 /// A cell whose log-likelihood speaks so much against the word contradicts it: one in a hundred of a clear board does.
 constexpr double kContradiction = 4.6;
 /// Contradictions that prints and dirt make.
 constexpr int kMostContradictions = 1;
+
+bool IsDarkAt(MarkerSize size, std::size_t cell) {
+  return IsDark(static_cast<int>(cell) / size.cols, static_cast<int>(cell) % size.cols);
+}
 
 }  // namespace
 
@@ -78,34 +85,56 @@ bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matr
     board.light[cell] =
         reader.RoughRgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), half_px).cwiseMax(0);
   }
-  HideWhatDoesNotShow(board);
   return true;
 }
 
-void ExpectedBoards::HideWhatDoesNotShow(AnchoredBoard& board) {
+void ExpectedBoards::MeasureLeads(const AnchoredBoard& board) {
   const MarkerSize size = board.size;
   std::array<float, kMaxCells> value;
-  std::array<std::uint8_t, kMaxCells> shows;
+  std::array<std::uint8_t, kMaxCells> counts;
   const std::size_t cells = board.light.size();
   float contrast = 0;
   for (std::size_t cell = 0; cell < cells; ++cell) {
     value[cell] = std::sqrt(std::max(board.light[cell][0] + board.light[cell][1], 0.0f));
-    shows[cell] = !board.covered[cell];
-    const bool dark = IsDark(static_cast<int>(cell) / size.cols, static_cast<int>(cell) % size.cols);
-    contrast += (dark ? -2.0f : 2.0f) * value[cell] / static_cast<float>(cells);
+    counts[cell] = !board.covered[cell];
+    contrast += (IsDarkAt(size, cell) ? -2.0f : 2.0f) * value[cell] / static_cast<float>(cells);
   }
   const std::span<const float> leads =
-      neighbours_.Of(size.rows, size.cols, std::span(value).first(cells), std::span(shows).first(cells));
+      neighbours_.Of(size.rows, size.cols, std::span(value).first(cells), std::span(counts).first(cells));
+  for (std::size_t cell = 0; cell < cells; ++cell)
+    leads_[cell] = (IsDarkAt(size, cell) ? -leads[cell] : leads[cell]) / std::max(contrast, 1e-6f);
+}
+
+void ExpectedBoards::LearnLeads(const AnchoredBoard& board, RememberedBoard& remembered) {
+  MeasureLeads(board);
+  remembered.leads.Assign(board.light.size(), 0.0f);
+  std::copy_n(leads_.begin(), board.light.size(), remembered.leads.begin());
+}
+
+void ExpectedBoards::HideWhatDoesNotShow(const RememberedBoard& remembered, bool sharp, AnchoredBoard& board) {
+  MeasureLeads(board);
+  const std::size_t cells = board.light.size();
+  const bool known = sharp && remembered.leads.size() == cells;
+  // What lies over a part of the board takes from its contrast: what shows stands out by as much more.
+  float gain = 1;
+  if (known) {
+    std::array<float, kMaxCells> gains;
+    for (std::size_t cell = 0; cell < cells; ++cell)
+      gains[cell] = leads_[cell] / std::max(remembered.leads[cell], kLeastLead);
+    const auto most = gains.begin() + static_cast<std::ptrdiff_t>(cells * 2 / 3);
+    std::nth_element(gains.begin(), most, gains.begin() + static_cast<std::ptrdiff_t>(cells));
+    gain = *most;
+  }
+  std::array<std::uint8_t, kMaxCells> shows;
   int hidden = 0;
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    const bool dark = IsDark(static_cast<int>(cell) / size.cols, static_cast<int>(cell) % size.cols);
-    const float lead = dark ? -leads[cell] : leads[cell];
-    shows[cell] = !board.covered[cell] && lead >= kLeastLead * contrast;
+    const float least = known ? std::max(kLeastLead, kLeastOfLead * gain * remembered.leads[cell]) : kLeastLead;
+    shows[cell] = !board.covered[cell] && leads_[cell] >= least;
     hidden += !shows[cell];
   }
   if (hidden < kFewestHidden) return;
   for (std::size_t cell = 0; cell < cells; ++cell) board.covered[cell] = !shows[cell];
-  HideBetween(size, std::span(board.covered.data(), cells));
+  HideBetween(board.size, std::span(board.covered.data(), cells));
 }
 
 ExpectedBoards::Evidence ExpectedBoards::EvidenceOf(const RememberedBoard& remembered,

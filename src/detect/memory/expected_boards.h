@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -20,8 +21,9 @@ class ExpectedBoards {
   /// @param options must outlive it.
   explicit ExpectedBoards(const DetectorOptions& options);
 
-  /// Fills `board` as if it had been found at that place; the illumination of its cells is sampled there. False where
-  /// too little of it lies in the image. @param plane_from_board where it is expected.
+  /// Fills `board` as if it had been found at that place; the illumination of its cells is sampled there, and those
+  /// outside the image are covered. False where too little of it lies in the image. @param plane_from_board where it is
+  /// expected.
   bool Expect(const RememberedBoard& remembered, const Eigen::Matrix3d& plane_from_board, const LightReader& reader,
               const Lens& lens, AnchoredBoard& board);
 
@@ -34,15 +36,23 @@ class ExpectedBoards {
   /// @pre the identifier's last Identity::saturation_told.
   Evidence EvidenceOf(const RememberedBoard& remembered, const Identifier& identifier) const;
 
+  /// Marks the cells as covered that do not stand out from their neighbours, and where the image is as sharp as it was,
+  /// those that stand out much less than they did. @pre `board` was expected.
+  void HideWhatDoesNotShow(const RememberedBoard& remembered, bool sharp, AnchoredBoard& board);
+  /// What RememberedBoard::leads has of a board that nothing lies over.
+  void LearnLeads(const AnchoredBoard& board, RememberedBoard& remembered);
+
  private:
-  /// Marks the cells as covered that do not stand out from their neighbours.
-  void HideWhatDoesNotShow(AnchoredBoard& board);
+  /// By how much the cells stand out from their neighbours, over the board's contrast; covered cells do not count.
+  void MeasureLeads(const AnchoredBoard& board);
   bool IsSaturated(const RememberedBoard& board, int row, int col) const;
 
   const DetectorOptions& options_;
   /// By family: saturation of the cells of a board without kernel, row by row.
   std::vector<std::vector<std::uint8_t>> borders_;
-  NeighbourLead neighbours_;  ///< scratch
+  // Scratch.
+  NeighbourLead neighbours_;
+  std::array<float, kMaxCells> leads_{};
 };
 
 /// Whether the cells that show are those of the remembered identity, although they are too few to decide it.

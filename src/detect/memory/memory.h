@@ -9,6 +9,7 @@
 
 #include "chequer/detector_memory.h"
 #include "chequer/marker.h"
+#include "detect/common/fixed_vector.h"
 #include "detect/common/light.h"
 
 namespace chequer {
@@ -32,7 +33,10 @@ struct RememberedBoard {
   /// How much farther its centre went than in the time before that, plane units: robots gain and lose speed over
   /// several frames.
   Eigen::Vector2d drift = Eigen::Vector2d::Zero();
-  double spin = 0;      ///< and how much farther it turned, rad
+  double spin = 0;  ///< and how much farther it turned, rad
+  /// By cell: by how much it stood out from its neighbours when nothing lay over the board, as a share of the contrast
+  /// (ExpectedBoards); empty where that is not known.
+  FixedVector<float, kMaxCells> leads;
   double contrast = 0;  ///< as sampled where it was (SampledContrast)
   /// How far at most its outline lay from where it was expected in the last frame, plane units; infinite where it was
   /// not.
