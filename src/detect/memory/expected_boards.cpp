@@ -23,9 +23,8 @@ constexpr float kLeastOfLead = 0.45f;
 /// Fewer cells that do not show are the fit's to judge.
 constexpr int kFewestHidden = 3;
 /// A cell whose log-likelihood speaks so much against the word contradicts it: one in a hundred of a clear board does.
+/// Of two words, all but one of the cells that differ may be occluded: a single one ends what is carried.
 constexpr double kContradiction = 4.6;
-/// Contradictions that prints and dirt make.
-constexpr int kMostContradictions = 1;
 
 bool IsDarkAt(MarkerSize size, std::size_t cell) {
   return IsDark(static_cast<int>(cell) / size.cols, static_cast<int>(cell) % size.cols);
@@ -161,7 +160,7 @@ ExpectedBoards::Evidence ExpectedBoards::EvidenceOf(const RememberedBoard& remem
 
 bool AgreesWith(const ExpectedBoards::Evidence& evidence) {
   return evidence.border_seen >= kFewestBorderCells && evidence.border_matches >= kBorderShare * evidence.border_seen &&
-         evidence.log_likelihood >= 0 && evidence.contradictions <= kMostContradictions;
+         evidence.log_likelihood >= 0 && evidence.contradictions == 0;
 }
 
 }  // namespace chequer
