@@ -176,6 +176,7 @@ struct Detector::Impl {
 
   /// What is known of one image.
   struct Frame {
+    std::size_t lost = 0;                   ///< of the boards that were expected, those that are searched around
     std::vector<RememberedBoard> expected;  ///< the first of the boards, one each
     int frames_on = 1;                      ///< since the last frame of the stream
     FrameTime last_captured{};

@@ -206,6 +206,7 @@ void Detector::Impl::JudgeExpected(const StreamFrame& stream, bool finally, Trac
       tracer.Refuse(i, Refusal::kCellsHidden);
     }
     if (finally || read || carried || outcome.wants_more) continue;
+    ++frame->lost;
     PixelBox box = frame->boards[i].box;
     box.Widen(kLostReach);
     frame->regions.Add(box);
@@ -213,7 +214,9 @@ void Detector::Impl::JudgeExpected(const StreamFrame& stream, bool finally, Trac
 }
 
 void Detector::Impl::ChooseRegions(const StreamFrame* stream, const Lens& lens) {
-  if (!stream || !stream->memory.filled || stream->memory.since_search + frame->frames_on >= options.search_every) {
+  // Where most boards are lost, it is another picture: a cut, or a camera that was turned.
+  if (!stream || !stream->memory.filled || stream->memory.since_search + frame->frames_on >= options.search_every ||
+      2 * frame->lost > frame->expected.size()) {
     frame->regions.AddAll();
   } else {
     for (const OpenPlace& place : stream->memory.open) {

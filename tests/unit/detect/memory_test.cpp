@@ -254,6 +254,18 @@ TEST(Memory, FindsALostBoardAtOnce) {
   EXPECT_LT(follower.Next(image.view()).stats.searched_px, 1);
 }
 
+TEST(Memory, SearchesAllOfAnotherPicture) {
+  const Image image = WithMarker(3).Draw();
+  test::KnownFrame other = WithMarker(3);
+  other.scene.markers[0].camera_from_marker.translation += Eigen::Vector3d(0.25, -0.2, 0);
+  DetectorOptions options = OptionsFor(WithMarker(3));
+  options.search_every = 64;
+  Follower follower(options);
+  follower.Next(image.view());
+  EXPECT_EQ(IdsOf(follower.Next(image.view())), Ids{3});
+  EXPECT_EQ(IdsOf(follower.Next(other.Draw().view())), Ids{3}) << "of the same frame";
+}
+
 TEST(Memory, EndsWithGapsSizesAndTimesThatGoBack) {
   const Image image = WithMarker(3).Draw();
   const std::int64_t all = std::int64_t{image.width()} * image.height();
