@@ -18,6 +18,7 @@ target_sources(chequer PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR}/i
   ${PROJECT_SOURCE_DIR}/include/chequer/camera_model.h
   ${PROJECT_SOURCE_DIR}/include/chequer/detect_trace.h
   ${PROJECT_SOURCE_DIR}/include/chequer/detector.h
+  ${PROJECT_SOURCE_DIR}/include/chequer/detector_memory.h
   ${PROJECT_SOURCE_DIR}/include/chequer/geometry.h
   ${PROJECT_SOURCE_DIR}/include/chequer/image.h
   ${PROJECT_SOURCE_DIR}/include/chequer/marker.h

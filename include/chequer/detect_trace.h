@@ -125,6 +125,31 @@ struct TracePlace {
 /// One sentence that says why a place was viewed or not and what it showed, with the figures; for people.
 std::string Explain(const TracePlace& place);
 
+/// What became of a board that a memory expected in the image.
+enum class ExpectedFate : std::uint8_t {
+  kRead,      ///< its identity was read there
+  kCarried,   ///< too much of it is occluded to read its identity: it goes on with the one it had
+  kNoId,      ///< a board lies there whose identity is not decided, and it does not carry the one it had
+  kOther,     ///< the board that lies there reads otherwise: the memory was dropped, and its place searched
+  kLost,      ///< no board fits there: its place was searched
+  kDeferred,  ///< the budget did not last for it
+};
+
+/// A board that a memory expected.
+struct TraceExpected {
+  ExpectedFate fate = ExpectedFate::kLost;
+  std::uint64_t id = 0;
+  /// Where it was expected, the shift of all boards included: its corners in the image, round it.
+  std::array<Eigen::Vector2f, 4> outline_px = Zeros<Eigen::Vector2f, 4>();
+  Eigen::Vector2d center_px{0, 0};  ///< there
+  /// From where its centre was expected to where the fit has it; zero where there is no fit.
+  Eigen::Vector2d off_px{0, 0};
+  double ago_s = 0;  ///< since its identity was last read
+};
+
+/// One sentence that says what became of it, with the figures; for people.
+std::string Explain(const TraceExpected& expected);
+
 /// What every stage of a detection saw. Filled by Detector::Detect where one is given; costs time and memory then.
 struct DetectTrace {
   struct Corner {
@@ -145,6 +170,10 @@ struct DetectTrace {
   std::vector<TraceCandidate> candidates;
   /// In the order in which they were considered.
   std::vector<TracePlace> places;
+  /// Of a frame with a memory.
+  std::vector<TraceExpected> expected;
+  /// By which all boards lay elsewhere than expected, as the camera was moved.
+  Eigen::Vector2d shift_px{0, 0};
 };
 
 }  // namespace chequer

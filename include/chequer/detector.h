@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "chequer/camera_model.h"
+#include "chequer/detector_memory.h"
 #include "chequer/geometry.h"
 #include "chequer/image.h"
 #include "chequer/marker.h"
@@ -29,13 +31,17 @@ enum class Warning : std::uint32_t {
   kPoorWhiteBalance = 1u << 2,  ///< saturated and unsaturated saturations overlap more than configured
   kPartlyHidden = 1u << 3,      ///< cells or corners of the board were not seen
   kAmbiguous = 1u << 4,         ///< the mirrored pose explains the image nearly as well
-  kPoorFit = 1u << 6,           ///< the image says much that the pose does not explain; the covariance is widened
+  /// Too much of the board is occluded to read its identity: it is that of the board that has been followed there from
+  /// frame to frame.
+  kIdCarried = 1u << 5,
+  kPoorFit = 1u << 6,  ///< the image says much that the pose does not explain; the covariance is widened
 };
-/// "id_undecided", "poor_illumination", "poor_white_balance", "partly_hidden", "ambiguous_pose",
+/// "id_undecided", "poor_illumination", "poor_white_balance", "partly_hidden", "ambiguous_pose", "id_carried",
 /// "poor_fit".
 std::string_view WarningName(Warning warning);
 inline constexpr std::array kAllWarnings{Warning::kIdUndecided,  Warning::kPoorIllumination, Warning::kPoorWhiteBalance,
-                                         Warning::kPartlyHidden, Warning::kAmbiguous,        Warning::kPoorFit};
+                                         Warning::kPartlyHidden, Warning::kAmbiguous,        Warning::kIdCarried,
+                                         Warning::kPoorFit};
 
 /// How saturation and luminance are told from colour (the publication, section II-A).
 enum class ColorSpace : std::uint8_t {
@@ -109,6 +115,12 @@ struct DetectorOptions {
   /// least worthwhile is left undone, counted in DetectStats::deferred, and goes first in the next image: then what an
   /// image shows depends on those before it. At least kLeastBudget, or 0.
   std::uint64_t budget = 0;
+  /// With a memory: every place of a stream's frames is searched for new boards in one frame out of so many at least,
+  /// 1..64; places where a board was lost in every one.
+  int search_every = 4;
+  /// With a memory: for so long after its identity was read, a board that is followed keeps it while too much of it is
+  /// occluded to read it, seconds, 0..60; 0: never.
+  double carry_s = 1;
 
   /// Empty, or what is wrong and what would be right.
   std::string Check() const;
@@ -190,8 +202,11 @@ struct DetectStats {
   int refused_border = 0;     ///< groups whose border fits no family, at any placement and turn
   int refused_fit = 0;        ///< boards that the photometric model does not explain, or that others have shown better
   int undecided = 0;          ///< boards whose identity is not decided
+  int expected = 0;           ///< boards that a memory expected in the image
+  int expected_read = 0;      ///< of them, those that were read there
   /// Boards, and places that may be boards, on which something was left undone because the budget did not last.
   int deferred = 0;
+  std::int64_t searched_px = 0;  ///< pixels that were searched for corners
   /// Units of work, of about 1000 instructions of an x86-64 processor with AVX2 each. Counted as it is done, never by
   /// a clock: the same images in the same order give the same.
   std::uint64_t work = 0;
@@ -215,6 +230,16 @@ class Detector {
   /// @param trace if given, gets what every stage saw (chequer/detect_trace.h): for finding out why a marker is not
   ///   read. The markers are the same.
   void Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace = nullptr);
+
+  /// The markers of the next frame of a stream: boards that the last frames taught are expected where their motion
+  /// takes them and fitted there; the rest of the frame is searched in turns (DetectorOptions::search_every). A pose
+  /// is that of its frame alone, as Detect(image) gives it: nothing is filtered. Depends on the image, the memory and
+  /// the options alone.
+  /// @param captured when the frame was taken, on any clock that runs on evenly.
+  /// @param memory of the frames before; becomes that for the next. After a gap of more than 0.25 s, or in another
+  ///   image size, it begins anew.
+  void Detect(const ImageView& image, std::chrono::nanoseconds captured, DetectorMemory& memory,
+              std::vector<MarkerPose>& markers, DetectTrace* trace = nullptr);
 
   /// Another DetectorOptions::budget, from the next image on. @pre 0 or at least kLeastBudget.
   void set_budget(std::uint64_t units);

@@ -34,6 +34,7 @@ constexpr Words<LogTarget, 3> kTargets{
 constexpr Words<BudgetChoice, 2> kBudgets{{{"auto", BudgetChoice::kAuto}, {"unlimited", BudgetChoice::kUnlimited}}};
 constexpr IntegerRange kBudgetUnits{kLeastBudget, 1'000'000'000};
 constexpr NumberRange kOverlap{0, 0.5};
+constexpr NumberRange kCarry{0, 60};
 constexpr std::size_t kMaxFamilies = 64;
 constexpr std::size_t kMaxNotedBytes = 64u << 20;
 
@@ -89,12 +90,16 @@ void CheckToneCurve(TomlTable capture, DaemonConfig& config) {
                              ", as calibrate lens measured it, and that is taken");
 }
 
-void ReadDetect(TomlTable table, DetectorOptions& detector, BudgetOptions& budget) {
+void ReadDetect(TomlTable table, DaemonConfig& config) {
+  DetectorOptions& detector = config.detector;
   table.Read("color_space", detector.color_space, kColorSpaces);
   table.Read("max_luminance_overlap", detector.max_luminance_overlap, kOverlap);
   table.Read("max_saturation_overlap", detector.max_saturation_overlap, kOverlap);
   table.Read("threads", detector.threads, IntegerRange{1, 64});
-  table.Read("budget", budget.choice, kBudgets, BudgetChoice::kUnits, budget.units, kBudgetUnits);
+  table.Read("memory", config.memory);
+  table.Read("search_every", detector.search_every, IntegerRange{1, 64});
+  table.Read("carry_s", detector.carry_s, kCarry);
+  table.Read("budget", config.budget.choice, kBudgets, BudgetChoice::kUnits, config.budget.units, kBudgetUnits);
 }
 
 void ReadMarkers(TomlTable& root, const std::filesystem::path& base, DaemonConfig& config) {
@@ -168,7 +173,7 @@ DaemonConfig ReadConfig(TomlFile& file, const std::filesystem::path& base, const
   config.capture = ReadCaptureOptions(root.Table("capture"), base);
   TakeSizeOfCalibration(config);
   CheckToneCurve(root.Table("capture"), config);
-  ReadDetect(root.Table("detect"), config.detector, config.budget);
+  ReadDetect(root.Table("detect"), config);
   ReadMarkers(root, base, config);
   config.detector.print_tolerance = ReadPrintTolerance(root.Table("print"));
   for (const char* section : {"world", "robots"})

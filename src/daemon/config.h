@@ -9,11 +9,11 @@
 #include "capture/source_factory.h"
 #include "chequer/detector.h"
 #include "core/toml_reader.h"
+#include "daemon/frame_budget.h"
 #include "daemon/frame_publisher.h"
 #include "daemon/log_options.h"
 #include "daemon/metrics_options.h"
 #include "daemon/scheduling.h"
-#include "daemon/frame_budget.h"
 #include "publish/lcm_publisher.h"
 
 namespace chequer {
@@ -32,6 +32,7 @@ struct DaemonConfig {
   int workers = 0;           ///< 0: one a core
   WhenBusyChoice when_busy = WhenBusyChoice::kAuto;
   BudgetOptions budget;  ///< of a frame
+  bool memory = false;   ///< each frame is begun with what the last ones taught
   SchedulingOptions scheduling;
   /// The world, the robots and the tracks, with the files they name.
   FramePublisherOptions frames;

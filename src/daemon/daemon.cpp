@@ -246,7 +246,11 @@ DetectFrame MakeDetectFrame(const DetectorOptions& options) {
   return [detector = std::make_shared<Detector>(options)](const ImageView& image, DetectedFrame& found) {
     DetectTrace trace;
     detector->set_budget(found.budget);
-    detector->Detect(image, found.markers, found.look ? &trace : nullptr);
+    DetectTrace* const traced = found.look ? &trace : nullptr;
+    if (found.memory)
+      detector->Detect(image, found.captured.time_since_epoch(), *found.memory, found.markers, traced);
+    else
+      detector->Detect(image, found.markers, traced);
     found.stats = detector->stats();
     if (found.look) found.look = LookAt(image, detector->options().families, found.markers, trace);
   };

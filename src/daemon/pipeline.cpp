@@ -54,6 +54,12 @@ struct Pipeline::Impl {
 
   NewestQueue<CapturedFrame> queue;
   ReorderBuffer<Finished> finished;
+  /// What the newest frame that is finished taught. A new pipeline begins without: whatever was changed may matter.
+  struct Taught {
+    std::uint64_t frames = 0;  ///< up to it, that were begun
+    DetectorMemory memory;
+  };
+  Shared<Taught> taught;
   Shared<CaptureReport> capture_report;
   std::atomic<int> workers_left{0};
   std::atomic<bool> look_wanted{true};  ///< by the next frame: one a status is looked at more closely
@@ -235,6 +241,7 @@ struct Pipeline::Impl {
       const std::uint64_t ticket = taken->ticket;
       progress.worker(index).Begin(clock.monotonic());
       Finished result = Detect(detect, taken->item, state.superseded + taken->superseded);
+      if (result.found.memory) Teach(ticket, *result.found.memory);
       auto viewed = KeptForView(taken->item.frame, result.found.markers);
       taken.reset();  // gives the buffer back to the source before it may have to wait for its turn
       progress.worker(index).End();
@@ -264,9 +271,20 @@ struct Pipeline::Impl {
     result.times.started = clock.monotonic();
     if (look_wanted.exchange(false)) result.found.look.emplace();
     result.found.budget = BudgetFor(captured.rate_hz);
+    result.found.captured = frame.captured_monotonic;
+    if (options.memory) taught.Update([&](const Taught& newest) { result.found.memory = newest.memory; });
     detect(frame.image, result.found);
     result.times.detected = clock.monotonic();
     return result;
+  }
+
+  /// Frames that were overtaken by later ones have nothing new to teach. Leaves what there was.
+  void Teach(std::uint64_t ticket, DetectorMemory& memory) {
+    taught.Update([&](Taught& newest) {
+      if (ticket < newest.frames) return;
+      newest.frames = ticket + 1;
+      std::swap(newest.memory, memory);
+    });
   }
 
   std::uint64_t BudgetFor(double rate_hz) const {

@@ -9,6 +9,7 @@
 
 #include "capture/frame_source.h"
 #include "chequer/detector.h"
+#include "chequer/detector_memory.h"
 #include "core/clock.h"
 #include "daemon/capture_loop.h"
 #include "daemon/frame_budget.h"
@@ -44,13 +45,19 @@ struct PipelineOptions {
   /// What is sought, for the hints of the status.
   std::vector<MarkerFamily> families;
   FrameBudget budget;
+  bool memory = false;  ///< each frame is begun with what the last ones taught
   /// Has a value where others may look at the frames.
   std::optional<FrameViewerOptions> view;
 };
 
 /// What a detector made of one frame.
 struct DetectedFrame {
-  std::uint64_t budget = 0;  ///< given to it: the units of work that it may take, 0 for no limit
+  // Given to it:
+  std::uint64_t budget = 0;  ///< the units of work that it may take, 0 for no limit
+  MonotonicTime captured{};  ///< of the frame
+  /// Where frames are begun with one: of the newest frame before that is finished; becomes that of this one.
+  std::optional<DetectorMemory> memory;
+  // Filled by it:
   std::vector<MarkerPose> markers;
   DetectStats stats;
   /// Has a value where one is asked for: the detection is then looked at more closely, and it is filled.
@@ -75,8 +82,8 @@ struct PipelineEvents {
 ///
 ///   capture thread ──▶ NewestQueue ──▶ workers ──▶ ReorderBuffer ──▶ publish thread ──▶ Outbox ──▶ send thread
 ///
-/// Beside them a thread that answers those who look (FrameViewer). Runs from construction until the recording is over, or Stop or Drain is called. At the end every frame that a worker
-/// had begun is published whole, then one last status.
+/// Beside them a thread that answers those who look (FrameViewer). Runs from construction until the recording is over,
+/// or Stop or Drain is called. At the end every frame that a worker had begun is published whole, then one last status.
 class Pipeline {
  public:
   /// @param make_detect called once a worker, before that runs. @pre options in range. Throws std::system_error, and

@@ -128,6 +128,7 @@ Service::Prepared Service::Prepare(const DaemonConfig& config, bool new_source, 
   Prepared prepared;
   prepared.options = MakePipelineOptions(config, version_, std::thread::hardware_concurrency());
   prepared.options.budget = BudgetOf(config.budget, prepared.options);
+  prepared.options.memory = config.memory;
   prepared.detectors = MakeDetectors(config, parts_, prepared.options);
   FramePublisher{prepared.options.frames};  // throws here rather than when the pipeline there is has ended
   if (new_source) prepared.source = parts_.make_source(config.capture);

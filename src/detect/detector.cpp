@@ -11,25 +11,12 @@
 #include <tuple>
 
 #include "chequer/check.h"
-#include "detect/boards/anchor.h"
-#include "detect/boards/second_look.h"
+#include "core/crop.h"
 #include "detect/boards/twins.h"
 #include "detect/common/board_geometry.h"
-#include "detect/common/crew.h"
-#include "detect/common/light.h"
-#include "detect/common/scratch.h"
-#include "detect/common/tone_table.h"
-#include "detect/common/work_meter.h"
-#include "detect/corners/corners.h"
-#include "detect/deferred_places.h"
-#include "detect/fit/fit.h"
-#include "detect/fit_schedule.h"
-#include "detect/grids/grids.h"
-#include "detect/identity/identify.h"
+#include "detect/detector_impl.h"
 #include "detect/identity/marker_description.h"
 #include "detect/pose/plane_pose.h"
-#include "detect/tracer.h"
-#include "detect/work_plan.h"
 
 namespace chequer {
 namespace {
@@ -47,8 +34,9 @@ constexpr std::uint64_t kLeastForGrid = 500;
 /// plain fits of the same board.
 constexpr double kUnitsOfPlain = 300, kUnitsOfPlainPixel = 0.15;
 constexpr std::uint64_t kLeastOfPlain = 5, kMostOfPlain = 50;
-/// The covariance of a pose by the plain fit where another would explain the board better, over what that fit says. With
-/// it, squared errors over the covariance are 0.6 to 1.1 in the mean, measured on robots that move, knocks and hands.
+/// The covariance of a pose by the plain fit where another would explain the board better, over what that fit says.
+/// With it, squared errors over the covariance are 0.6 to 1.1 in the mean, measured on robots that move, knocks and
+/// hands.
 constexpr double kPlainCovariance = 4;
 
 /// Share of the contrast of boards that were found that others have at least.
@@ -57,6 +45,8 @@ constexpr float kShareOfContrast = 0.4f;
 /// Corners of boards lie where they should to 0.15 px even with 8 px of motion blur.
 constexpr double kMostDeviationPx = 0.5;
 
+/// Smaller images, and parts of them, have no room for a board.
+constexpr int kLeastSide = 16;
 /// Whether the middle of a board lies on another.
 bool LiesOn(const AnchoredBoard& board, const AnchoredBoard& other) {
   const Eigen::Vector2d at = (other.plane_from_board.inverse() * board.plane_from_board.col(2)).hnormalized();
@@ -78,117 +68,9 @@ std::vector<BorderPattern> PatternsOf(const DetectorOptions& options) {
 
 }  // namespace
 
-struct Detector::Impl {
-  explicit Impl(DetectorOptions given);
-
-  void Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace);
-  void FindBoards(const LightReader& reader, const Lens& lens, Tracer& tracer);
-  /// The corners of a grid.
-  PixelBox BoxOf(const Grid& grid) const;
-  void SortGrids();
-  /// What lies there is left for the next image.
-  void Defer(const PixelBox& box);
-  void Defer(const FitTask& task);
-  /// Searches the grids for boards, while the budget's share lasts.
-  void AnchorGrids(const LightReader& reader, const Lens& lens, Tracer& tracer);
-  /// Gathers the points that no board explains.
-  void StartSecondLook(const LightReader& reader, Tracer& tracer);
-  /// Takes a second look if the budget lasts for it.
-  void LookAgain(const LightReader& reader, const Lens& lens, Tracer& tracer);
-  /// What a look has shown, another may show again, from what is left around it or more clearly: of boards from `known`
-  /// on, those that are not new take the place of the others or are forgotten.
-  void KeepBetter(std::size_t known, Tracer& tracer);
-  /// Of boards that were found twice, by groups of corners that did not hang together, keeps the one that is known
-  /// better.
-  void RefuseTwins(Tracer& tracer);
-  /// Fits the boards, while the budget lasts: all of them plainly, then those that want more.
-  void FitBoards(const LightReader& reader, const Lens& lens, Tracer& tracer);
-  /// Fits boards until one tells the image's traits. Returns how many were fitted.
-  std::size_t FitFirst(const LightReader& reader, const Lens& lens, Tracer& tracer);
-  /// Of tasks in this order, fits those that the budget lasts for. Returns how many.
-  std::size_t FitInRounds(const LightReader& reader, const Lens& lens, bool plain_only, std::span<FitTask> tasks,
-                          Tracer& tracer);
-  /// Hands the motion and the dot gain of the first of these boards on to the others of the image.
-  void ShareTraits(std::span<const FitTask> round);
-  /// Fits once more, by all that may be in their way, boards for which the plain fit does not do.
-  void Refine(const LightReader& reader, const Lens& lens, Tracer& tracer);
-  /// To fit a board plainly.
-  FitTask TaskOf(std::size_t board) const;
-  void FindMosaic(const ImageView& image, const std::array<float, 256>& table, const Lens& lens,
-                  LightReader& reader) const;
-
-  /// Says that the image is still worked on.
-  void TellProgress() const {
-    if (options.on_progress) options.on_progress();
-  }
-
-  /// What one thread needs for itself. Both begin anew with every board.
-  struct Worker {
-    explicit Worker(const DetectorOptions& options) : identifier(options) {}
-    PhotometricFit fit;
-    Identifier identifier;
-  };
-  /// What became of a board.
-  struct Outcome {
-    bool accepted = false;
-    ImageTraits image;
-    MarkerPose marker;
-    bool deferred = false;    ///< it was not fitted, or not as it should be
-    bool wants_more = false;  ///< only the plain fit was done, and another may explain it better
-    WorkMeter work;
-  };
-  /// How a board is to be fitted.
-  struct FitOrder {
-    std::size_t board = 0;
-    const ImageTraits* image = nullptr;  ///< null: not known yet
-    bool plain_only = false;
-    std::uint64_t most_units = 0;
-  };
-  Outcome Measure(const LightReader& reader, const Lens& lens, const FitOrder& order, Worker& worker,
-                  Tracer& tracer) const;
-
-  /// What is remembered from one image to the next, with a budget; empty without.
-  struct Memory {
-    DeferredPlaces grids, boards;  ///< that were not searched, or not to their end; that were not fitted, or not fully
-    std::uint64_t second_look_most = 0;  ///< units of the second look that was left undone; 0: none was
-  };
-
-  /// What is known of one image.
-  struct Frame {
-    WorkPlan plan{0};
-    WorkMeter work;
-    Pyramid pyramid;
-    std::vector<Corner> corners;
-    GridLinker linker;
-    Grids grids;
-    std::vector<AnchoredBoard> boards;
-    std::vector<Outcome> outcomes;  ///< by board
-    std::vector<FitTask> tasks;
-    std::optional<ImageTraits> traits;  ///< once a board has told them
-    // What single steps need.
-    std::vector<StrongPoint> strong;
-    std::vector<PixelBox> found_in;
-    std::vector<SeenBoard> seen;
-    std::vector<std::size_t> twins;  ///< of them, those that were seen better elsewhere
-  };
-
-  // The same for all images.
-  const DetectorOptions options;
-  // Begun anew with every image: a result depends on its image and the options alone.
-  Scratch<Frame> frame;
-  BoardFinder finder;
-  SecondLook second_look;
-  std::vector<Worker> workers;
-  // Kept from one image to the next.
-  Crew crew;          ///< threads, which sleep between images
-  Memory memory;      ///< what the budget left undone
-  ToneTable tone;     ///< the same curve has the same table
-  DetectStats stats;  ///< of the last image, for those who ask
-  std::uint64_t budget = 0;  ///< set from outside, for the images to come
-};
-
 Detector::Impl::Impl(DetectorOptions given)
     : options(std::move(given)),
+      expected_boards(options),
       finder(PatternsOf(options), options.color_space),
       crew(options.threads, options.on_thread_start),
       budget(options.budget) {
@@ -210,6 +92,7 @@ void Detector::Impl::FindMosaic(const ImageView& image, const std::array<float, 
 }
 
 void Detector::Impl::FindBoards(const LightReader& reader, const Lens& lens, Tracer& tracer) {
+  frame->boards_before = frame->boards.size();
   finder.Start(frame->corners.size());
   SortGrids();
   AnchorGrids(reader, lens, tracer);
@@ -274,12 +157,14 @@ void Detector::Impl::AnchorGrids(const LightReader& reader, const Lens& lens, Tr
 void Detector::Impl::Defer(const PixelBox& box) {
   const Eigen::Vector2f center = box.Center();
   memory.grids.Defer(center, kDeferredReach * box.Side(), memory.grids.Waited(center));
+  frame->open.push_back(box);
   ++stats.deferred;
 }
 
 void Detector::Impl::Defer(const FitTask& task) {
   const PixelBox& box = frame->boards[task.board].box;
   memory.boards.Defer(box.Center(), kDeferredReach * box.Side(), task.waited);
+  frame->open.push_back(box);
   frame->outcomes[task.board].deferred = true;
   ++stats.deferred;
 }
@@ -287,8 +172,11 @@ void Detector::Impl::Defer(const FitTask& task) {
 void Detector::Impl::StartSecondLook(const LightReader& reader, Tracer& tracer) {
   // Among boards, what matters has some of their contrast.
   float least = kStrongContrast;
-  for (const AnchoredBoard& board : frame->boards) frame->found_in.push_back(board.box);
-  if (!frame->boards.empty()) least = std::max(least, kShareOfContrast * finder.ContrastOf(frame->corners));
+  frame->found_in.clear();
+  for (std::size_t i = 0; i < frame->boards.size(); ++i)
+    if (i >= frame->expected.size() || WasRead(i)) frame->found_in.push_back(frame->boards[i].box);
+  if (frame->boards.size() > frame->boards_before)
+    least = std::max(least, kShareOfContrast * finder.ContrastOf(frame->corners));
   frame->strong.assign(frame->pyramid.strong.begin(), frame->pyramid.strong.end());
   for (const Corner& corner : frame->corners)
     if (corner.contrast >= least) frame->strong.push_back({corner.position, corner.contrast});
@@ -332,9 +220,9 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Trac
 
 void Detector::Impl::KeepBetter(std::size_t known, Tracer& tracer) {
   for (std::size_t i = known; i < frame->boards.size();) {
-    std::size_t same = 0;
+    std::size_t same = frame->expected.size();
     while (same < known && !LiesOn(frame->boards[i], frame->boards[same])) ++same;
-    if (same == known) {
+    if (same >= known) {
       ++i;
       continue;
     }
@@ -358,37 +246,64 @@ void Detector::Impl::RefuseTwins(Tracer& tracer) {
   }
 }
 
-void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace) {
+void Detector::Impl::SearchIn(const ImageView& image, SearchRegion region, const LightReader& reader, const Lens& lens,
+                              Tracer& tracer) {
+  const bool whole = region.area() == std::int64_t{image.width()} * image.height();
+  const ImageView part = whole ? image : Crop(image, region.x, region.y, region.width, region.height);
+  if (part.width() < kLeastSide || part.height() < kLeastSide) return;
+  const double pixels = static_cast<double>(region.area());
+  tracer.StartSearch();
+  const int peaks = FindCorners(part, frame->pyramid, frame->corners, tracer.refused_peaks(),
+                                frame->plan.MostPeaks(pixels), {region.x, region.y, &frame->known});
+  frame->linker.Link(frame->pyramid.base, frame->corners, frame->grids);
+  frame->work.Add(WorkStep::kPixel, static_cast<std::uint64_t>(pixels));
+  frame->work.Add(WorkStep::kPeak, static_cast<std::uint64_t>(peaks));
+  frame->work.Add(frame->linker.work());
+  stats.corner_candidates += peaks;
+  stats.corners += static_cast<int>(frame->corners.size());
+  stats.grids += static_cast<int>(frame->grids.grids.size());
+  stats.searched_px += region.area();
+  tracer.Linked(frame->corners, frame->linker, frame->grids);
+  FindBoards(reader, lens, tracer);
+}
+
+void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace,
+                            const StreamFrame* stream) {
   Tracer tracer(trace);
   markers.clear();
   stats = DetectStats{};
-  if (image.width() < 16 || image.height() < 16) return;
+  if (image.width() < kLeastSide || image.height() < kLeastSide) return;
   frame.Start().plan = WorkPlan(budget);
   if (!frame->plan.limited()) memory = {};
-  const bool is_measured = options.camera && options.camera->tone_curve;
-  const std::array<float, 256>& table = tone.Of(is_measured ? *options.camera->tone_curve : image.tone_curve());
-  LightReader reader(image, table);
+  frame->work.Add(WorkStep::kFrame);
+  const bool knows_curve = options.camera && options.camera->tone_curve;
+  const std::array<float, 256>& table = tone.Of(knows_curve ? *options.camera->tone_curve : image.tone_curve());
+  // Boards are sought in the image as it is, and fitted to what the camera has measured of it.
+  const LightReader reader(image, table);
+  LightReader measured(image, table);
   const bool calibrated =
       options.camera && options.camera->width == image.width() && options.camera->height == image.height();
   const Lens lens = calibrated ? Lens(*options.camera) : Lens();
 
-  const double pixels = static_cast<double>(image.width()) * image.height();
-  stats.corner_candidates = FindCorners(image, frame->pyramid, frame->corners, tracer.refused_peaks(),
-                                        frame->plan.MostPeaks(pixels));
-  frame->linker.Link(frame->pyramid.base, frame->corners, frame->grids);
-  frame->work.Add(WorkStep::kFrame);
-  frame->work.Add(WorkStep::kPixel, static_cast<std::uint64_t>(pixels));
-  frame->work.Add(WorkStep::kPeak, static_cast<std::uint64_t>(stats.corner_candidates));
-  frame->work.Add(frame->linker.work());
-  stats.corners = static_cast<int>(frame->corners.size());
-  stats.grids = static_cast<int>(frame->grids.grids.size());
-  tracer.Linked(frame->corners, frame->linker, frame->grids);
-
-  FindBoards(reader, lens, tracer);
-  FindMosaic(image, table, lens, reader);
-
-  FitBoards(reader, lens, tracer);
+  frame->regions.Start(image.width(), image.height());
+  frame->known.Start(image.width(), image.height());
+  if (stream) ExpectBoards(*stream, reader, lens);
+  const std::size_t expected = frame->expected.size();
+  if (expected > 0) {
+    tracer.Anchored(frame->boards, lens, options.color_space);
+    FindMosaic(image, table, lens, measured);
+    FitBoards(0, measured, lens, tracer);
+    JudgeExpected(*stream, false, tracer);
+  }
+  ChooseRegions(stream, lens);
+  for (const SearchRegion& region : frame->regions.regions()) SearchIn(image, region, reader, lens, tracer);
+  tracer.EndSearch();
+  if (expected == 0) FindMosaic(image, table, lens, measured);
+  FitBoards(expected, measured, lens, tracer);
+  if (frame->plan.limited()) Refine(measured, lens, tracer);
+  if (stream) JudgeExpected(*stream, true, tracer);
   RefuseTwins(tracer);
+  stats.boards = static_cast<int>(frame->boards.size());
   for (std::size_t i = 0; i < frame->outcomes.size(); ++i) {
     const Outcome& outcome = frame->outcomes[i];
     if (!outcome.accepted) {
@@ -399,14 +314,18 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
     tracer.Accept(i, static_cast<int>(markers.size()));
     markers.push_back(outcome.marker);
   }
+  if (stream) {
+    TraceExpectations(*stream, lens, tracer);
+    Remember(*stream, lens);
+  }
   memory.grids.EndImage();
   memory.boards.EndImage();
   stats.work = frame->work.units();
 }
 
-std::size_t Detector::Impl::FitFirst(const LightReader& reader, const Lens& lens, Tracer& tracer) {
+std::size_t Detector::Impl::FitFirst(const LightReader& reader, const Lens& lens, std::span<FitTask> tasks,
+                                     Tracer& tracer) {
   // The noise is the camera's, and mostly the blur: the first board that is one tells it for all.
-  std::span<FitTask> tasks(frame->tasks);
   std::size_t done = 0;
   while (done < tasks.size() && !frame->traits) {
     const FitTask& task = tasks[done];
@@ -414,7 +333,7 @@ std::size_t Detector::Impl::FitFirst(const LightReader& reader, const Lens& lens
     Outcome& outcome = frame->outcomes[task.board];
     outcome = Measure(reader, lens, {task.board, nullptr, frame->plan.limited(), task.granted}, workers[0], tracer);
     frame->work.Add(outcome.work);
-    if (outcome.accepted) frame->traits = outcome.image;
+    if (outcome.accepted && TellsTraits(task.board)) frame->traits = outcome.image;
     ++done;
   }
   return done;
@@ -426,17 +345,17 @@ std::size_t Detector::Impl::FitInRounds(const LightReader& reader, const Lens& l
     const auto fit_one = [&](int item, int worker) {
       const std::size_t i = static_cast<std::size_t>(item), later = i + workers.size();
       if (later < round.size()) reader.Prefetch(frame->boards[round[later].board].box);
-      frame->outcomes[round[i].board] =
-          Measure(reader, lens,
-                  {round[i].board, frame->traits ? &*frame->traits : nullptr, plain_only, round[i].granted},
-                  workers[static_cast<std::size_t>(worker)], tracer);
+      frame->outcomes[round[i].board] = Measure(
+          reader, lens, {round[i].board, frame->traits ? &*frame->traits : nullptr, plain_only, round[i].granted},
+          workers[static_cast<std::size_t>(worker)], tracer);
     };
     // By reference: a copy would be allocated.
     crew.Run(static_cast<int>(round.size()), std::ref(fit_one));
     for (const FitTask& task : round) frame->work.Add(frame->outcomes[task.board].work);
     ShareTraits(round);
   };
-  return RunInRounds(frame->plan, !plain_only, tasks, [&] { return frame->work.units(); }, fit_round);
+  return RunInRounds(
+      frame->plan, !plain_only, tasks, [&] { return frame->work.units(); }, fit_round);
 }
 
 void Detector::Impl::ShareTraits(std::span<const FitTask> round) {
@@ -451,16 +370,18 @@ void Detector::Impl::ShareTraits(std::span<const FitTask> round) {
   }
 }
 
-void Detector::Impl::FitBoards(const LightReader& reader, const Lens& lens, Tracer& tracer) {
+void Detector::Impl::FitBoards(std::size_t first, const LightReader& reader, const Lens& lens, Tracer& tracer) {
   frame->outcomes.resize(frame->boards.size());
-  for (std::size_t i = 0; i < frame->boards.size(); ++i) frame->tasks.push_back(TaskOf(i));
+  const std::size_t tasks_before = frame->tasks.size();
+  for (std::size_t i = first; i < frame->boards.size(); ++i) frame->tasks.push_back(TaskOf(i));
   const bool limited = frame->plan.limited();
-  std::vector<FitTask>& tasks = frame->tasks;
+  const std::span<FitTask> tasks = std::span(frame->tasks).subspan(tasks_before);
   if (limited) SortByWaiting(tasks);
-  std::size_t done = FitFirst(reader, lens, tracer);
-  done += FitInRounds(reader, lens, limited, std::span(tasks).subspan(done), tracer);
+  std::size_t done = FitFirst(reader, lens, tasks, tracer);
+  if (first == 0 && CameraMoved(tasks.first(done)))
+    for (std::size_t i = 0; i < frame->expected.size(); ++i) frame->boards[i].smeared = true;
+  done += FitInRounds(reader, lens, limited, tasks.subspan(done), tracer);
   for (std::size_t i = done; i < tasks.size(); ++i) Defer(tasks[i]);
-  if (limited) Refine(reader, lens, tracer);
 }
 
 void Detector::Impl::Refine(const LightReader& reader, const Lens& lens, Tracer& tracer) {
@@ -509,6 +430,7 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
                                                         .saturated = board.saturated,
                                                         .covered = board.covered,
                                                         .found = board.found,
+                                                        .known = KnownTo(index),
                                                         .image = order.image},
                                               .smeared = board.smeared,
                                               .most_units = order.most_units,
@@ -520,10 +442,17 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
   if (fitted->signal_to_noise < kLeastSignal) return refuse(Refusal::kNoise, fitted->signal_to_noise, kLeastSignal);
   if (fitted->reprojection_rms_px > kMostDeviationPx)
     return refuse(Refusal::kCornersOff, fitted->reprojection_rms_px, kMostDeviationPx);
-  const Identity identity = worker.identifier.Identify(*fitted, board.size, reader, lens);
+  Identity identity = worker.identifier.Identify(*fitted, board.size, reader, lens);
   outcome.work.Add(WorkStep::kMixedPixel, identity.mixed_pixels);
   tracer.Read(index, *fitted, identity, worker.identifier, lens);
-  if (!identity.plausible) return refuse(Refusal::kCellsHidden);
+  if (!identity.id_decided || !identity.plausible)
+    outcome.agrees = AgreesWithExpected(index, *fitted, identity, worker);
+  if (!identity.plausible) {
+    if (!outcome.agrees) return refuse(Refusal::kCellsHidden);
+    // Too little shows for a board that is not followed: it is one only with the identity that it had.
+    outcome.carried_or_none = true;
+    identity.id_decided = false;
+  }
   std::optional<std::array<PlanePose, 2>> poses;
   BoardMeasurement measured;
   if (lens.calibrated()) {
@@ -533,6 +462,8 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
     if (!poses) return refuse(Refusal::kNoPose);
   }
   outcome.accepted = true;
+  outcome.plane_from_board = fitted->geometry.plane_from_board();
+  if (identity.id_decided) outcome.kernel = identity.decoded->kernel;
   outcome.image = fitted->image;
   Describe(*fitted, identity, options, lens, outcome.marker);
   if (!poses) return outcome;
@@ -557,6 +488,12 @@ std::vector<MarkerPose> Detector::Detect(const ImageView& image) {
 
 void Detector::Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace) {
   impl_->Detect(image, markers, trace);
+}
+
+void Detector::Detect(const ImageView& image, std::chrono::nanoseconds captured, DetectorMemory& memory,
+                      std::vector<MarkerPose>& markers, DetectTrace* trace) {
+  const Impl::StreamFrame stream{captured, memory.state()};
+  impl_->Detect(image, markers, trace, &stream);
 }
 
 void Detector::set_budget(std::uint64_t units) {

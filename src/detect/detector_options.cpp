@@ -25,6 +25,8 @@ std::string DetectorOptions::Check() const {
   if (budget != 0 && budget < kLeastBudget)
     return "budget " + std::to_string(budget) + ": must be 0, for no limit, or at least " +
            std::to_string(kLeastBudget);
+  if (search_every < 1 || search_every > 64) return "search_every: must be from 1 to 64";
+  if (!(carry_s >= 0 && carry_s <= 60)) return "carry_s: must be from 0 to 60";
   return "";
 }
 
@@ -35,6 +37,7 @@ std::string_view WarningName(Warning warning) {
     case Warning::kPoorWhiteBalance: return "poor_white_balance";
     case Warning::kPartlyHidden: return "partly_hidden";
     case Warning::kAmbiguous: return "ambiguous_pose";
+    case Warning::kIdCarried: return "id_carried";
     case Warning::kPoorFit: return "poor_fit";
   }
   return "";

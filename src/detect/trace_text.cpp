@@ -86,6 +86,26 @@ std::string Explain(const TraceCandidate& candidate) {
   return Fill(SentenceOf(candidate.refusal), candidate.measured, candidate.required);
 }
 
+std::string Explain(const TraceExpected& expected) {
+  const double off_px = expected.off_px.norm();
+  switch (expected.fate) {
+    case ExpectedFate::kRead: return Fill("read %.2f px from where it was expected", off_px, 0);
+    case ExpectedFate::kCarried:
+      return Fill(
+          "too much is occluded to read its id: carried, %.2f px from where it was expected, last read %.2f s ago",
+          off_px, expected.ago_s);
+    case ExpectedFate::kNoId:
+      return Fill(
+          "a board without a readable id lies %.2f px from there; its id was last read %.2f s ago and is not "
+          "carried (too long ago, a frame without a fit since, or cells that contradict it)",
+          off_px, expected.ago_s);
+    case ExpectedFate::kOther: return "another id is read there: forgotten, and its place searched";
+    case ExpectedFate::kLost: return "no board fits there: its place was searched";
+    case ExpectedFate::kDeferred: return "the budget did not last for it: expected again in the next frame";
+  }
+  return "";
+}
+
 std::string Explain(const TracePlace& place) {
   const std::string points = std::to_string(place.points) + " strong contrasts";
   const std::string spread =

@@ -142,10 +142,20 @@ void Tracer::EndLook(std::size_t boards) {
 void Tracer::Anchored(std::span<const AnchoredBoard> boards, const Lens& lens, ColorSpace space) {
   if (!trace_) return;
   place_of_board_.resize(boards.size(), -1);
-  for (std::size_t i = 0; i < boards.size(); ++i) {
+  for (std::size_t i = trace_->candidates.size(); i < boards.size(); ++i) {
     trace_->candidates.push_back(AsAnchored(boards[i], lens, space));
     trace_->candidates.back().place = place_of_board_[i];
   }
+}
+
+void Tracer::Expected(std::vector<TraceExpected> expected, const Eigen::Vector2d& shift_px) {
+  if (!trace_) return;
+  trace_->expected = std::move(expected);
+  trace_->shift_px = shift_px;
+}
+
+void Tracer::EndSearch() {
+  if (!trace_) return;
   for (TraceCandidate& group : groups_) {
     if (group.cells.empty()) {
       for (const int corner : group.corners)

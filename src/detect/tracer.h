@@ -22,6 +22,8 @@ class Tracer {
 
   /// Where the corner stage puts the peaks that it refuses; null if nobody asked.
   std::vector<Eigen::Vector2f>* refused_peaks() { return trace_ ? &trace_->refused_peaks_px : nullptr; }
+  /// What follows is seen in the image itself, not in a second look.
+  void StartSearch() { place_ = -1; }
   /// Corners, links, and the groups that are too small to be grids.
   void Linked(const std::vector<Corner>& corners, const GridLinker& linker, const Grids& grids);
   /// Where the search for boards in the next grid puts the attempt that comes farthest; null if nobody asked.
@@ -36,8 +38,12 @@ class Tracer {
   void Replace(std::size_t board);
   /// @param boards known by now.
   void EndLook(std::size_t boards);
-  /// All boards are anchored.
+  /// These boards are all that are anchored by now; those that were anchored before come first.
   void Anchored(std::span<const AnchoredBoard> boards, const Lens& lens, ColorSpace space);
+  /// What became of the boards that were expected, and by how much all lay elsewhere.
+  void Expected(std::vector<TraceExpected> expected, const Eigen::Vector2d& shift_px);
+  /// The search is over: what is no board follows the boards.
+  void EndSearch();
 
   /// A board is refused.
   void Refuse(std::size_t board, Refusal why, double measured = 0, double required = 0);

@@ -28,6 +28,7 @@ static_assert(static_cast<int>(Warning::kPoorIllumination) == marker_pose_t::WAR
 static_assert(static_cast<int>(Warning::kPoorWhiteBalance) == marker_pose_t::WARNING_POOR_WHITE_BALANCE);
 static_assert(static_cast<int>(Warning::kPartlyHidden) == marker_pose_t::WARNING_PARTLY_HIDDEN);
 static_assert(static_cast<int>(Warning::kAmbiguous) == marker_pose_t::WARNING_AMBIGUOUS_POSE);
+static_assert(static_cast<int>(Warning::kIdCarried) == marker_pose_t::WARNING_ID_CARRIED);
 static_assert(static_cast<int>(Warning::kPoorFit) == marker_pose_t::WARNING_POOR_FIT);
 static_assert(static_cast<int>(ExposureInstant::kUnknown) == poses_t::INSTANT_UNKNOWN);
 static_assert(static_cast<int>(ExposureInstant::kStart) == poses_t::INSTANT_START);

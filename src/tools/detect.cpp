@@ -28,12 +28,16 @@
 namespace chequer {
 namespace {
 
+/// Between images that have no times.
+constexpr std::chrono::milliseconds kPlainInterval{33};
+
 /// The options as typed.
 struct DetectRequest {
   std::vector<std::string> files;
   DetectOptions options;
   int repeat = 1;
   std::uint64_t budget = 0;
+  bool sequence = false;
   bool json = false;
   std::string picture;
 };
@@ -60,6 +64,7 @@ class DetectRun {
   bool Run() {
     for (const std::string& file : request_.files) {
       std::error_code not_there;
+      captured_ += kPlainInterval;
       if (std::filesystem::is_directory(file, not_there))
         Guarded([&] { TakeFolder(file); });
       else
@@ -84,9 +89,13 @@ class DetectRun {
   void TakeFolder(const std::string& folder) {
     const PlainImageOptions plain{.one_channel = one_channel_, .jpeg_colour = JpegColour::kYuv};
     const Recording recording = OpenRecording(folder, plain);
-    for (std::size_t i = 0; i < recording.frames.size(); ++i)
+    memory_.Clear();
+    for (std::size_t i = 0; i < recording.frames.size(); ++i) {
+      captured_ = recording.frames[i].captured_monotonic.time_since_epoch();
       Guarded(
           [&] { Take((std::filesystem::path(folder) / recording.frames[i].file).string(), LoadFrame(recording, i)); });
+    }
+    memory_.Clear();
   }
 
   void Take(const std::string& name, const Image& image) {
@@ -117,10 +126,15 @@ class DetectRun {
     using Clock = std::chrono::steady_clock;
     auto fastest = Clock::duration::max();
     for (int i = 0; i < request_.repeat; ++i) {
+      if (request_.sequence) after_ = memory_;
       const auto start = Clock::now();
-      detector_.Detect(image, markers_);
+      if (request_.sequence)
+        detector_.Detect(image, captured_, after_, markers_);
+      else
+        detector_.Detect(image, markers_);
       fastest = std::min(fastest, Clock::now() - start);
     }
+    std::swap(memory_, after_);
     return std::chrono::duration<double, std::milli>(fastest).count();
   }
 
@@ -128,6 +142,9 @@ class DetectRun {
   PixelFormat one_channel_;
   std::optional<ToneCurve> curve_;
   Detector detector_;
+  DetectorMemory memory_;  ///< of the frames before; empty without --sequence
+  DetectorMemory after_;   ///< and of the last one too
+  std::chrono::nanoseconds captured_{};
   std::vector<MarkerPose> markers_;
   bool is_drawn_;       ///< the first image, or none is to be
   bool kind_is_named_;  ///< by the options; or the likeliest was, of the first image
@@ -150,6 +167,8 @@ void AddOptions(CLI::App& command, DetectRequest& request) {
                   "the next image. 0: no limit")
       ->type_name("N")
       ->capture_default_str();
+  command.add_flag("--sequence", request.sequence,
+                   "The images are frames of a stream: each is begun with what those before it taught");
   command.add_option("--picture", request.picture, "Also the first image with what was read drawn in, .png")
       ->type_name("FILE");
   command.add_flag("--json", request.json, "One JSON object a line and image instead of a table");
@@ -172,7 +191,9 @@ void AddDetectCommand(CLI::App& app) {
       "  chequer detect --calibration camera.toml --marker 6x6 --variant secded --side 0.12 --json a.png b.png\n"
       "Two kinds at once, in raw frames of an industrial camera with linear values:\n"
       "  chequer detect --marker 6x6:secded:0.12 --marker 8x8:golay:0.2 --calibration camera.toml \\\n"
-      "    --pixel-format BayerRG8 --gamma 1 frames/");
+      "    --pixel-format BayerRG8 --gamma 1 frames/\n"
+      "A recording as chequerd goes through it:\n"
+      "  chequer detect --sequence --marker 6x6 --variant secded --json recording/");
   command->callback([request] {
     TakeSetup(request->options, "detect");
     if (!DetectRun(*request).Run()) throw CLI::RuntimeError(kExitInput);

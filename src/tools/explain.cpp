@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -10,7 +12,9 @@
 #include <vector>
 
 #include "capture/image_file.h"
+#include "capture/recording.h"
 #include "chequer/detect_trace.h"
+#include "chequer/detector_memory.h"
 #include "core/convert.h"
 #include "core/file.h"
 #include "tools/commands.h"
@@ -29,6 +33,8 @@ constexpr int kMostPanels = 60;
 /// The options as typed.
 struct ExplainRequest {
   std::string file;
+  std::string sequence;               ///< a recording, instead of an image
+  std::optional<std::int64_t> frame;  ///< of it; the last one where none is named
   std::string out;
   DetectOptions options;
   std::vector<int> region;
@@ -48,22 +54,64 @@ ImageRegion RegionOf(const std::vector<int>& typed, const ImageView& image) {
   return region;
 }
 
+/// An image that is explained.
+struct Subject {
+  std::string name;
+  Image image;
+  /// Of a recording, the memory of the frames before.
+  std::optional<DetectorMemory> memory{};
+  std::chrono::nanoseconds captured{};
+};
+
+/// A frame of a recording, with what the detector was taught by those before it.
+Subject FrameOf(const ExplainRequest& request, PixelFormat one_channel, const std::optional<ToneCurve>& curve,
+                Detector& detector) {
+  const Recording recording =
+      OpenRecording(request.sequence, {.one_channel = one_channel, .jpeg_colour = JpegColour::kYuv});
+  const auto last = static_cast<std::int64_t>(recording.frames.size()) - 1;
+  const std::int64_t asked = request.frame.value_or(last);
+  if (asked < 0 || asked > last)
+    throw CLI::ValidationError("--frame", fmt::format("{} is not in {}: 0 to {}", asked, request.sequence, last));
+  Subject subject;
+  subject.memory.emplace();
+  std::vector<MarkerPose> markers;
+  for (std::size_t i = 0; i <= static_cast<std::size_t>(asked); ++i) {
+    subject.image = LoadFrame(recording, i);
+    subject.captured = recording.frames[i].captured_monotonic.time_since_epoch();
+    subject.name = recording.frames[i].file;
+    if (static_cast<std::int64_t>(i) < asked)
+      detector.Detect(WithToneCurve(subject.image.view(), curve), subject.captured, *subject.memory, markers);
+  }
+  return subject;
+}
+
 void RunExplain(ExplainRequest& request) {
+  if (request.file.empty() == request.sequence.empty())
+    throw CLI::ValidationError("explain", "needs either an IMAGE or a recording, --sequence DIR");
   TakeSetup(request.options, "explain");
   Detector detector(MakeDetectorOptions(request.options));
   const PixelFormat one_channel = ParseOneChannel(request.options.pixel_format);
   const auto curve = ParseGamma(request.options.gamma);
   CheckRange("--panels", request.panels.value_or(0), 0, 10000);
-  const Image loaded = LoadImage(request.file, {one_channel, JpegColour::kYuv, ToneCurve::Srgb()});
-  const ImageView image = WithToneCurve(loaded.view(), curve);
-  CheckCalibrationFits(detector.options(), request.options, request.file, image);
+  Subject subject;
+  if (!request.sequence.empty()) {
+    subject = FrameOf(request, one_channel, curve, detector);
+  } else {
+    subject.name = std::filesystem::path(request.file).filename().string();
+    subject.image = LoadImage(request.file, {one_channel, JpegColour::kYuv, ToneCurve::Srgb()});
+  }
+  const ImageView image = WithToneCurve(subject.image.view(), curve);
+  CheckCalibrationFits(detector.options(), request.options, subject.name, image);
 
   Explanation explanation;
-  explanation.name = std::filesystem::path(request.file).filename().string();
+  explanation.name = subject.name;
   explanation.region = RegionOf(request.region, image);
   std::vector<MarkerPose> markers;
   DetectTrace trace;
-  detector.Detect(image, markers, &trace);
+  if (subject.memory)
+    detector.Detect(image, subject.captured, *subject.memory, markers, &trace);
+  else
+    detector.Detect(image, markers, &trace);
   const Image picture = ToBgr(image);
   explanation.image = picture.view();
   explanation.markers = markers;
@@ -94,7 +142,13 @@ void AddExplainCommand(CLI::App& app) {
       app.add_subcommand("explain", "Shows what the detector saw in an image, and why a marker is not read");
   // Shared, as the callback outlives this function and std::function copies what it holds.
   const auto request = std::make_shared<ExplainRequest>();
-  command->add_option("IMAGE", request->file, "A PNG, JPEG, BMP, PGM or PPM file")->required();
+  command->add_option("IMAGE", request->file, "A PNG, JPEG, BMP, PGM or PPM file");
+  CLI::Option* sequence =
+      command
+          ->add_option("--sequence", request->sequence,
+                       "Instead of an image: a frame of this recording, begun with what those before it taught")
+          ->type_name("DIR");
+  command->add_option("--frame", request->frame, "Which one, from 0 on [the last]")->type_name("N")->needs(sequence);
   command->add_option("--out", request->out, "The picture, a PNG; without it, only the list is printed")
       ->type_name("FILE");
   AddDetectOptions(*command, request->options);
@@ -124,7 +178,9 @@ void AddExplainCommand(CLI::App& app) {
       "  chequer snapshot --config north --out frame.png\n"
       "  chequer explain frame.png --config north --out why.png\n"
       "Why is the marker at (812, 430) not read?\n"
-      "  chequer explain frame.png --marker 6x6:secded --region 750,370,130,130 --out why.png");
+      "  chequer explain frame.png --marker 6x6:secded --region 750,370,130,130 --out why.png\n"
+      "Which markers did the frames before lead it to expect, and what became of them?\n"
+      "  chequer explain --sequence recording --frame 120 --marker 6x6:secded --out why.png");
   command->callback([request] { RunExplain(*request); });
 }
 

@@ -79,6 +79,22 @@ std::string Warnings(const MarkerPose& marker) {
   return text;
 }
 
+/// A line a board that the frames before led to expect; empty where there are none.
+std::string ExpectedText(const Explanation& explanation) {
+  const DetectTrace& trace = *explanation.trace;
+  if (trace.expected.empty()) return {};
+  std::string text = fmt::format("expected by the frames before: {} boards, {} of them read there",
+                                 explanation.stats.expected, explanation.stats.expected_read);
+  if (!trace.shift_px.isZero())
+    text += fmt::format("; the camera moved: all lie ({:.1f}, {:.1f}) px off", trace.shift_px.x(), trace.shift_px.y());
+  text += "\n";
+  for (const TraceExpected& expected : trace.expected)
+    if (explanation.region.Holds(expected.center_px))
+      text += fmt::format("     id {} at ({:.0f}, {:.0f}) px: {}\n", expected.id, expected.center_px.x(),
+                          expected.center_px.y(), Explain(expected));
+  return text;
+}
+
 }  // namespace
 
 Eigen::AlignedBox2d CandidateBox(const Explanation& explanation, const TraceCandidate& candidate) {
@@ -156,7 +172,7 @@ std::string DescribeExplanation(const Explanation& explanation) {
   if (told.size() < explanation.trace->candidates.size())
     text += fmt::format("     {} more groups of corners are not told\n",
                         explanation.trace->candidates.size() - told.size());
-  return text + DescribePlaces(explanation);
+  return text + DescribePlaces(explanation) + ExpectedText(explanation);
 }
 
 std::vector<std::uint8_t> DrawExplanation(const Explanation& explanation, int scale, int most_panels) {

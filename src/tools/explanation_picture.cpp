@@ -66,6 +66,16 @@ void DrawPlaces(Canvas& canvas, const PictureScale& to, const Explanation& expla
   }
 }
 
+/// Where boards were expected.
+void DrawExpected(Canvas& canvas, const PictureScale& to, const DetectTrace& trace) {
+  for (const TraceExpected& expected : trace.expected) {
+    std::array<Eigen::Vector2d, 4> outline;
+    for (std::size_t k = 0; k < 4; ++k) outline[k] = to(expected.outline_px[k].cast<double>());
+    canvas.Polyline(outline, {0, 0, 0, 0.4}, 2.5, true);
+    canvas.Polyline(outline, kIdlePlaceInk, 1, true);
+  }
+}
+
 /// Four corners of a board's outline; those of them that have a place.
 std::vector<Eigen::Vector2d> OutlineOf(const TraceCandidate& candidate, const PictureScale& to) {
   std::vector<Eigen::Vector2d> outline;
@@ -184,6 +194,7 @@ void DrawPicture(Canvas& canvas, const PictureScale& to, const Explanation& expl
   for (std::size_t i = told.size(); i-- > 0;)
     DrawCandidate(canvas, to, explanation, explanation.candidate(told[i]), static_cast<int>(i) + 1, labels);
   std::reverse(labels.begin(), labels.end());
+  DrawExpected(canvas, to, *explanation.trace);
   DrawPlaces(canvas, to, explanation, labels);
   DrawLabels(canvas, picture, labels);
   canvas.EndClip();

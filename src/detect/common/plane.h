@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 
@@ -34,10 +35,14 @@ class BytePlane {
 /// The detection plane of an image: one value a pixel, coded as in the image, in which blue is as dark as black and
 /// yellow as light as white, as far as the format tells without a colour conversion of the frame: (R+G)/2 where there
 /// is colour at every pixel; a 2 × 2 window without its blue sample for Bayer; Y for YUV.
-/// The plane's pixel (x, y) lies at (x + offset, y + offset) of the image.
+/// The plane's pixel (x, y) lies at (x, y) + Origin() of the image.
 struct DetectionPlane {
   BytePlane plane;
-  float offset_px = 0;
+  float offset_px = 0;  ///< along x and along y
+  /// Where the part that is searched begins in the image.
+  Eigen::Vector2f region_px = Eigen::Vector2f::Zero();
+
+  Eigen::Vector2f Origin() const { return region_px + Eigen::Vector2f::Constant(offset_px); }
 };
 
 /// Fills `out`; images smaller than 2 × 2 give an empty plane. Where blue is as dark as black and yellow as light as

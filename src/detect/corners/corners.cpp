@@ -150,23 +150,26 @@ void FindCornersIn(const BytePlane& plane, PeakScan& scan, std::vector<Corner>& 
 }
 
 int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& corners,
-                std::vector<Eigen::Vector2f>* refused_px, std::size_t most_peaks) {
+                std::vector<Eigen::Vector2f>* refused_px, std::size_t most_peaks, const ImagePart& part) {
   corners.clear();
   pyramid.strong.clear();
+  pyramid.base.region_px = Eigen::Vector2i(part.x, part.y).cast<float>();
   Scan(image, pyramid);
   int looked_at = 0;
-  Occupancy occupancy(pyramid.occupied, pyramid.base.plane.width(), pyramid.base.plane.height());
+  Occupancy occupancy(pyramid.occupied, part.x + pyramid.base.plane.width(), part.y + pyramid.base.plane.height());
   for (int level = 0; level < Pyramid::kLevels; ++level) {
     const BytePlane& plane = pyramid.level(level);
     std::vector<Peak>& peaks = pyramid.scans[static_cast<std::size_t>(level)].peaks();
+    const auto place = [&](const Peak& peak) {
+      return pyramid.ToImage({static_cast<float>(peak.x), static_cast<float>(peak.y)}, level);
+    };
+    if (part.known && part.known->any())
+      std::erase_if(peaks, [&](const Peak& peak) { return part.known->Covers(place(peak)); });
     const std::size_t left = most_peaks - std::min(most_peaks, static_cast<std::size_t>(looked_at));
     const bool last = level + 1 == Pyramid::kLevels;
     LimitPeaks(static_cast<double>(plane.width()) * plane.height(), last ? left : left - left / kShareOfCoarser, peaks);
     looked_at += static_cast<int>(peaks.size());
     const float scale = static_cast<float>(1 << level);
-    const auto place = [&](const Peak& peak) {
-      return pyramid.ToImage({static_cast<float>(peak.x), static_cast<float>(peak.y)}, level);
-    };
     // Each corner counts at the finest level that shows it.
     if (level > 0) std::erase_if(peaks, [&](const Peak& peak) { return occupancy.Near(place(peak), 2 * scale); });
     const std::size_t finer = corners.size();

@@ -41,6 +41,17 @@ constexpr double kReachBlurs = 2.2;
 constexpr double kLargeCellPx = 12;
 /// Of a rough fit's pixels, what its unknowns leave to tell the noise, at least.
 constexpr double kLeastLeft = 0.2;
+/// Steps towards a predicted board end once they move it less, …
+constexpr double kStillFromPredictionPx = 0.1;
+constexpr int kMostFromPrediction = 4;
+/// … and where it has moved farther from where its pixels were chosen, they are chosen anew: those at the rim are
+/// chosen by where the board is thought to lie, and a start that is 0.1 px off changes a pose by 0.1 standard
+/// deviations. Corners that were found have boards off by as much.
+constexpr double kOtherPixelsPx = 0.15;
+/// Where it has moved farther, the cells' illumination was sampled elsewhere than it lies.
+constexpr double kOtherLevelsPx = 0.5;
+/// A step that moves a predicted board less leaves its edges where they are told from.
+constexpr double kStillForEdgesPx = 0.1;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
 /// Mean light of a cell of which much is saturated.
@@ -315,6 +326,7 @@ ModelEquations::CornerShift BoardFit::ShiftOf(int corner) const {
 
 bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
+  bool edges_sought = false;
   for (int pass = 1; pass < kMaxPasses; ++pass) {
     if (run_->step.corner_px > kFollowPx) {
       pixels_.PlaceCorners(lens, run_->model.geometry);
@@ -327,8 +339,13 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;
     const bool follows = uneven ? pass < kPassesOfLight : again;
     // The image's first board tells its edges; what they explain is no noise.
-    const bool told = pass == 1 && !start.image && TellEdges();
-    if (noise_known && !changed && !follows && run_->step.corner_px < kSettledPx &&
+    // They are not told from a board that still lies elsewhere.
+    const bool lies =
+        start.known == Start::Known::kFound ? pass == 1 : !edges_sought && run_->step.corner_px < kStillForEdgesPx;
+    const bool told = lies && !start.image && TellEdges();
+    edges_sought = edges_sought || lies;
+    const bool told_late = told && start.known != Start::Known::kFound;
+    if (noise_known && !told_late && !changed && !follows && run_->step.corner_px < kSettledPx &&
         run_->step.blur_share < kSettledBlur)
       break;
     if (uneven ? pass > 1 && pass < kPassesOfLight : again) {
@@ -403,6 +420,19 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   return run_->result.determined();
 }
 
+bool BoardFit::LeavePrediction(const LightReader& reader, const Lens& lens, LaneSums sums) {
+  for (int step = 1; step < kMostFromPrediction && run_->step.corner_px > kStillFromPredictionPx; ++step) {
+    pixels_.PlaceCorners(lens, run_->model.geometry);
+    SetPlaces();
+    if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
+  }
+  const double moved_px = FarthestMove(run_->light.collected_for);
+  if (moved_px > kOtherPixelsPx && !Recollect(reader, lens)) return false;
+  // Levels that were sampled so far off leave more residuals than noise does.
+  return moved_px <= kOtherLevelsPx || sums == LaneSums::kLevels ||
+         (Step(LaneSums::kLevels) && run_->step.corner_px <= kRunawayPx);
+}
+
 bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
@@ -413,8 +443,10 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
   const bool knows_levels =
       start.image && !overexposed && BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * run_->model.blur_px < 1;
   const LaneSums first = knows_levels && !run_->model.own_levels ? LaneSums::kShapes : LaneSums::kLevels;
-  const bool near = Step(first) && run_->step.corner_px <= kRunawayPx;
+  const bool known = knows_levels && start.known == Start::Known::kNear;
+  const bool near = known || (Step(first) && run_->step.corner_px <= kRunawayPx);
   if (!near && !ComeNearByFound(reader, lens, start, choice)) return false;
+  if (start.known == Start::Known::kPredicted && !LeavePrediction(reader, lens, first)) return false;
   if (overexposed) {
     // Levels began at full scale, and the blur has taken up what they lacked: it begins anew.
     run_->model.blur_px = start.blur_px;

@@ -29,6 +29,9 @@ namespace chequer {
 /// its result, and which other fits to try, is PhotometricFit's. Keeps its memory.
 class BoardFit {
  public:
+  /// From a geometry that is so near, a step by all pixels ends the fit: there is nothing to come near to first.
+  static constexpr double kNearPredictionPx = 0.05;
+
   struct Start {
     MarkerSize size;
     BoardGeometry geometry;
@@ -40,6 +43,13 @@ class BoardFit {
     std::span<const std::uint8_t> covered;
     /// Corners that were found; the geometry may have others pixels off.
     CornerFlags found{};
+    /// How well the geometry is known, where a prediction gave it.
+    enum class Known : std::uint8_t {
+      kFound,      ///< corners were found: to about 0.1 px
+      kPredicted,  ///< to a part of a pixel, or several
+      kNear,       ///< to kNearPredictionPx
+    };
+    Known known = Known::kFound;
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
     /// A fit with all terms that is not near its end once so many units (work_meter.h) were spent on the board fails.
@@ -127,6 +137,8 @@ class BoardFit {
   bool Recollect(const LightReader& reader, const Lens& lens);
   /// The first step of boards in plain view, until it has the pixels that are the board's. False if it runs away.
   bool ComeNear(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
+  /// From where a board was predicted to where it lies, with the pixels that are chosen there. False if it runs away.
+  bool LeavePrediction(const LightReader& reader, const Lens& lens, LaneSums sums);
   /// Where the first step runs away: by the pixels around the corners that were found alone, until those lie right,
   /// then by all. False if they run away too, or none are left out.
   bool ComeNearByFound(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);

@@ -112,6 +112,7 @@ void PhotometricFit::ChooseTerms(const Task& task) {
 
 bool PhotometricFit::FitAnew(const Task& task) {
   BoardFit::Start again = task.start;
+  again.known = BoardFit::Start::Known::kFound;
   again.geometry = fit_.result().geometry;
   choice_.smear_px = fit_.motion_px();
   return FitOnce(task, again);

@@ -38,7 +38,7 @@ void GridLinker::KeepMutual() {
 void GridLinker::KeepEdges(const DetectionPlane& detection, const std::vector<Corner>& corners) {
   probes_.Start(2 * links_.size());
   probed_.clear();
-  const Eigen::Vector2f offset = Eigen::Vector2f::Constant(detection.offset_px);
+  const Eigen::Vector2f offset = detection.Origin();
   for (std::size_t i = 0; i < links_.size(); ++i) {
     // Each link once.
     unsigned rays = 0;
@@ -170,7 +170,9 @@ WorkMeter GridLinker::work() const {
 void GridLinker::Link(const DetectionPlane& plane, std::vector<Corner>& corners, Grids& out) {
   out.grids.clear();
   out.corners.clear();
-  search_.Build(plane.plane.width() + 1, plane.plane.height() + 1, corners);
+  const int right = static_cast<int>(plane.region_px.x()) + plane.plane.width(),
+            bottom = static_cast<int>(plane.region_px.y()) + plane.plane.height();
+  search_.Build(right + 1, bottom + 1, corners);
   const int count = static_cast<int>(corners.size());
   links_.resize(corners.size());
   search_.ForEach([&](int i) -> NearestCorners& {

@@ -54,6 +54,15 @@ void Describe(const FittedBoard& fitted, const Identity& identity, const Detecto
   marker.center_px = lens.ToImage(fitted.geometry.ToPlane({0, 0}));
 }
 
+void CarryIdentity(int family, std::uint64_t id, const DetectorOptions& options, MarkerPose& marker) {
+  marker.family = family;
+  marker.variant = options.families[static_cast<std::size_t>(family)].code.variant();
+  marker.id = id;
+  marker.bits_corrected = 0;
+  marker.warnings &= ~static_cast<std::uint32_t>(Warning::kIdUndecided);
+  Set(marker, Warning::kIdCarried);
+}
+
 BoardMeasurement MeasurementOf(const FittedBoard& fitted, std::span<const std::uint8_t> saturated,
                                const MarkerFamily& family, const PrintTolerance& tolerance, double focal_px) {
   const Eigen::Vector2d cell_m = family.CellM();

@@ -18,6 +18,10 @@ namespace chequer {
 void Describe(const FittedBoard& fitted, const Identity& identity, const DetectorOptions& options, const Lens& lens,
               MarkerPose& marker);
 
+/// Gives a marker whose identity is not decided that of the board which was followed there.
+/// @param family index into DetectorOptions::families.
+void CarryIdentity(int family, std::uint64_t id, const DetectorOptions& options, MarkerPose& marker);
+
 /// What a fit says of where a board of a family lies, with what its print may be off. @param saturated by cell.
 BoardMeasurement MeasurementOf(const FittedBoard& fitted, std::span<const std::uint8_t> saturated,
                                const MarkerFamily& family, const PrintTolerance& tolerance, double focal_px);

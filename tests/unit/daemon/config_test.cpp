@@ -60,6 +60,9 @@ void ExpectSameOptions(const DaemonConfig& config, const DaemonConfig& defaults)
   EXPECT_EQ(config.detector.max_saturation_overlap, defaults.detector.max_saturation_overlap);
   EXPECT_EQ(config.detector.threads, defaults.detector.threads);
   EXPECT_EQ(config.detector.print_tolerance, defaults.detector.print_tolerance);
+  EXPECT_EQ(config.memory, defaults.memory);
+  EXPECT_EQ(config.detector.search_every, defaults.detector.search_every);
+  EXPECT_EQ(config.detector.carry_s, defaults.detector.carry_s);
   EXPECT_EQ(config.budget.choice, defaults.budget.choice);
   EXPECT_EQ(config.workers, defaults.workers);
   EXPECT_EQ(config.when_busy, defaults.when_busy);
@@ -262,6 +265,12 @@ TEST(Config, ReadsABudgetAsAWordOrANumber) {
   const BudgetOptions budget = Parse(kMinimal + "[detect]\nbudget = 50000\n").budget;
   EXPECT_EQ(budget.choice, BudgetChoice::kUnits);
   EXPECT_EQ(budget.units, 50'000u);
+}
+
+TEST(Config, ReadsWhetherFramesHaveAMemory) {
+  EXPECT_FALSE(Parse(kMinimal).memory);
+  EXPECT_TRUE(Parse(kMinimal + "[detect]\nmemory = true\n").memory);
+  EXPECT_THAT(Refusal(kMinimal + "[detect]\nmemory = 1\n"), StartsWith("a.toml:7: detect.memory = 1"));
 }
 
 TEST(Config, ReadsSeveralKindsOfMarkers) {

@@ -11,6 +11,7 @@
 #include <system_error>
 #include <thread>
 
+#include "detect/memory/memory.h"
 #include "support/deadline.h"
 #include "support/log_capture.h"
 #include "support/no_room_for_threads.h"
@@ -100,6 +101,23 @@ TEST_F(PipelineTest, PublishesEveryFrameInOrderWithManyWorkers) {
   EXPECT_EQ(*leases_, 0);
 }
 
+TEST_F(PipelineTest, BeginsFramesWithTheMemoryOfTheLastOneWhereAskedTo) {
+  options_.workers = 1;
+  options_.when_busy = WhenBusy::kWait;
+  for (const bool asked : {false, true}) {
+    options_.memory = asked;
+    std::vector<int> taught;
+    Start(Frames(1, 3) + std::vector{kEnd}, [&] {
+      return [&](const ImageView& image, DetectedFrame& found) {
+        taught.push_back(found.memory ? found.memory->state().since_search : -1);
+        if (found.memory) found.memory->state().since_search = static_cast<int>(test::SequenceIn(image));
+      };
+    });
+    pipeline_->Join();
+    EXPECT_EQ(taught, asked ? std::vector({0, 1, 2}) : std::vector({-1, -1, -1}));
+  }
+}
+
 TEST_F(PipelineTest, SaysWhenAndWhereAFrameWasCaptured) {
   options_.camera = "ceiling";
   Start({FrameNumber(7), kEnd});
@@ -176,8 +194,7 @@ TEST_F(PipelineTest, KeepsLatencyBelowTwoFramesWorkWhenFramesComeTwiceAsFast) {
   // The clock moves with the camera: a frame each half of a frame's work; the worker is done after two of them.
   class TooFast final : public FrameSource {
    public:
-    TooFast(test::SteppedClock& clock, Published& published, test::Semaphore& begun,
-            test::Semaphore& done)
+    TooFast(test::SteppedClock& clock, Published& published, test::Semaphore& begun, test::Semaphore& done)
         : behind_(Frames(1, kFrames) + std::vector{kEnd}),
           clock_(clock),
           published_(published),

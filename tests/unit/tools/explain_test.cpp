@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <numbers>
 
 #include "capture/image_file.h"
@@ -222,6 +223,33 @@ TEST_F(ExplainTest, ARegionLeavesOutTheRest) {
   EXPECT_TRUE(ToldCandidates(explanation_).empty());
   EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("no group of corners"));
   EXPECT_GT(DrawExplanation(explanation_, 16, 10).size(), 100u);
+}
+
+TEST_F(ExplainTest, TellsWhatTheFramesBeforeLedToExpect) {
+  EXPECT_THAT(DescribeExplanation(explanation_), ::testing::Not(HasSubstr("expected by")));
+  Detector detector{DetectorOptions{}};
+  DetectorMemory memory;
+  for (int frame = 1; frame <= 2; ++frame) {
+    trace_ = {};
+    detector.Detect(image_.view(), std::chrono::milliseconds(20 * frame), memory, markers_, &trace_);
+  }
+  explanation_.markers = markers_;
+  explanation_.stats = detector.stats();
+  const std::string text = DescribeExplanation(explanation_);
+  EXPECT_THAT(text, HasSubstr("expected by the frames before: 1 boards, 1 of them read there"));
+  EXPECT_THAT(text, HasSubstr("id 1234 at ("));
+  EXPECT_THAT(text, HasSubstr("px from where it was expected"));
+}
+
+TEST_F(ExplainTest, TheCommandTakesAFrameOfARecording) {
+  const test::TemporaryDirectory folder;
+  for (const char* name : {"0.png", "1.png", "2.png"}) WriteFileAtomically(folder / name, PngFromImage(image_.view()));
+  const std::string recording = folder.path().string();
+  testing::internal::CaptureStdout();
+  Run({"--sequence", recording, "--frame", "1"});
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("1 boards, 1 of them read there"));
+  EXPECT_THROW(Run({"--sequence", recording, "--frame", "3"}), CLI::ValidationError);
+  EXPECT_THROW(Run({}), CLI::ValidationError);
 }
 
 TEST_F(ExplainTest, TooLargeAPictureIsRefused) {

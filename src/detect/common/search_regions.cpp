@@ -1,0 +1,95 @@
+#include "detect/common/search_regions.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace chequer {
+namespace {
+
+/// Of the image: with more of it in regions, the whole is searched, which costs little more and needs no merging.
+constexpr double kMostInRegions = 0.5;
+
+bool Overlap(const SearchRegion& a, const SearchRegion& b) {
+  return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
+}
+
+SearchRegion Union(const SearchRegion& a, const SearchRegion& b) {
+  const int x = std::min(a.x, b.x), y = std::min(a.y, b.y);
+  return {x, y, std::max(a.x + a.width, b.x + b.width) - x, std::max(a.y + a.height, b.y + b.height) - y};
+}
+
+}  // namespace
+
+void SearchRegions::Start(int width, int height) {
+  width_ = width;
+  height_ = height;
+  regions_.clear();
+}
+
+void SearchRegions::AddAll() { regions_.assign(1, {0, 0, width_, height_}); }
+
+void SearchRegions::Add(const PixelBox& box) {
+  const auto inside = [](float at, int size) {
+    return static_cast<int>(std::clamp(at, 0.0f, static_cast<float>(size)));
+  };
+  const int left = inside(std::floor(box.left), width_), right = inside(std::ceil(box.right) + 1, width_),
+            top = inside(std::floor(box.top), height_), bottom = inside(std::ceil(box.bottom) + 1, height_);
+  if (left < right && top < bottom) regions_.push_back({left, top, right - left, bottom - top});
+}
+
+std::int64_t SearchRegions::area() const {
+  std::int64_t area = 0;
+  for (const SearchRegion& region : regions_) area += region.area();
+  return area;
+}
+
+void SearchRegions::Merge() {
+  if (static_cast<double>(area()) > kMostInRegions * width_ * height_) return AddAll();
+  for (std::size_t i = 0; i < regions_.size(); ++i)
+    for (std::size_t k = i + 1; k < regions_.size();) {
+      if (!Overlap(regions_[i], regions_[k])) {
+        ++k;
+        continue;
+      }
+      regions_[i] = Union(regions_[i], regions_[k]);
+      regions_.erase(regions_.begin() + static_cast<std::ptrdiff_t>(k));
+      // It may overlap now what it did not.
+      k = i + 1;
+    }
+  if (static_cast<double>(area()) > kMostInRegions * width_ * height_) AddAll();
+}
+
+void KnownTiles::Start(int width, int height) {
+  cols_ = (width + kTile - 1) / kTile;
+  rows_ = (height + kTile - 1) / kTile;
+  any_ = false;
+}
+
+void KnownTiles::Add(const std::array<Eigen::Vector2d, 4>& outline) {
+  if (!any_) tiles_.assign(static_cast<std::size_t>(cols_) * static_cast<std::size_t>(rows_), 0);
+  any_ = true;
+  Eigen::Vector2d least = outline[0], most = outline[0];
+  double area = 0;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Eigen::Vector2d &a = outline[i], &b = outline[(i + 1) % outline.size()];
+    least = least.cwiseMin(a);
+    most = most.cwiseMax(a);
+    area += a.x() * b.y() - a.y() * b.x();
+  }
+  if (!least.allFinite() || !most.allFinite()) return;
+  const auto tile = [](double at, int count) {
+    return static_cast<int>(std::clamp(at / kTile, 0.0, static_cast<double>(count - 1)));
+  };
+  for (int row = tile(least.y(), rows_); row <= tile(most.y(), rows_); ++row)
+    for (int col = tile(least.x(), cols_); col <= tile(most.x(), cols_); ++col) {
+      const Eigen::Vector2d middle((col + 0.5) * kTile - 0.5, (row + 0.5) * kTile - 0.5);
+      bool inside = true;
+      for (std::size_t i = 0; i < outline.size() && inside; ++i) {
+        const Eigen::Vector2d along = outline[(i + 1) % outline.size()] - outline[i], to = middle - outline[i];
+        inside = (along.x() * to.y() - along.y() * to.x()) * area >= 0;
+      }
+      if (inside) tiles_[static_cast<std::size_t>(row * cols_ + col)] = 1;
+    }
+}
+
+}  // namespace chequer

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "detect/common/light.h"
+
+namespace chequer {
+
+/// A rectangle of whole pixels of an image.
+struct SearchRegion {
+  int x = 0, y = 0, width = 0, height = 0;
+
+  std::int64_t area() const { return std::int64_t{width} * height; }
+};
+
+/// The parts of an image that are searched for boards.
+class SearchRegions {
+ public:
+  void Start(int width, int height);
+  /// The whole image.
+  void AddAll();
+  /// What of the box lies in the image.
+  void Add(const PixelBox& box);
+  /// Makes one of regions that overlap, and the whole image of many.
+  void Merge();
+  const std::vector<SearchRegion>& regions() const { return regions_; }
+  std::int64_t area() const;
+  /// Whether it is the whole image.
+  bool is_all() const { return area() == std::int64_t{width_} * height_; }
+
+ private:
+  int width_ = 0, height_ = 0;
+  std::vector<SearchRegion> regions_;
+};
+
+/// Where boards are known to lie, by tiles of the image: what looks like a corner there is one of theirs.
+class KnownTiles {
+ public:
+  static constexpr int kTile = 4;
+
+  /// Nothing is known.
+  void Start(int width, int height);
+  /// @param outline of a board, pixels, round it.
+  void Add(const std::array<Eigen::Vector2d, 4>& outline);
+  bool Covers(const Eigen::Vector2f& at) const {
+    if (!any_) return false;
+    const int col = static_cast<int>(at.x()) / kTile, row = static_cast<int>(at.y()) / kTile;
+    if (col < 0 || row < 0 || col >= cols_ || row >= rows_) return false;
+    return tiles_[static_cast<std::size_t>(row * cols_ + col)] != 0;
+  }
+  bool any() const { return any_; }
+
+ private:
+  int cols_ = 0, rows_ = 0;
+  bool any_ = false;
+  std::vector<std::uint8_t> tiles_;
+};
+
+}  // namespace chequer

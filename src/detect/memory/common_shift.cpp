@@ -1,0 +1,111 @@
+#include "detect/memory/common_shift.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace chequer {
+namespace {
+
+/// Boards that are asked, evenly among all: those of a few directions leave no other shift at which cells meet cells.
+constexpr std::size_t kMostAsked = 8;
+/// How far it is looked for, in steps of first some, then one pixel.
+constexpr int kReachPx = 16, kCoarsePx = 2;
+/// Where all cells are met, points this far from their middles still are, cells: of these the places are told to a
+/// part of a cell.
+constexpr double kFromMiddle = 0.3;
+/// Contrast of a shift over that of none: less is noise.
+constexpr double kClearer = 1.2;
+/// Shifts of nearly the best contrast: their mean is the middle of the plateau.
+constexpr double kNearlyBest = 0.95;
+
+/// A point that should be light, or dark.
+struct Point {
+  float x, y, sign;
+};
+constexpr std::size_t kPointsOfCell = 4;
+using Points = std::array<Point, kMostAsked * kMaxCells * kPointsOfCell>;
+
+std::size_t PlacePoints(std::span<const AnchoredBoard> boards, const Lens& lens, Points& points) {
+  std::size_t count = 0;
+  const std::size_t step = std::max<std::size_t>(1, (boards.size() + kMostAsked - 1) / kMostAsked);
+  for (std::size_t i = 0; i < boards.size(); i += step) {
+    const AnchoredBoard& board = boards[i];
+    const BoardGeometry geometry(board.plane_from_board);
+    Eigen::Matrix2d pixel_by_plane;
+    const Eigen::Vector2d middle = lens.ToImage(geometry.ToPlane({0, 0}), &pixel_by_plane);
+    const Eigen::Matrix2d pixel_by_board = pixel_by_plane * geometry.PlaneByBoard({0, 0});
+    for (int cell = 0; cell < board.size.rows * board.size.cols; ++cell) {
+      const Eigen::Vector2d at = MiddleOfCell(board.size, cell);
+      const float sign = IsDark(cell / board.size.cols, cell % board.size.cols) ? -1.0f : 1.0f;
+      for (const double y : {-kFromMiddle, kFromMiddle})
+        for (const double x : {-kFromMiddle, kFromMiddle}) {
+          const Eigen::Vector2f pixel = (middle + pixel_by_board * (at + Eigen::Vector2d(x, y))).cast<float>();
+          points[count++] = {pixel.x(), pixel.y(), sign};
+        }
+    }
+  }
+  return count;
+}
+
+/// Light of the light points over the dark ones.
+float ContrastAt(std::span<const Point> points, int shift_x, int shift_y, const LightReader& reader) {
+  float sum = 0;
+  for (const Point& point : points) {
+    const int x = static_cast<int>(point.x + 0.5f) + shift_x, y = static_cast<int>(point.y + 0.5f) + shift_y;
+    if (x < 0 || y < 0 || x + 1 >= reader.width() || y >= reader.height()) continue;
+    // Of a mosaic, one of them is green.
+    sum += point.sign * (reader.Sample(x, y) + reader.Sample(x + 1, y));
+  }
+  return sum;
+}
+
+}  // namespace
+
+Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, const LightReader& reader, const Lens& lens) {
+  static_assert(kReachPx % kCoarsePx == 0);
+  Points all;
+  const std::span<const Point> points(all.data(), PlacePoints(boards, lens, all));
+  const float none = ContrastAt(points, 0, 0, reader);
+  float most = none;
+  Eigen::Vector2i best(0, 0);
+  for (int y = -kReachPx; y <= kReachPx; y += kCoarsePx)
+    for (int x = -kReachPx; x <= kReachPx; x += kCoarsePx) {
+      const float contrast = ContrastAt(points, x, y, reader);
+      if (contrast <= most) continue;
+      most = contrast;
+      best = {x, y};
+    }
+  if (most <= static_cast<float>(kClearer) * none) return Eigen::Vector2d::Zero();
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  int count = 0;
+  for (int y = best.y() - 2 * kCoarsePx; y <= best.y() + 2 * kCoarsePx; ++y)
+    for (int x = best.x() - 2 * kCoarsePx; x <= best.x() + 2 * kCoarsePx; ++x) {
+      if (ContrastAt(points, x, y, reader) < static_cast<float>(kNearlyBest) * most) continue;
+      sum += Eigen::Vector2d(x, y);
+      ++count;
+    }
+  return sum / std::max(count, 1);
+}
+
+double SampledContrast(const AnchoredBoard& board) {
+  double sum = 0;
+  for (std::size_t cell = 0; cell < board.light.size(); ++cell) {
+    const int row = static_cast<int>(cell) / board.size.cols, col = static_cast<int>(cell) % board.size.cols;
+    const double light = double{board.light[cell][0]} + double{board.light[cell][1]};
+    sum += IsDark(row, col) ? -light : light;
+  }
+  return sum / static_cast<double>(std::max<std::size_t>(board.light.size(), 1));
+}
+
+Eigen::Matrix3d Shifted(const Eigen::Matrix3d& plane_from_board, const Eigen::Vector2d& shift_px, const Lens& lens) {
+  Eigen::Matrix2d pixel_by_plane;
+  lens.ToImage((plane_from_board * Eigen::Vector3d(0, 0, 1)).hnormalized(), &pixel_by_plane);
+  Eigen::Matrix3d shift = Eigen::Matrix3d::Identity();
+  shift.topRightCorner<2, 1>() = pixel_by_plane.inverse() * shift_px;
+  const Eigen::Matrix3d shifted = shift * plane_from_board;
+  return shifted / shifted(2, 2);
+}
+
+}  // namespace chequer

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "detect/boards/anchor.h"
+#include "detect/common/board_geometry.h"
+#include "detect/common/light.h"
+
+namespace chequer {
+
+/// How far all boards of an image lie from where they are expected, image pixels: a camera that is knocked shifts them
+/// alike. It is the shift of at most 16 px along each axis at which their light cells stand out most from the dark
+/// ones, to about a pixel: near enough for a fit to start from, also with motion blur. Zero where none is clearly
+/// better than none. Reads some ten thousand pixels.
+Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, const LightReader& reader, const Lens& lens);
+
+/// Light of a board's light cells over its dark ones, as sampled.
+double SampledContrast(const AnchoredBoard& board);
+
+/// The homography of a board that lies so much farther on in the image.
+Eigen::Matrix3d Shifted(const Eigen::Matrix3d& plane_from_board, const Eigen::Vector2d& shift_px, const Lens& lens);
+
+}  // namespace chequer

@@ -1,0 +1,166 @@
+#include "detect/memory/expected_boards.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "detect/common/cover.h"
+
+namespace chequer {
+namespace {
+
+/// As the search samples cells: the share of a cell's side around its middle, and no more than so many pixels.
+constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
+/// The search asks for as many border cells, and for this share of them to match.
+constexpr int kFewestBorderCells = 9;
+constexpr double kBorderShare = 0.85;
+/// Of the contrast of a board, what a cell stands out from its neighbours by at least: cells in a shadow stand out by
+/// half of it and more, what lies over a board by none.
+constexpr float kLeastLead = 0.15f;
+/// Of what a cell stood out by before, over what the board's others do now: what lies over a cell and its neighbours
+/// leaves a third, a shadow's edge over a half.
+constexpr float kLeastOfLead = 0.45f;
+/// Fewer cells that do not show are the fit's to judge.
+constexpr int kFewestHidden = 3;
+/// A cell whose log-likelihood speaks so much against the word contradicts it: one in a hundred of a clear board does.
+/// Of two words, all but one of the cells that differ may be occluded: a single one ends what is carried.
+constexpr double kContradiction = 4.6;
+
+bool IsDarkAt(MarkerSize size, std::size_t cell) {
+  return IsDark(static_cast<int>(cell) / size.cols, static_cast<int>(cell) % size.cols);
+}
+
+}  // namespace
+
+ExpectedBoards::ExpectedBoards(const DetectorOptions& options) : options_(options) {
+  for (const MarkerFamily& family : options.families) borders_.push_back(CellSaturation(family.code.size(), 0));
+}
+
+bool ExpectedBoards::IsSaturated(const RememberedBoard& board, int row, int col) const {
+  const std::size_t family = static_cast<std::size_t>(board.family);
+  const MarkerSize size = options_.families[family].code.size();
+  if (IsBorder(size, row, col)) return borders_[family][static_cast<std::size_t>(row * size.cols + col)] != 0;
+  const int bit = (row - 1) * (size.cols - 2) + col - 1;
+  return (board.kernel >> (KernelBits(size) - 1 - bit) & 1) != 0;
+}
+
+bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matrix3d& plane_from_board,
+                            const LightReader& reader, const Lens& lens, AnchoredBoard& board) {
+  board = {};
+  board.size = options_.families[static_cast<std::size_t>(remembered.family)].code.size();
+  board.plane_from_board = plane_from_board;
+  board.scale = remembered.scale;
+  const BoardGeometry geometry(plane_from_board);
+  const auto inside = [&](const Eigen::Vector2d& pixel) {
+    return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= reader.width() - 1 && pixel.y() <= reader.height() - 1;
+  };
+  int found = 0;
+  for (int corner = 0; corner < CornerCount(board.size); ++corner) {
+    const int cols = board.size.cols - 1;
+    const Eigen::Vector2d pixel =
+        lens.ToImage(geometry.ToPlane(CornerOnBoard(board.size, corner / cols, corner % cols)));
+    if (!pixel.allFinite() || !inside(pixel)) continue;
+    board.found[static_cast<std::size_t>(corner)] = true;
+    board.box.Add(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+    ++found;
+  }
+  if (found < FittedBoard::kFewestCorners) return false;
+  board.box.Widen(1.0f / static_cast<float>(std::min(board.size.cols, board.size.rows) - 1));
+  const std::size_t cells = static_cast<std::size_t>(board.size.rows * board.size.cols);
+  board.light.Assign(cells, Eigen::Vector3f::Zero());
+  board.saturated.Assign(cells, 0);
+  board.covered.Assign(cells, 0);
+  Eigen::Matrix2d pixel_by_plane;
+  lens.ToImage(geometry.ToPlane({0, 0}), &pixel_by_plane);
+  const Eigen::Matrix2d pixel_by_board = pixel_by_plane * geometry.PlaneByBoard({0, 0});
+  const float half_px =
+      static_cast<float>(std::min(kSampledShare * pixel_by_board.colwise().norm().minCoeff(), kMostSampledPx));
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    const int row = static_cast<int>(cell) / board.size.cols, col = static_cast<int>(cell) % board.size.cols;
+    const Eigen::Vector2d pixel = lens.ToImage(geometry.ToPlane(MiddleOfCell(board.size, static_cast<int>(cell))));
+    board.saturated[cell] = IsSaturated(remembered, row, col);
+    board.covered[cell] = !inside(pixel);
+    if (board.covered[cell]) continue;
+    board.light[cell] =
+        reader.RoughRgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), half_px).cwiseMax(0);
+  }
+  return true;
+}
+
+void ExpectedBoards::MeasureLeads(const AnchoredBoard& board) {
+  const MarkerSize size = board.size;
+  std::array<float, kMaxCells> value;
+  std::array<std::uint8_t, kMaxCells> counts;
+  const std::size_t cells = board.light.size();
+  float contrast = 0;
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    value[cell] = std::sqrt(std::max(board.light[cell][0] + board.light[cell][1], 0.0f));
+    counts[cell] = !board.covered[cell];
+    contrast += (IsDarkAt(size, cell) ? -2.0f : 2.0f) * value[cell] / static_cast<float>(cells);
+  }
+  const std::span<const float> leads =
+      neighbours_.Of(size.rows, size.cols, std::span(value).first(cells), std::span(counts).first(cells));
+  for (std::size_t cell = 0; cell < cells; ++cell)
+    leads_[cell] = (IsDarkAt(size, cell) ? -leads[cell] : leads[cell]) / std::max(contrast, 1e-6f);
+}
+
+void ExpectedBoards::LearnLeads(const AnchoredBoard& board, RememberedBoard& remembered) {
+  MeasureLeads(board);
+  remembered.leads.Assign(board.light.size(), 0.0f);
+  std::copy_n(leads_.begin(), board.light.size(), remembered.leads.begin());
+}
+
+void ExpectedBoards::HideWhatDoesNotShow(const RememberedBoard& remembered, bool sharp, AnchoredBoard& board) {
+  MeasureLeads(board);
+  const std::size_t cells = board.light.size();
+  const bool known = sharp && remembered.leads.size() == cells;
+  // What lies over a part of the board takes from its contrast: what shows stands out by as much more.
+  float gain = 1;
+  if (known) {
+    std::array<float, kMaxCells> gains;
+    for (std::size_t cell = 0; cell < cells; ++cell)
+      gains[cell] = leads_[cell] / std::max(remembered.leads[cell], kLeastLead);
+    const auto most = gains.begin() + static_cast<std::ptrdiff_t>(cells * 2 / 3);
+    std::nth_element(gains.begin(), most, gains.begin() + static_cast<std::ptrdiff_t>(cells));
+    gain = *most;
+  }
+  std::array<std::uint8_t, kMaxCells> shows;
+  int hidden = 0;
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    const float least = known ? std::max(kLeastLead, kLeastOfLead * gain * remembered.leads[cell]) : kLeastLead;
+    shows[cell] = !board.covered[cell] && leads_[cell] >= least;
+    hidden += !shows[cell];
+  }
+  if (hidden < kFewestHidden) return;
+  for (std::size_t cell = 0; cell < cells; ++cell) board.covered[cell] = !shows[cell];
+  HideBetween(board.size, std::span(board.covered.data(), cells));
+}
+
+ExpectedBoards::Evidence ExpectedBoards::EvidenceOf(const RememberedBoard& remembered,
+                                                    const Identifier& identifier) const {
+  const MarkerSize size = options_.families[static_cast<std::size_t>(remembered.family)].code.size();
+  Evidence evidence;
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col) {
+      const Identifier::Reading reading = identifier.ReadingOf(size, {row, col});
+      if (reading.hidden) continue;
+      const bool saturated = IsSaturated(remembered, row, col);
+      if (IsBorder(size, row, col)) {
+        if (!reading.saturated) continue;
+        ++evidence.border_seen;
+        evidence.border_matches += *reading.saturated == saturated;
+      } else {
+        const double for_word = saturated ? double{reading.log_likelihood} : -double{reading.log_likelihood};
+        evidence.log_likelihood += for_word;
+        evidence.contradictions += for_word < -kContradiction;
+      }
+    }
+  return evidence;
+}
+
+bool AgreesWith(const ExpectedBoards::Evidence& evidence) {
+  return evidence.border_seen >= kFewestBorderCells && evidence.border_matches >= kBorderShare * evidence.border_seen &&
+         evidence.log_likelihood >= 0 && evidence.contradictions == 0;
+}
+
+}  // namespace chequer

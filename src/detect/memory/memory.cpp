@@ -1,0 +1,133 @@
+#include "detect/memory/memory.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace chequer {
+namespace {
+
+/// After a longer time, boards are no longer where their motion would take them: robots brake and turn within it.
+constexpr double kLongestGapS = 0.25;
+/// Predictions reach no farther ahead than so many times the way they were taken from.
+constexpr double kMostAhead = 4;
+/// A place where something was lost or could not be read is searched in every frame for so long; then in its turn.
+constexpr double kOpenS = 1;
+
+}  // namespace
+
+DetectorMemory::DetectorMemory() : state_(std::make_unique<MemoryState>()) {}
+DetectorMemory::~DetectorMemory() = default;
+DetectorMemory::DetectorMemory(const DetectorMemory& other) : state_(std::make_unique<MemoryState>(*other.state_)) {}
+DetectorMemory& DetectorMemory::operator=(const DetectorMemory& other) {
+  if (this == &other) return *this;
+  if (!state_) state_ = std::make_unique<MemoryState>();
+  *state_ = *other.state_;
+  return *this;
+}
+DetectorMemory::DetectorMemory(DetectorMemory&&) noexcept = default;
+DetectorMemory& DetectorMemory::operator=(DetectorMemory&&) noexcept = default;
+
+void DetectorMemory::Clear() { state_->Clear(); }
+std::size_t DetectorMemory::boards() const { return state_->boards.size(); }
+std::size_t DetectorMemory::bytes() const {
+  return sizeof(MemoryState) + state_->boards.size() * sizeof(RememberedBoard) +
+         state_->open.size() * sizeof(OpenPlace);
+}
+
+void MemoryState::Clear() {
+  filled = false;
+  interval_s = 0;
+  since_search = 0;
+  boards.clear();
+  open.clear();
+}
+
+int MemoryState::Continue(FrameTime now, int frame_width, int frame_height) {
+  const double passed_s = Seconds(now - captured);
+  if (!filled || !(passed_s > 0) || passed_s > kLongestGapS || frame_width != width || frame_height != height) {
+    Clear();
+    width = frame_width;
+    height = frame_height;
+    return 1;
+  }
+  interval_s = interval_s > 0 ? std::min(interval_s, passed_s) : passed_s;
+  return std::max(1, static_cast<int>(std::lround(passed_s / interval_s)));
+}
+
+const RememberedBoard* MemoryState::Find(int family, std::uint64_t id) const {
+  const auto found = std::find_if(boards.begin(), boards.end(), [&](const RememberedBoard& board) {
+    return board.family == family && board.id == id;
+  });
+  return found == boards.end() ? nullptr : &*found;
+}
+
+void MemoryState::Learn(const Lesson& lesson, std::vector<RememberedBoard>& read) {
+  filled = true;
+  captured = lesson.now;
+  since_search = lesson.searched_all ? 0 : since_search + lesson.frames_on;
+  if (read.size() > DetectorMemory::kMostBoards) read.resize(DetectorMemory::kMostBoards);
+  boards.swap(read);
+  // What was open before stays so for a time, unless it has been read by now or is open anew.
+  const auto lies_in = [](const PixelBox& box, const PixelBox& place) {
+    const Eigen::Vector2f middle = box.Center();
+    return middle.x() > place.left && middle.x() < place.right && middle.y() > place.top && middle.y() < place.bottom;
+  };
+  std::erase_if(open, [&](const OpenPlace& place) {
+    return Seconds(captured - place.since) > kOpenS ||
+           std::any_of(boards.begin(), boards.end(),
+                       [&](const RememberedBoard& board) { return lies_in(board.box, place.box); }) ||
+           std::any_of(lesson.open.begin(), lesson.open.end(),
+                       [&](const PixelBox& box) { return lies_in(box, place.box); });
+  });
+  for (const PixelBox& box : lesson.open)
+    if (open.size() < DetectorMemory::kMostBoards) open.push_back({box, captured});
+}
+
+void RememberedBoard::Move(const RememberedBoard* last, const Eigen::Matrix3d& last_place, const Eigen::Matrix3d& now,
+                           double passed_s) {
+  before_s = last ? passed_s : 0;
+  before = last_place;
+  plane_from_board = now;
+}
+
+namespace {
+
+/// A homography by the board's middle: its place, its derivative there, and its third row.
+struct AroundMiddle {
+  explicit AroundMiddle(const Eigen::Matrix3d& plane_from_board)
+      : place(plane_from_board.topRightCorner<2, 1>()),
+        third(plane_from_board.bottomLeftCorner<1, 2>()),
+        plane_by_board(plane_from_board.topLeftCorner<2, 2>() - place * third) {}
+
+  Eigen::Vector2d place;
+  Eigen::RowVector2d third;
+  Eigen::Matrix2d plane_by_board;
+};
+
+}  // namespace
+
+double TurnBetween(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
+  const Eigen::Matrix2d turn = AroundMiddle(to).plane_by_board * AroundMiddle(from).plane_by_board.inverse();
+  return std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
+}
+
+Eigen::Matrix3d Predict(const RememberedBoard& board, double ahead_s) {
+  if (board.before_s <= 0) return board.plane_from_board;
+  const double share = std::min(ahead_s / board.before_s, kMostAhead);
+  const AroundMiddle now(board.plane_from_board), before(board.before);
+  const Eigen::Vector2d place = now.place + share * (now.place - before.place) + share * share * board.drift;
+  // It turns by the same angle again, rather than moving along the same chord: (1 + t)^share, to the square of t, which
+  // is exact a whole interval ahead.
+  const Eigen::Matrix2d turn = now.plane_by_board * before.plane_by_board.inverse() - Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d plane_by_board =
+      Eigen::Rotation2Dd(share * share * board.spin) *
+      (now.plane_by_board + share * (turn + 0.5 * (share - 1) * turn * turn) * now.plane_by_board);
+  Eigen::Matrix3d predicted = board.plane_from_board;
+  predicted.topRightCorner<2, 1>() = place;
+  predicted.topLeftCorner<2, 2>() = plane_by_board + place * now.third;
+  return predicted;
+}
+
+}  // namespace chequer

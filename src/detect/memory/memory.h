@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <chrono>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "chequer/detector_memory.h"
+#include "chequer/marker.h"
+#include "detect/common/fixed_vector.h"
+#include "detect/common/light.h"
+
+namespace chequer {
+
+/// Of a frame, on any clock that runs on evenly.
+using FrameTime = std::chrono::nanoseconds;
+
+inline double Seconds(FrameTime time) { return std::chrono::duration<double>(time).count(); }
+
+/// A board that was read in the last frame.
+struct RememberedBoard {
+  int family = 0;  ///< index into DetectorOptions::families
+  std::uint64_t id = 0;
+  std::uint64_t kernel = 0;  ///< that the id was read from
+  Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
+  /// As it was `before_s` earlier; 0: not known.
+  Eigen::Matrix3d before = Eigen::Matrix3d::Identity();
+  double before_s = 0;
+  PixelBox box;     ///< where it lies in the image, roughly
+  float scale = 1;  ///< as of AnchoredBoard: with which it was found
+  /// How much farther its centre went than in the time before that, plane units: robots gain and lose speed over
+  /// several frames.
+  Eigen::Vector2d drift = Eigen::Vector2d::Zero();
+  double spin = 0;  ///< and how much farther it turned, rad
+  /// By cell: by how much it stood out from its neighbours when nothing lay over the board, as a share of the contrast
+  /// (ExpectedBoards); empty where that is not known.
+  FixedVector<float, kMaxCells> leads;
+  double contrast = 0;  ///< as sampled where it was (SampledContrast)
+  /// How far at most its outline lay from where it was expected in the last frame, plane units; infinite where it was
+  /// not.
+  double off_px = std::numeric_limits<double>::infinity();
+  FrameTime decided{};    ///< when its identity was last read
+  bool may_carry = true;  ///< it was fitted in every frame since then
+
+  /// It lies there by now, `passed_s` after it was as `last` says; null: nothing is known of that.
+  /// @param last_place where it would have been then, had the camera already stood as it does now.
+  void Move(const RememberedBoard* last, const Eigen::Matrix3d& last_place, const Eigen::Matrix3d& now,
+            double passed_s);
+};
+
+/// A place that is searched in the next frame, whoever's turn it is: a board was lost there, or could not be read, or
+/// something was left undone.
+struct OpenPlace {
+  PixelBox box;
+  FrameTime since{};
+};
+
+/// What DetectorMemory holds.
+struct MemoryState {
+  bool filled = false;
+  FrameTime captured{};
+  /// The shortest time between two frames so far; 0: not known.
+  double interval_s = 0;
+  int width = 0, height = 0;
+  /// Frames since the last one that was searched as a whole.
+  int since_search = 0;
+  std::vector<RememberedBoard> boards;
+  std::vector<OpenPlace> open;
+
+  /// What a frame taught.
+  struct Lesson {
+    FrameTime now{};
+    int frames_on = 1;               ///< since the last frame
+    bool searched_all = false;       ///< the whole of it
+    std::span<const PixelBox> open;  ///< see OpenPlace
+  };
+
+  /// Keeps the vectors' memory.
+  void Clear();
+  /// Forgets everything where this frame does not continue the last one: after a gap, in another size, or with a time
+  /// that does not lie ahead. Returns by how many frames it comes after the last one, at least 1.
+  int Continue(FrameTime now, int frame_width, int frame_height);
+  /// Null where no such board was read in the last frame.
+  const RememberedBoard* Find(int family, std::uint64_t id) const;
+  /// Becomes what is known after a frame. @param read its boards; swapped with those before.
+  void Learn(const Lesson& lesson, std::vector<RememberedBoard>& read);
+};
+
+/// Where a board lies `ahead_s` after it was seen: its centre moves on and it turns as fast as before, and faster or
+/// slower by as much as it did lately; it goes on growing as before.
+Eigen::Matrix3d Predict(const RememberedBoard& board, double ahead_s);
+
+/// By which angle a board lies turned from another place of it, rad.
+double TurnBetween(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to);
+
+}  // namespace chequer

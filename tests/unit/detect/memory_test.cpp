@@ -1,0 +1,425 @@
+// What the last frames of a stream teach the next one.
+#include "detect/memory/memory.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "chequer/detector.h"
+#include "core/crop.h"
+#include "detect/common/search_regions.h"
+#include "support/same_bits.h"
+#include "support/scenes.h"
+#include "support/stream_frames.h"
+
+namespace chequer {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Detected;
+using test::DifferenceOf;
+
+constexpr auto kInterval = 16667us;
+const MarkerCode kCode({6, 6}, Variant::kSecded);
+
+/// Passes frames through a detector with a memory.
+class Follower {
+ public:
+  explicit Follower(const DetectorOptions& options) : detector_(options) {}
+
+  const Detected& Next(const ImageView& image, std::chrono::microseconds after = kInterval) {
+    now_ += after;
+    detector_.Detect(image, now_, memory_, last_.markers);
+    last_.stats = detector_.stats();
+    return last_;
+  }
+  const DetectorMemory& memory() const { return memory_; }
+  DetectorMemory& memory() { return memory_; }
+  Detector& detector() { return detector_; }
+
+ private:
+  Detector detector_;
+  DetectorMemory memory_;
+  std::chrono::nanoseconds now_{1s};
+  Detected last_;
+};
+
+DetectorOptions OptionsFor(const test::KnownFrame& frame) {
+  DetectorOptions options;
+  options.families = {{.code = kCode, .side_m = 0.12, .roster = {}}};
+  options.camera = frame.options.camera;
+  return options;
+}
+
+std::vector<std::uint64_t> IdsOf(const Detected& detected) {
+  std::vector<std::uint64_t> ids;
+  for (const MarkerPose& marker : detected.markers)
+    if (marker.id) ids.push_back(*marker.id);
+  return ids;
+}
+
+using Ids = std::vector<std::uint64_t>;
+
+test::KnownFrame WithMarker(std::uint64_t id) { return test::OneMarker(kCode, id, 10, 3); }
+
+test::KnownFrame Empty() {
+  test::KnownFrame frame = WithMarker(1);
+  frame.scene.markers.clear();
+  return frame;
+}
+
+constexpr const char* kDriving = R"(
+seed = 5
+[camera]
+size = "640x480"
+focal_px = 800
+distance = 2.0
+fps = 60
+exposure_ms = 1
+[swarm]
+robots = 5
+side = 0.1
+speed = 0.4
+[[phase]]
+kind = "calm"
+frames = 10
+)";
+
+TEST(Predict, GoesOnAndTurnsAsBefore) {
+  const auto pose = [](double angle, double x) {
+    Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
+    plane_from_board.topLeftCorner<2, 2>() = 9 * Eigen::Rotation2Dd(angle).toRotationMatrix();
+    plane_from_board(0, 2) = x;
+    return plane_from_board;
+  };
+  RememberedBoard board;
+  board.plane_from_board = pose(0.1, 103);
+  EXPECT_EQ(Predict(board, 0.02), board.plane_from_board) << "nothing is known of its motion";
+  board.before = pose(0, 100);
+  board.before_s = 0.02;
+  EXPECT_LT((Predict(board, 0.02) - pose(0.2, 106)).norm(), 1e-9);
+  EXPECT_LT((Predict(board, 0.01) - pose(0.15, 104.5)).norm(), 0.01) << "exact to the cube of the turn";
+  EXPECT_NEAR(Predict(board, 0.02)(0, 2), 106, 1e-9);
+  EXPECT_NEAR(Predict(board, 0.01)(0, 2), 104.5, 1e-9);
+  board.drift = {1, 0};
+  EXPECT_NEAR(Predict(board, 0.02)(0, 2), 107, 1e-9) << "it gains speed";
+  EXPECT_NEAR(TurnBetween(board.before, board.plane_from_board), 0.1, 1e-9);
+  board.spin = -0.03;
+  EXPECT_NEAR(TurnBetween(board.plane_from_board, Predict(board, 0.02)), 0.07, 1e-9) << "it turns ever slower";
+}
+
+TEST(SearchRegions, MakesOneOfThoseThatOverlap) {
+  SearchRegions regions;
+  regions.Start(1000, 1000);
+  const auto box = [](float left, float top, float right, float bottom) {
+    PixelBox made;
+    made.Add(left, top);
+    made.Add(right, bottom);
+    return made;
+  };
+  regions.Add(box(10, 10, 50, 50));
+  regions.Add(box(200, 200, 250, 250));
+  regions.Add(box(40, 40, 80, 80));
+  regions.Add(box(-30, 990, 5, 1200));
+  regions.Merge();
+  ASSERT_EQ(regions.regions().size(), 3u);
+  EXPECT_EQ(regions.regions()[0].width, 71);
+  EXPECT_FALSE(regions.is_all());
+  regions.Add(box(0, 0, 800, 800));
+  regions.Merge();
+  EXPECT_TRUE(regions.is_all()) << "half of the image";
+}
+
+TEST(KnownTiles, CoverTheInsideOfOutlines) {
+  KnownTiles known;
+  known.Start(400, 300);
+  EXPECT_FALSE(known.Covers({100, 100}));
+  known.Add({Eigen::Vector2d(100, 60), {140, 100}, {100, 140}, {60, 100}});
+  EXPECT_TRUE(known.Covers({100, 100}));
+  EXPECT_TRUE(known.Covers({125, 100}));
+  EXPECT_FALSE(known.Covers({135, 70}));
+  EXPECT_FALSE(known.Covers({-5, 1000}));
+}
+
+TEST(Memory, FollowsBoardsWithoutASearch) {
+  const test::StreamFrames stream{std::string_view(kDriving)};
+  const DetectorOptions options = stream.Options();
+  Follower follower(options);
+  Detector cold(options);
+  test::StreamScore score;
+  int unsearched = 0, poses = 0;
+  double square = 0;
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const test::StreamFrame frame = stream.Frame(i);
+    const Detected& found = follower.Next(frame.image.view());
+    score += test::ScoreFrame(found.markers, frame.truth);
+    unsearched += found.stats.searched_px == 0;
+    for (const MarkerPose& expected : cold.Detect(frame.image.view()))
+      for (const MarkerPose& marker : found.markers) {
+        if (!marker.id || marker.id != expected.id) continue;
+        const Eigen::Vector3d off = marker.camera_from_marker.translation - expected.camera_from_marker.translation;
+        square += off.dot(expected.covariance.topLeftCorner<3, 3>().inverse() * off) / 3;
+        ++poses;
+      }
+  }
+  EXPECT_EQ(score.read, score.expected);
+  EXPECT_EQ(score.wrong + score.twice, 0);
+  EXPECT_EQ(unsearched, 7) << "all but the first and every fourth";
+  EXPECT_EQ(poses, score.expected);
+  // They are fitted to nearly the same pixels: those at the rim are chosen from where a board is thought to lie. A fit
+  // without memory that begins where it ended before differs from itself by 0.15.
+  EXPECT_LT(std::sqrt(square / poses), 0.45) << "standard deviations between poses with and without memory";
+}
+
+TEST(Memory, MakesTheSameOfTheSameFrames) {
+  const test::StreamFrames stream{std::string_view(kDriving)};
+  DetectorOptions options = stream.Options();
+  Follower one(options);
+  options.threads = 3;
+  Follower other(options);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const Image image = stream.Frame(i).image;
+    const Detected first = one.Next(image.view());
+    // From the memory before a frame, it can be begun again.
+    const DetectorMemory before = other.memory();
+    EXPECT_EQ(DifferenceOf(first, other.Next(image.view())), "") << "frame " << i;
+    EXPECT_EQ(before.boards() > 0, i > 0) << "frame " << i;
+  }
+}
+
+TEST(Memory, ForgetsAMotionThatIsNone) {
+  const test::StreamFrames stream{std::string_view(kDriving)};
+  Follower follower(stream.Options());
+  for (std::size_t i = 0; i < 4; ++i) follower.Next(stream.Frame(i).image.view());
+  constexpr double kWrongPx = 10;
+  for (RememberedBoard& board : follower.memory().state().boards) board.before(0, 2) -= kWrongPx;
+  follower.Next(stream.Frame(4).image.view());
+  EXPECT_EQ(follower.memory().boards(), 5u);
+  for (const RememberedBoard& board : follower.memory().state().boards)
+    EXPECT_LT((board.plane_from_board - board.before).col(2).head<2>().norm(), kWrongPx / 2) << board.id;
+}
+
+TEST(Memory, LeavesADetectorAsItWas) {
+  const Image image = WithMarker(3).Draw();
+  Follower follower(OptionsFor(WithMarker(3)));
+  follower.Next(image.view());
+  follower.Next(image.view());
+  Detected found, expected;
+  follower.detector().Detect(image.view(), found.markers);
+  found.stats = follower.detector().stats();
+  Detector fresh(OptionsFor(WithMarker(3)));
+  fresh.Detect(image.view(), expected.markers);
+  expected.stats = fresh.stats();
+  EXPECT_EQ(DifferenceOf(expected, found), "");
+}
+
+TEST(Memory, FindsNewBoardsInTheirTurn) {
+  const Image empty = Empty().Draw(), image = WithMarker(3).Draw();
+  for (const int every : {1, 4}) {
+    DetectorOptions options = OptionsFor(WithMarker(3));
+    options.search_every = every;
+    Follower follower(options);
+    follower.Next(empty.view());
+    int frames = 1;
+    while (follower.Next(image.view()).markers.empty() && frames < 10) ++frames;
+    EXPECT_EQ(frames, every);
+  }
+}
+
+TEST(Memory, ReadsAnotherBoardWhereOneWas) {
+  Follower follower(OptionsFor(WithMarker(3)));
+  EXPECT_EQ(IdsOf(follower.Next(WithMarker(3).Draw().view())), Ids{3});
+  EXPECT_EQ(IdsOf(follower.Next(WithMarker(3).Draw().view())), Ids{3});
+  EXPECT_EQ(IdsOf(follower.Next(WithMarker(1234).Draw().view())), Ids{1234}) << "in the same frame";
+  EXPECT_EQ(IdsOf(follower.Next(WithMarker(1234).Draw().view())), Ids{1234});
+}
+
+TEST(Memory, FindsALostBoardAtOnce) {
+  const Image empty = Empty().Draw(), image = WithMarker(3).Draw();
+  DetectorOptions options = OptionsFor(WithMarker(3));
+  options.search_every = 64;
+  Follower follower(options);
+  EXPECT_EQ(IdsOf(follower.Next(image.view())), Ids{3});
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(IdsOf(follower.Next(empty.view())), Ids{});
+    EXPECT_LT(follower.memory().boards(), 1u);
+  }
+  EXPECT_EQ(IdsOf(follower.Next(image.view())), Ids{3});
+  EXPECT_LT(follower.Next(image.view()).stats.searched_px, 1);
+}
+
+TEST(Memory, SearchesAllOfAnotherPicture) {
+  const Image image = WithMarker(3).Draw();
+  test::KnownFrame other = WithMarker(3);
+  other.scene.markers[0].camera_from_marker.translation += Eigen::Vector3d(0.25, -0.2, 0);
+  DetectorOptions options = OptionsFor(WithMarker(3));
+  options.search_every = 64;
+  Follower follower(options);
+  follower.Next(image.view());
+  EXPECT_EQ(IdsOf(follower.Next(image.view())), Ids{3});
+  EXPECT_EQ(IdsOf(follower.Next(other.Draw().view())), Ids{3}) << "of the same frame";
+}
+
+TEST(Memory, EndsWithGapsSizesAndTimesThatGoBack) {
+  const Image image = WithMarker(3).Draw();
+  const std::int64_t all = std::int64_t{image.width()} * image.height();
+  Follower follower(OptionsFor(WithMarker(3)));
+  EXPECT_EQ(follower.Next(image.view()).stats.searched_px, all);
+  EXPECT_EQ(follower.Next(image.view()).stats.searched_px, 0);
+  EXPECT_EQ(follower.Next(image.view(), 300ms).stats.searched_px, all);
+  EXPECT_EQ(follower.Next(image.view()).stats.searched_px, 0);
+  EXPECT_EQ(follower.Next(image.view(), -1ms).stats.searched_px, all);
+  EXPECT_EQ(follower.Next(image.view()).stats.searched_px, 0);
+  int x = 0, y = 0, width = image.width() - 40, height = image.height();
+  follower.Next(Crop(image.view(), x, y, width, height));
+  EXPECT_EQ(follower.detector().stats().searched_px, std::int64_t{width} * height);
+  follower.memory().Clear();
+  EXPECT_EQ(follower.memory().boards(), 0u);
+}
+
+TEST(Memory, IsBounded) {
+  const Image image = WithMarker(3).Draw();
+  Follower follower(OptionsFor(WithMarker(3)));
+  follower.Next(image.view());
+  const std::size_t bytes = follower.memory().bytes();
+  EXPECT_LT(bytes, 8000u) << "of a board";
+  for (int i = 0; i < 20; ++i) follower.Next(image.view());
+  EXPECT_EQ(follower.memory().bytes(), bytes);
+}
+
+/// Puts something dull on the left part of a board.
+void Occlude(const SceneMarker& marker, const CameraModel& camera, double share, Image& image) {
+  const std::vector<Eigen::Vector2d> corners = test::InnerCorners(marker, camera);
+  Eigen::Vector2d least = corners[0], most = corners[0];
+  for (const Eigen::Vector2d& corner : corners) least = least.cwiseMin(corner), most = most.cwiseMax(corner);
+  const Eigen::Vector2d cell = (most - least) / 4;
+  const int left = static_cast<int>(least.x() - 2 * cell.x()),
+            right = static_cast<int>(least.x() - cell.x() + share * 6 * cell.x()),
+            top = static_cast<int>(least.y() - 2 * cell.y()), bottom = static_cast<int>(most.y() + 2 * cell.y());
+  for (int y = top; y <= bottom; ++y)
+    std::fill_n(image.bytes().data() + 3 * (y * image.width() + left), 3 * (right - left), std::uint8_t{110});
+}
+
+/// Every board under something dull in its left part.
+Image Occluded(const test::KnownFrame& frame, double share) {
+  Image image = frame.Draw();
+  for (const SceneMarker& marker : frame.scene.markers) Occlude(marker, frame.options.camera, share, image);
+  return image;
+}
+
+TEST(Memory, CarriesTheIdentityOfABoardThatIsHidden) {
+  const test::KnownFrame frame = WithMarker(3);
+  const Image plain = frame.Draw(), hidden = Occluded(frame, 0.38);
+  DetectorOptions options = OptionsFor(frame);
+  options.carry_s = 0.1;
+  for (const MarkerPose& marker : Detector(options).Detect(hidden.view()))
+    ASSERT_FALSE(marker.id) << "too little shows";
+  Follower follower(options);
+  follower.Next(plain.view());
+  int carried = 0;
+  for (int i = 0; i < 10; ++i) {
+    const Detected& found = follower.Next(hidden.view());
+    for (const MarkerPose& marker : found.markers) {
+      if (!marker.id) continue;
+      EXPECT_EQ(marker.id, 3u);
+      EXPECT_TRUE(marker.Has(Warning::kIdCarried));
+      EXPECT_FALSE(marker.Has(Warning::kIdUndecided));
+      ++carried;
+    }
+  }
+  EXPECT_EQ(carried, 5) << "for 0.1 s";
+  EXPECT_EQ(IdsOf(follower.Next(plain.view())), Ids{3});
+}
+
+/// Boards of these ids beside each other, each `to_right_m` from where it belongs.
+test::KnownFrame Row(const Ids& ids, const std::vector<double>& to_right_m = {}) {
+  test::KnownFrame frame = WithMarker(ids[0]);
+  const SceneMarker first = frame.scene.markers[0];
+  frame.scene.markers.clear();
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    SceneMarker marker = test::MarkerOf(kCode, ids[i], first.camera_from_marker, first.side_m);
+    const double at = static_cast<double>(i) - 0.5 * static_cast<double>(ids.size() - 1);
+    marker.camera_from_marker.translation.x() += 1.6 * first.side_m * at + (to_right_m.empty() ? 0 : to_right_m[i]);
+    frame.scene.markers.push_back(marker);
+  }
+  return frame;
+}
+
+/// Of markers with an id, those that are not where that board truly is.
+int WrongIds(const Detected& found, const test::KnownFrame& frame) {
+  int wrong = 0;
+  const std::vector<TrueMarker> truth = frame.Truth();
+  for (const MarkerPose& marker : found.markers)
+    wrong += marker.id && std::none_of(truth.begin(), truth.end(), [&](const TrueMarker& board) {
+               return board.id == marker.id &&
+                      (board.camera_from_marker.translation - marker.camera_from_marker.translation).norm() < 0.05;
+             });
+  return wrong;
+}
+
+TEST(Memory, CarriesNoIdToABoardThatTookThePlaceOfAnother) {
+  for (const auto& [first, second] : {std::pair<std::uint64_t, std::uint64_t>{3, 1234}, {100, 101}, {7, 1000}}) {
+    const test::KnownFrame before = Row({first, second}), after = Row({second, first});
+    for (const double share : {0.2, 0.38, 0.5, 1.2}) {
+      Follower follower(OptionsFor(before));
+      int wrong = 0;
+      for (int i = 0; i < 3; ++i) wrong += WrongIds(follower.Next(before.Draw().view()), before);
+      for (int i = 0; i < 3; ++i) wrong += WrongIds(follower.Next(Occluded(before, share).view()), before);
+      for (int i = 0; i < 3; ++i) wrong += WrongIds(follower.Next(Occluded(after, share).view()), after);
+      const Detected& found = follower.Next(after.Draw().view());
+      wrong += WrongIds(found, after);
+      EXPECT_EQ(wrong, 0) << first << ", " << second << ", occluded by " << share;
+      EXPECT_EQ(IdsOf(found).size(), 2u);
+    }
+  }
+}
+
+TEST(Memory, KeepsApartBoardsThatPassEachOther) {
+  // Side by side at 2 m/s, and one above the other where they meet, half occluded there.
+  for (const bool occluded : {false, true}) {
+    test::KnownFrame frame = Row({3, 1234});
+    Follower follower(OptionsFor(frame));
+    int wrong = 0, read = 0, frames = 0;
+    for (double way = -0.16; way <= 0.16; way += 0.0333, ++frames) {
+      frame = Row({3, 1234}, {0.096 + way, -0.096 - way});
+      for (std::size_t i = 0; i < 2; ++i)
+        frame.scene.markers[i].camera_from_marker.translation.y() += i == 0 ? 0.065 : -0.065;
+      const Image image = occluded && std::abs(way) < 0.08 ? Occluded(frame, 0.38) : frame.Draw();
+      const Detected& found = follower.Next(image.view());
+      wrong += WrongIds(found, frame);
+      read += static_cast<int>(IdsOf(found).size());
+    }
+    EXPECT_EQ(wrong, 0);
+    EXPECT_GE(read, occluded ? frames : 2 * frames);
+  }
+}
+
+TEST(Memory, FollowsABoardThatIsPutDownElsewhere) {
+  test::KnownFrame frame = Row({3, 1234});
+  Follower follower(OptionsFor(frame));
+  follower.Next(frame.Draw().view());
+  follower.Next(Occluded(frame, 0.38).view());
+  // It lies elsewhere, and another where it was, still under the hand.
+  test::KnownFrame both = Row({99, 1234});
+  both.scene.markers.push_back(frame.scene.markers[0]);
+  both.scene.markers[2].camera_from_marker.translation.y() += 0.17;
+  Image image = both.Draw();
+  Occlude(both.scene.markers[0], both.options.camera, 0.38, image);
+  for (int i = 0; i < 5; ++i) {
+    const Detected& found = follower.Next(image.view());
+    EXPECT_EQ(WrongIds(found, both), 0) << i;
+    const Ids ids = IdsOf(found);
+    if (i == 4) {
+      EXPECT_EQ(std::count(ids.begin(), ids.end(), 3u), 1);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace chequer
