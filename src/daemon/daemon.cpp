@@ -28,7 +28,7 @@
 #include "daemon/notify.h"
 #include "daemon/report.h"
 #include "daemon/restart_back_off.h"
-#include "daemon/vigil.h"
+#include "daemon/watchdog.h"
 #include "publish/lcm_publisher.h"
 
 namespace chequer {
@@ -227,7 +227,7 @@ class Runner {
   const UniqueFd signals_ = TakeSignals();
   std::filesystem::path file_;
   Mailbox mailbox_;
-  Vigil vigil_;
+  Watchdog vigil_;
   Report report_{Clock::System()};
   std::unique_ptr<Metrics> metrics_;
   StatusMessage last_status_;

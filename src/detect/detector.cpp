@@ -72,9 +72,9 @@ Detector::Impl::Impl(DetectorOptions given)
     : options(std::move(given)),
       expected_boards(options),
       finder(PatternsOf(options), options.color_space),
-      crew(options.threads, options.on_thread_start),
+      pool(options.threads, options.on_thread_start),
       budget(options.budget) {
-  for (int worker = 0; worker < crew.workers(); ++worker) workers.emplace_back(options);
+  for (int worker = 0; worker < pool.workers(); ++worker) workers.emplace_back(options);
 }
 
 void Detector::Impl::FindMosaic(const ImageView& image, const std::array<float, 256>& table, const Lens& lens,
@@ -205,7 +205,8 @@ void Detector::Impl::LookAgain(const LightReader& reader, const Lens& lens, Trac
       const auto members = second_look.grids().Of(grid);
       const bool found =
           finder.Find(grid, members, second_look.corners(), nullptr, reader, lens, frame->boards, tracer.StartGrid());
-      for (std::size_t i = known; i < frame->boards.size(); ++i) frame->boards[i].smeared = second_look.smeared();
+      for (std::size_t i = known; i < frame->boards.size(); ++i)
+        frame->boards[i].motion_blurred = second_look.motion_blurred();
       frame->work.Add(finder.work());
       tracer.EndGrid(members, found);
       KeepBetter(known, tracer);
@@ -350,7 +351,7 @@ std::size_t Detector::Impl::FitInRounds(const LightReader& reader, const Lens& l
           workers[static_cast<std::size_t>(worker)], tracer);
     };
     // By reference: a copy would be allocated.
-    crew.Run(static_cast<int>(round.size()), std::ref(fit_one));
+    pool.Run(static_cast<int>(round.size()), std::ref(fit_one));
     for (const FitTask& task : round) frame->work.Add(frame->outcomes[task.board].work);
     ShareTraits(round);
   };
@@ -365,8 +366,8 @@ void Detector::Impl::ShareTraits(std::span<const FitTask> round) {
     if (!outcome.accepted) continue;
     ImageTraits& traits = *frame->traits;
     if (traits.motion_px.isZero()) traits.motion_px = outcome.image.motion_px;
-    // Blur and noise, too: plain fits have taken a part of the ink's spread for them.
-    if (traits.motion_px.isZero() && traits.ink_spread == 0 && outcome.image.ink_spread != 0) traits = outcome.image;
+    // Blur and noise, too: plain fits have taken a part of the dot gain for them.
+    if (traits.motion_px.isZero() && traits.dot_gain == 0 && outcome.image.dot_gain != 0) traits = outcome.image;
   }
 }
 
@@ -379,7 +380,7 @@ void Detector::Impl::FitBoards(std::size_t first, const LightReader& reader, con
   if (limited) SortByWaiting(tasks);
   std::size_t done = FitFirst(reader, lens, tasks, tracer);
   if (first == 0 && CameraMoved(tasks.first(done)))
-    for (std::size_t i = 0; i < frame->expected.size(); ++i) frame->boards[i].smeared = true;
+    for (std::size_t i = 0; i < frame->expected.size(); ++i) frame->boards[i].motion_blurred = true;
   done += FitInRounds(reader, lens, limited, tasks.subspan(done), tracer);
   for (std::size_t i = done; i < tasks.size(); ++i) Defer(tasks[i]);
 }
@@ -432,7 +433,7 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
                                                         .found = board.found,
                                                         .known = KnownTo(index),
                                                         .image = order.image},
-                                              .smeared = board.smeared,
+                                              .motion_blurred = board.motion_blurred,
                                               .most_units = order.most_units,
                                               .plain_only = order.plain_only});
   outcome.wants_more = worker.fit.wants_more();

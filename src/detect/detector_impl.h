@@ -12,10 +12,10 @@
 #include "detect/boards/anchor.h"
 #include "detect/boards/second_look.h"
 #include "detect/boards/twins.h"
-#include "detect/common/crew.h"
 #include "detect/common/light.h"
 #include "detect/common/scratch.h"
 #include "detect/common/search_regions.h"
+#include "detect/common/thread_pool.h"
 #include "detect/common/tone_table.h"
 #include "detect/common/work_meter.h"
 #include "detect/corners/corners.h"
@@ -214,7 +214,7 @@ struct Detector::Impl {
   SecondLook second_look;
   std::vector<Worker> workers;
   // Kept from one image to the next.
-  Crew crew;                 ///< threads, which sleep between images
+  ThreadPool pool;           ///< threads, which sleep between images
   Memory memory;             ///< what the budget left undone
   ToneTable tone;            ///< the same curve has the same table
   DetectStats stats;         ///< of the last image, for those who ask

@@ -195,7 +195,7 @@ void Tracer::Read(std::size_t board, const FittedBoard& fitted, const Identity& 
     const Identifier::Reading reading = identifier.ReadingOf(candidate.size, cell.at);
     cell.luminance = reading.colour.luminance;
     cell.saturation = reading.colour.saturation;
-    cell.seen = !reading.hidden;
+    cell.seen = !reading.occluded;
     if (cell.seen) cell.saturated = reading.saturated;
     cell.log_likelihood = reading.log_likelihood;
   }

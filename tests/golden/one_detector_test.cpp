@@ -73,7 +73,7 @@ class Course {
     return count;
   }
   /// Frames with boards that only show where smears are made even.
-  std::ptrdiff_t smeared_frames() const {
+  std::ptrdiff_t motion_blurred_frames() const {
     return std::count_if(expected_.begin(), expected_.end(),
                          [](const Expected& expected) { return expected.boards_by_sharpening > 0; });
   }
@@ -200,7 +200,7 @@ TEST(OneDetector, SaysWhatNewOnesSayOfEverything) {
   const Course course(SwarmOptions(), std::move(frames));
   EXPECT_GT(course.size(), 150u);
   EXPECT_GT(course.markers(), 500u);
-  EXPECT_GT(course.smeared_frames(), 3);
+  EXPECT_GT(course.motion_blurred_frames(), 3);
   for (const int threads : {1, 4}) course.Run(threads);
 }
 
@@ -219,7 +219,7 @@ TEST(OneDetector, SaysWhatNewOnesSayOfSomeFrames) {
   for (std::size_t i = 0; i < golden.size(); i += 4) frames.push_back(std::move(golden[i]));
   const Course course(SwarmOptions(), std::move(frames));
   EXPECT_GT(course.markers(), 20u);
-  EXPECT_GT(course.smeared_frames(), 0);
+  EXPECT_GT(course.motion_blurred_frames(), 0);
   course.Run(2);
 }
 

@@ -13,7 +13,7 @@ namespace {
 constexpr double kLeastCorners = 0.38;
 /// Least share of the corners of the window that has the most.
 constexpr double kLeastOfMost = 0.8;
-/// With less of the border to be seen than that share, two lines of cells may be hidden.
+/// With less of the border to be seen than that share, two lines of cells may be occluded.
 constexpr double kAllButTwoLines = 0.66;
 /// Units that a window takes, at most and with its share of what comes before.
 constexpr std::uint64_t kUnitsOfWindow = 30;
@@ -67,7 +67,7 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
       continue;
     }
     if (!(ShowsEnough(placement) && JudgeBorder(placement)) && !JudgeCovered(placement)) continue;
-    // The border's period is four cells: turned by half a turn and two cells off, a board with two lines hidden looks
+    // The border's period is four cells: turned by half a turn and two cells off, a board with two lines occluded looks
     // the same, but one of its sides lies inside the board in truth.
     if (placement.border_seen < kAllButTwoLines * BorderLength(size) && HasCornersOnItsSides(window)) {
       Refuse(placement, Refusal::kGoesOn, 0, 0);

@@ -37,7 +37,7 @@ struct AnchoredBoard {
   int border_matches = 0;                        ///< of them, those of the expected saturation
   float scale = 1;       ///< image pixels per pixel of the coarsest level its corners came from (median)
   PixelBox box;          ///< where it lies in the image, roughly
-  bool smeared = false;  ///< found in a view that undoes motion blur
+  bool motion_blurred = false;  ///< found in a view that undoes motion blur
   /// Of its inner corners, row by row: those that were found. The others lie where these have them.
   std::array<bool, kMaxCorners> found{};
 };

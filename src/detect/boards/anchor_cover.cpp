@@ -1,4 +1,4 @@
-// Placements of which a part may be hidden.
+// Placements of which a part may be occluded.
 #include <algorithm>
 #include <utility>
 
@@ -27,13 +27,13 @@ int BoardFinder::ShowingBesides(const Placement& placement) const {
   const Cover& covered = placement.covered;
   const int rows = placement.corners.rows + 1, cols = placement.corners.cols + 1;
   const bool across = covered.side < 2, at_end = covered.side % 2 == 1;
-  int hidden = 0;
+  int occluded = 0;
   for (int line = 0; line < covered.lines; ++line) {
     const int at = at_end ? (across ? rows : cols) - 1 - line : line;
     for (int i = 0; i < (across ? cols : rows); ++i)
-      hidden += grid_->visible[static_cast<std::size_t>(across ? at * cols + i : i * cols + at)];
+      occluded += grid_->visible[static_cast<std::size_t>(across ? at * cols + i : i * cols + at)];
   }
-  return grid_->showing - hidden;
+  return grid_->showing - occluded;
 }
 
 bool BoardFinder::ShowsEnough(const Placement& placement) {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "detect/boards/affine_view.h"
-#include "detect/boards/smear_view.h"
+#include "detect/boards/motion_blur_view.h"
 #include "detect/common/smooth_rows.h"
 
 namespace chequer {
@@ -40,8 +40,8 @@ constexpr int kFewestOfWide = 18;
 constexpr int kMostViews = 2, kEnoughLinked = 12;
 /// Share of the most contrast that corners of one board have at least.
 constexpr float kShareOfMost = 0.4f;
-/// A place changes along one direction by no more than that, of what it changes across, if it holds a smeared board:
-/// smeared by 1.2 cells, 0.05 to 0.35; by less, the first look shows it.
+/// A place changes along one direction by no more than that, of what it changes across, if it holds a motion-blurred
+/// board: blurred by a motion of 1.2 cells, 0.05 to 0.35; by less, the first look shows it.
 constexpr float kMostEven = 0.55f;
 /// Places that are considered; of few points, as those of an image without anything else.
 constexpr int kMostPlaces = 6, kMostSparse = 2;
@@ -275,7 +275,7 @@ void SecondLook::ShowCorners(const Place& place, const Eigen::Matrix2f& image_by
   if (image_->trace) NoteView(place, image_by_view);
 }
 
-bool SecondLook::LookThroughSmear(const Pyramid& pyramid, const Place& place) {
+bool SecondLook::LookThroughMotionBlur(const Pyramid& pyramid, const Place& place) {
   const float cell_px = std::sqrt(place.spread[0] * place.spread[1]) / kSpreadCells;
   int level = 0;
   while (level + 1 < Pyramid::kLevels && cell_px / static_cast<float>(2 << level) > kCellPx) ++level;
@@ -287,9 +287,9 @@ bool SecondLook::LookThroughSmear(const Pyramid& pyramid, const Place& place) {
   Eigen::Matrix2f image_by_view;
   image_by_view << change.least, Eigen::Vector2f(-change.least.y(), change.least.x());
   image_by_view *= cell_px / kCellPx;
-  shown_.Start().smeared = true;
+  shown_.Start().motion_blurred = true;
   ViewPlane(plane, middle, image_by_view / scale, kViewPx, shown_->view.plane);
-  EvenOutChange(static_cast<int>(kCellPx), shown_->view.plane, shown_->smear);
+  EvenOutChange(static_cast<int>(kCellPx), shown_->view.plane, shown_->motion_blur);
   ShowCorners(place, image_by_view, scale);
   if (image_->trace) {
     image_->trace->back().fate = PlaceFate::kViewed;
@@ -326,7 +326,7 @@ void SecondLook::ViewSharpened(const Pyramid& pyramid, const Place& place) {
   image_by_view << scale * place.axes.col(1), -scale * slant * place.axes.col(0);
   shown_.Start();
   ViewPlane(pyramid.level(0), pyramid.FromImage(place.middle, 0), image_by_view, kViewPx, shown_->view.plane);
-  EvenOutChange(static_cast<int>(kCellPx), shown_->view.plane, shown_->smear);
+  EvenOutChange(static_cast<int>(kCellPx), shown_->view.plane, shown_->motion_blur);
   ShowCorners(place, image_by_view, 1);
   if (image_->trace) image_->trace->back().sharpened = true;
 }
@@ -367,7 +367,7 @@ bool SecondLook::Next(const Pyramid& pyramid, const LightReader& reader) {
     if (image_->trace && by_points) NotePlace(*place, fate);
     bool viewed = fate == PlaceFate::kViewed;
     if (viewed) LookAt(pyramid, *place);
-    if (fate == PlaceFate::kFrontal) viewed = LookThroughSmear(pyramid, *place);
+    if (fate == PlaceFate::kFrontal) viewed = LookThroughMotionBlur(pyramid, *place);
     if (fate != PlaceFate::kFewPoints) Forget(*place);
     // Where points tell too little of a place, its pixels may tell more.
     if (viewed && !ShowsBoard()) image_->unclear = place;

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "chequer/detect_trace.h"
+#include "detect/boards/motion_blur_view.h"
 #include "detect/boards/place.h"
-#include "detect/boards/smear_view.h"
 #include "detect/common/light.h"
 #include "detect/common/scratch.h"
 #include "detect/common/work_meter.h"
@@ -55,8 +55,8 @@ class SecondLook {
   const std::vector<Corner>& corners() const { return shown_->corners; }
   const Grids& grids() const { return shown_->grids; }
   const GridLinker& linker() const { return shown_->linker; }
-  /// Whether the place seems smeared, and was sharpened.
-  bool smeared() const { return shown_->smeared; }
+  /// Whether the place seems motion-blurred, and was sharpened.
+  bool motion_blurred() const { return shown_->motion_blurred; }
 
  private:
   /// Where there are many points, leaves out the weakest of too many, and those that do not stand among inks.
@@ -81,8 +81,8 @@ class SecondLook {
   void ViewSharpened(const Pyramid& pyramid, const Place& place);
   /// Whether so much is linked that it will be a board if it is one.
   bool ShowsBoard() const;
-  /// Views a place that seems smeared, sharpened; false if it does not.
-  bool LookThroughSmear(const Pyramid& pyramid, const Place& place);
+  /// Views a place that seems motion-blurred, sharpened; false if it does not.
+  bool LookThroughMotionBlur(const Pyramid& pyramid, const Place& place);
   /// Finds and links the corners of the view of a place.
   void ShowCorners(const Place& place, const Eigen::Matrix2f& image_by_view, float scale);
   void NotePlace(const Place& place, PlaceFate fate);
@@ -107,13 +107,13 @@ class SecondLook {
   struct Shown {
     DetectionPlane view;
     std::vector<std::uint8_t> smoothed;
-    SmearScratch smear;
+    MotionBlurScratch motion_blur;
     PeakScan scan;
     std::vector<RefusedPeak> refused;
     GridLinker linker;
     std::vector<Corner> corners;
     Grids grids;
-    bool smeared = false;
+    bool motion_blurred = false;
     std::vector<StrongPoint> seen;  ///< what looks like corners
   };
 

@@ -7,7 +7,7 @@
 
 #include "detect/common/small_cholesky.h"
 #include "detect/fit/board_fit_limits.h"
-#include "detect/fit/smear.h"
+#include "detect/fit/motion_blur.h"
 
 namespace chequer {
 namespace {
@@ -24,7 +24,7 @@ constexpr int kStepsOfFound = 3;
 /// A board that seems blurred so many times more or less than the image's others is no start for them, nor they for it.
 constexpr double kOtherBlur = 2;
 /// Every how many pixels the first step uses: with half of them it comes near from any start, with a third from one
-/// that knows the blur. Fewer tell the cells' levels too badly for the second step to judge what is hidden.
+/// that knows the blur. Fewer tell the cells' levels too badly for the second step to judge what is occluded.
 constexpr int kFirstStride = 2, kFirstStrideKnown = 3;
 /// Cells, in blurs, whose middles show their own light.
 constexpr double kClearCell = 6;
@@ -34,7 +34,7 @@ constexpr double kClearCell = 6;
 constexpr double kLongMotionCells = 1, kOffLongMotionPx = 0.016;
 /// Of a way, what it reaches beyond a board's rim, over what a blur does; and all of half of it beyond so much of a
 /// cell.
-constexpr double kSmearReach = 0.1, kSmearReachAllCells = 0.4;
+constexpr double kMotionBlurReach = 0.1, kMotionBlurReachAllCells = 0.4;
 /// Pixels at the rim are chosen by so many blurs (see OutwardReach).
 constexpr double kReachBlurs = 2.2;
 /// Larger ones have more pixels than the model with all its terms needs.
@@ -66,12 +66,12 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->model.own_levels = choice.own_levels;
   run_->model.shadow = choice.shadow;
   if (choice.shadow) run_->shadow_start = choice.shadow->values();
-  run_->model.motion_px = choice.smear_px;
-  run_->model.ink_spread = choice.ink_spread;
-  run_->terms.ink = choice.ink_spread != 0;
+  run_->model.motion_px = choice.motion_blur_px;
+  run_->model.dot_gain = choice.dot_gain;
+  run_->terms.ink = choice.dot_gain != 0;
   run_->terms.may_move = choice.may_move && !choice.own_levels && !choice.shadow && !run_->terms.ink;
-  run_->terms.look_farther =
-      !choice.smear_px.isZero() || run_->terms.ink || choice.shadow || (choice.from && choice.from->terms.look_farther);
+  run_->terms.look_farther = !choice.motion_blur_px.isZero() || run_->terms.ink || choice.shadow ||
+                             (choice.from && choice.from->terms.look_farther);
   run_->view.size = start.size;
   run_->view.channels = reader.channels();
   run_->view.red_phase = reader.mosaic() ? reader.mosaic()->red_x + 2 * reader.mosaic()->red_y : -1;
@@ -109,7 +109,8 @@ bool BoardFit::Collect(const LightReader& reader, const Lens& lens) {
   run_->light.collected_for_motion = run_->model.motion_px;
   const double cell_px = std::sqrt(std::abs(run_->model.geometry.PlaneByBoard({0, 0}).determinant())),
                way = run_->model.motion_px.norm();
-  const double reach_px = kSmearReach * way + std::max(0.0, way / 2 - kSmearReachAllCells * cell_px) / kReachBlurs;
+  const double reach_px =
+      kMotionBlurReach * way + std::max(0.0, way / 2 - kMotionBlurReachAllCells * cell_px) / kReachBlurs;
   // A pixel costs ten times as much where all terms are on, and large cells have many.
   const bool few = run_->terms.look_farther && cell_px > kLargeCellPx;
   const int corners =
@@ -149,8 +150,8 @@ void BoardFit::SetPlaces() {
     const CornerPlace& place = pixels_.place(corner);
     const Eigen::Matrix2d board_by_pixel = place.pixel_by_board.inverse();
     const double px_x = 1 / board_by_pixel.row(0).norm(), px_y = 1 / board_by_pixel.row(1).norm();
-    const double wider_x = WiderBySmear(board_by_pixel.row(0), run_->model.motion_px, run_->model.blur_px),
-                 wider_y = WiderBySmear(board_by_pixel.row(1), run_->model.motion_px, run_->model.blur_px);
+    const double wider_x = WiderByMotionBlur(board_by_pixel.row(0), run_->model.motion_px, run_->model.blur_px),
+                 wider_y = WiderByMotionBlur(board_by_pixel.row(1), run_->model.motion_px, run_->model.blur_px);
     const int lane = pixels_.Lane(corner);
     set(LaneBlock::kCornerX, lane, place.board.x());
     set(LaneBlock::kCornerY, lane, place.board.y());
@@ -288,7 +289,7 @@ void BoardFit::Finish() {
   if (run_->model.own_levels) of_moves /= std::max(run_->told.unexplained_shifts, 1.0);
   run_->result.information = run_->model.geometry.FromMoves(of_moves);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
-                        run_->model.ink_spread};
+                        run_->model.dot_gain};
   // Of few pixels, levels take up much of the noise: hypotheses that have many would seem better than they are.
   const double left = run_->terms.rough ? std::max(1 - unknowns / std::max(weight, 1.0), kLeastLeft) : 1;
   run_->result.signal_to_noise =
@@ -334,7 +335,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     }
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
-    const bool changed = FindHiddenCorners();
+    const bool changed = FindOccludedCorners();
     // What is done to the light follows the fit by a pass or two.
     const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;
     const bool follows = uneven ? pass < kPassesOfLight : again;
@@ -349,7 +350,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
         run_->step.blur_share < kSettledBlur)
       break;
     if (uneven ? pass > 1 && pass < kPassesOfLight : again) {
-      FindHiddenCells();
+      FindOccludedCells();
       EvenOutShading(start);
     }
     if (told) continue;
@@ -365,8 +366,8 @@ bool BoardFit::TellEdges() {
   Finish();
   if (!run_->result.flat()) return false;
   const Eigen::Matrix2d board_by_pixel = BoardByPixel();
-  const std::optional<EdgeShape> found = FindEdgeShape(run_->plain_input, board_by_pixel.row(0), board_by_pixel.row(1),
-                                                       std::span(run_->corners.used), pixels_);
+  const std::optional<PointSpread> found = FindPointSpread(
+      run_->plain_input, board_by_pixel.row(0), board_by_pixel.row(1), std::span(run_->corners.used), pixels_);
   if (!found) return false;
   run_->model.edges = *found;
   profiles_.Set(run_->model.edges);
@@ -457,7 +458,7 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
     chosen_for = run_->model.blur_px;
     if (!Recollect(reader, lens) || !Step(first) || run_->step.corner_px > kRunawayPx) return false;
   }
-  run_->corners.hidden_cells.assign(start.covered.begin(), start.covered.end());
+  run_->corners.occluded_cells.assign(start.covered.begin(), start.covered.end());
   HideCellsBeside(run_->corners.left_out);
   EvenOutShading(start);
   return true;

@@ -15,10 +15,10 @@
 #include "detect/fit/board_equations.h"
 #include "detect/fit/board_pixels.h"
 #include "detect/fit/board_run.h"
-#include "detect/fit/edge_shape.h"
 #include "detect/fit/fitted_board.h"
 #include "detect/fit/model_equations.h"
 #include "detect/fit/model_kernel.h"
+#include "detect/fit/point_spread.h"
 #include "detect/fit/shading.h"
 #include "detect/fit/shadow_edge.h"
 
@@ -63,13 +63,13 @@ class BoardFit {
     /// Of a shadow that crosses the board, roughly: it is fitted too, if not where quadrants have levels.
     std::optional<ShadowEdge> shadow;
     /// The way of a point during the exposure, image pixels; where it is not zero, it is fitted too.
-    Eigen::Vector2d smear_px = Eigen::Vector2d::Zero();
+    Eigen::Vector2d motion_blur_px = Eigen::Vector2d::Zero();
     /// Whether it is tried if the board's blur seems to be a motion's.
     bool may_move = true;
     /// Whether the model with all its terms may be fitted where the four cells around a corner do not suffice.
     bool may_look_farther = true;
-    /// By how much ink has spread, cells; the same as of the way.
-    double ink_spread = 0;
+    /// Dot gain, cells; the same as of the way.
+    double dot_gain = 0;
     /// Begins where that fit ended, not from what was sampled: few passes then do.
     const BoardRun* from = nullptr;
     /// The model with all its terms is fitted to some of the pixels only, which suffices to compare models.
@@ -85,23 +85,23 @@ class BoardFit {
   bool FitClosely(const LightReader& reader, const Lens& lens, const Start& start);
   /// Whether the result is by some of the pixels.
   bool rough() const { return run_->terms.rough; }
-  /// Fits on where ink has spread, which moves the edges of a line to either side by turns, if that explains corners
+  /// Fits on where there is dot gain, which moves the edges of a line to either side by turns, if that explains corners
   /// that lie where no plane has them; else leaves the result. @pre the last fit began with `start` and has a result.
-  void FitInk(const LightReader& reader, const Lens& lens, const Start& start);
+  void FitDotGain(const LightReader& reader, const Lens& lens, const Start& start);
 
   const FittedBoard& result() const { return run_->result; }
   /// All that the last fit tells.
   const BoardRun& run() const { return *run_; }
   /// Tells what an earlier fit told.
-  void GoBackTo(const BoardRun& run) { *run_ = run; }
+  void Restore(const BoardRun& run) { *run_ = run; }
 
   int corners() const { return pixels_.corners(); }
   /// Neither outside the image, nor covered, nor left out.
   bool usable(int corner) const { return run_->corners.usable[static_cast<std::size_t>(corner)]; }
-  /// Usable, and not found hidden.
+  /// Usable, and not found occluded.
   bool used(int corner) const { return run_->corners.used[static_cast<std::size_t>(corner)]; }
-  /// The corners that were found hidden.
-  CornerFlags Hidden() const;
+  /// The corners that were found occluded.
+  CornerFlags Occluded() const;
   /// Of a cell in the board's middle, along its side.
   double cell_px() const { return run_->told.cell_px; }
   /// Of a corner's pixels, variances; far off where it has none.
@@ -126,8 +126,8 @@ class BoardFit {
   bool sure_of_motion() const { return run_->terms.sure_of_motion; }
   /// The way of a point during the exposure, image pixels; zero if that was not fitted.
   const Eigen::Vector2d& motion_px() const { return run_->model.motion_px; }
-  /// By how much ink has spread, cells, if that was fitted.
-  double ink_spread() const { return run_->model.ink_spread; }
+  /// Dot gain, cells, if that was fitted.
+  double dot_gain() const { return run_->model.dot_gain; }
 
  private:
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
@@ -194,11 +194,11 @@ class BoardFit {
   /// In the shadow, of the light beside it.
   double LightOn(int cell) const;
 
-  // Corners that something hides: board_fit_hidden.cpp.
-  /// @param may_return corners that were found hidden may be found to be in view again. Whether anything changed.
-  bool FindHiddenCorners(bool may_return = true);
+  // Corners that something hides: board_fit_occluded.cpp.
+  /// @param may_return corners that were found occluded may be found to be in view again. Whether anything changed.
+  bool FindOccludedCorners(bool may_return = true);
   /// Those beside corners that are not used.
-  void FindHiddenCells();
+  void FindOccludedCells();
   void HideCellsBeside(const CornerFlags& corners);
   bool AnyUnused() const;
 
@@ -209,8 +209,8 @@ class BoardFit {
   void EvenOutPixels(const Light& light);
   double LightAt(int corner) const;
 
-  /// Whether a step of Gauss-Newton says that ink has spread.
-  bool StartInk(const LightReader& reader, const Lens& lens);
+  /// Whether a step of Gauss-Newton says that there is dot gain.
+  bool StartDotGain(const LightReader& reader, const Lens& lens);
 
   // The model with all its terms: board_fit_model.cpp.
   /// Whether the lens blurs light of more than the four cells around a corner into its pixels.

@@ -66,7 +66,7 @@ void BoardFit::EvenOutShading(const Start& start) {
   const auto shading = FindShading({.size = run_->view.size,
                                     .levels = run_->model.levels,
                                     .saturated = start.saturated,
-                                    .hidden = run_->corners.hidden_cells,
+                                    .occluded = run_->corners.occluded_cells,
                                     .phases = run_->view.channels == 3 ? 4 : 1,
                                     .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
                                     .fine = cell_px > kFineCellPx});
@@ -88,7 +88,7 @@ void BoardFit::EvenOutShading(const Start& start) {
   }
 }
 
-bool BoardFit::StartInk(const LightReader& reader, const Lens& lens) {
+bool BoardFit::StartDotGain(const LightReader& reader, const Lens& lens) {
   if (!HavePixels(reader, lens)) return false;
   const double cell_px = CellPx();
   if (!run_->terms.look_farther) LookBeside(reader, lens);
@@ -101,9 +101,9 @@ bool BoardFit::StartInk(const LightReader& reader, const Lens& lens) {
   return more * cell_px >= kLeastInkSpreadPx && more >= kLeastInkSpread;
 }
 
-void BoardFit::FitInk(const LightReader& reader, const Lens& lens, const Start& start) {
+void BoardFit::FitDotGain(const LightReader& reader, const Lens& lens, const Start& start) {
   const bool looked_farther = run_->terms.look_farther;
-  if (!StartInk(reader, lens)) {
+  if (!StartDotGain(reader, lens)) {
     run_->terms.ink = false;
     return;
   }
@@ -114,10 +114,10 @@ void BoardFit::FitInk(const LightReader& reader, const Lens& lens, const Start& 
   if (settled) Finish();
   // Ink explains all corners, or most of what the others lacked, or something else moved them.
   if (settled && (run_->result.corners_used >= run_->without_ink.corners_used ||
-                  run_->result.told() > kMoreByInk * run_->without_ink.told()))
+                  run_->result.evidence() > kMoreByInk * run_->without_ink.evidence()))
     return;
   run_->result = run_->without_ink;
-  run_->model.ink_spread = 0;
+  run_->model.dot_gain = 0;
   run_->terms.ink = false;
   run_->terms.look_farther = looked_farther;
 }

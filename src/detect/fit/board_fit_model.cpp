@@ -184,7 +184,7 @@ void BoardFit::SetModelLanes() {
     set(ModelLanes::kWayY, way.y());
     const int row = corner / (run_->view.size.cols - 1), col = corner % (run_->view.size.cols - 1);
     const bool even_dark = IsDark(row, col);
-    set(ModelLanes::kGain, even_dark ? run_->model.ink_spread : -run_->model.ink_spread);
+    set(ModelLanes::kGain, even_dark ? run_->model.dot_gain : -run_->model.dot_gain);
     // An edge of the rim moves out where its cell is dark, and stays where it is light: half of the gain either way
     // about a line half of it farther out.
     const double out = even_dark ? 0.5 : -0.5;
@@ -289,7 +289,7 @@ bool BoardFit::StepModel(int stride, bool first) {
   }
   if (run_->model_input.terms.dot_gain) {
     const double more = std::clamp(step[columns.dot_gain], -kMostGainStep, kMostGainStep);
-    run_->model.ink_spread = std::clamp(run_->model.ink_spread + more, -kMostGain, kMostGain);
+    run_->model.dot_gain = std::clamp(run_->model.dot_gain + more, -kMostGain, kMostGain);
     run_->step.terms = std::max(run_->step.terms, WhatCounts(more, columns.dot_gain, kStillGain));
   }
   if (run_->model_input.terms.shadow) {
@@ -303,7 +303,7 @@ bool BoardFit::StepModel(int stride, bool first) {
 
 void BoardFit::StartGain(double step, double start_blur_px) {
   run_->model_input.terms.dot_gain = run_->terms.ink = true;
-  run_->model.ink_spread = std::clamp(kFirstGainStep * step, -2 * kMostGainStep, 2 * kMostGainStep);
+  run_->model.dot_gain = std::clamp(kFirstGainStep * step, -2 * kMostGainStep, 2 * kMostGainStep);
   run_->model.blur_px = std::min(run_->model.blur_px, start_blur_px);
 }
 
@@ -383,7 +383,7 @@ bool BoardFit::Settled() const {
 
 void BoardFit::FollowLight(const Start& start, bool light_follows) {
   if (light_follows && !run_->model.shadow) {
-    FindHiddenCells();
+    FindOccludedCells();
     EvenOutShading(start);
   }
   EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
@@ -401,7 +401,7 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
     // What was not fitted yet says nothing of what is occluded, or of the noise.
     const bool fitted = pass > 0, judged = fitted && (Still() || still || pass >= kModelPassesOfLight);
     still = Still();
-    const bool changed = judged && FindHiddenCorners(judgements++ < kModelPassesOfLight);
+    const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight);
     const bool near = fitted && !changed && Near();
     if (work_.units() > start.most_units) return near;
     if (fitted) FollowLight(start, pass < kModelPassesOfLight);
@@ -425,7 +425,7 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
     if (!StepModel(stride, false)) return false;
     const bool judged = Still() || still || pass >= kModelPassesOfLight;
     still = Still();
-    const bool changed = judged && FindHiddenCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();
+    const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();
     if (work_.units() > start.most_units) return near;
     if (judged && near && Settled()) break;
     FollowLight(start, pass < kModelPassesOfLight);

@@ -9,10 +9,10 @@
 
 #include "detect/common/board_geometry.h"
 #include "detect/fit/board_equations.h"
-#include "detect/fit/edge_shape.h"
 #include "detect/fit/fitted_board.h"
 #include "detect/fit/model_equations.h"
 #include "detect/fit/model_kernel.h"
+#include "detect/fit/point_spread.h"
 #include "detect/fit/shadow_edge.h"
 
 namespace chequer {
@@ -29,10 +29,10 @@ struct BoardModel {
   bool own_levels = false;  ///< levels are those of each corner's quadrants, not the cells'
   NoiseModel noise;
   double blur_px = 1;
-  EdgeShape edges;
+  PointSpread edges;
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();  ///< the way of a point during the exposure,
                                                         ///< image pixels
-  double ink_spread = 0;                                ///< dot gain, cells
+  double dot_gain = 0;                                  ///< dot gain, cells
   std::optional<ShadowEdge> shadow;
 };
 
@@ -56,7 +56,7 @@ struct BoardRun {
   };
   struct Corners {
     CornerFlags left_out{}, usable{}, used{};
-    std::vector<std::uint8_t> hidden_cells;  ///< beside corners that are not used
+    std::vector<std::uint8_t> occluded_cells;  ///< beside corners that are not used
   };
   /// What was done to the pixels' light.
   struct Light {

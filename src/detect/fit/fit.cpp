@@ -2,15 +2,15 @@
 
 #include <algorithm>
 
-#include "detect/fit/smear.h"
+#include "detect/fit/motion_blur.h"
 
 namespace chequer {
 namespace {
 
 /// Corners of boards that moved lie where a plane has them to 0.03 px; farther off, it may have been something else;
 /// and where a motion is all that may be, so far at most.
-constexpr double kMostOffMovedPx = 0.04, kMostOffSmearedPx = 0.15;
-/// Boards of one image share the spread of their ink from so much of a cell on: less may be but what one board has.
+constexpr double kMostOffMovedPx = 0.04, kMostOffMotionBlurredPx = 0.15;
+/// Boards of one image share the dot gain from so much of a cell on: less may be but what one board has.
 constexpr double kLeastShared = 0.03;
 /// Units that all fits of a board may take, for a corner, whatever it shows: boards that are blurred and crossed by a
 /// shadow, the hardest that are read, take half of them. No other fit is begun once so much of them is spent.
@@ -27,7 +27,7 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   fit_.StartWork();
   wants_more_ = cut_short_ = false;
   most_units_ = std::min(start.most_units, static_cast<std::uint64_t>(kLastBegun * static_cast<double>(most)));
-  return start.plain_only ? FitPlain(task, start.smeared) : FitFully(task, start.smeared);
+  return start.plain_only ? FitPlain(task, start.motion_blurred) : FitFully(task, start.motion_blurred);
 }
 
 bool PhotometricFit::FitOnce(const Task& task, const BoardFit::Start& start) {
@@ -35,28 +35,28 @@ bool PhotometricFit::FitOnce(const Task& task, const BoardFit::Start& start) {
   return !cut_short_ && fit_.Fit(task.reader, task.lens, start, choice_);
 }
 
-const FittedBoard* PhotometricFit::FitPlain(const Task& task, bool smeared) {
+const FittedBoard* PhotometricFit::FitPlain(const Task& task, bool motion_blurred) {
   choice_ = {};
   choice_.may_move = choice_.may_look_farther = false;
   const bool fitted = FitOnce(task, task.start);
-  wants_more_ = !fitted || smeared || !fit_.result().flat() || fit_.may_look_farther() || AnyOf(fit_.Hidden()) ||
-                MayBeUnevenlyLit(task);
+  wants_more_ = !fitted || motion_blurred || !fit_.result().flat() || fit_.may_look_farther() ||
+                AnyOf(fit_.Occluded()) || MayBeUnevenlyLit(task);
   return fitted ? &fit_.result() : nullptr;
 }
 
-const FittedBoard* PhotometricFit::FitFully(const Task& task, bool smeared) {
-  if (const FittedBoard* fitted = smeared ? nullptr : FitAsItIs(task, Eigen::Vector2d::Zero())) return fitted;
+const FittedBoard* PhotometricFit::FitFully(const Task& task, bool motion_blurred) {
+  if (const FittedBoard* fitted = motion_blurred ? nullptr : FitAsItIs(task, Eigen::Vector2d::Zero())) return fitted;
   // Others of the image may have shown how it moved.
-  if (smeared && task.start.image && !task.start.image->motion_px.isZero()) {
+  if (motion_blurred && task.start.image && !task.start.image->motion_px.isZero()) {
     const FittedBoard* fitted = FitAsItIs(task, task.start.image->motion_px);
-    if (fitted && fitted->reprojection_rms_px <= kMostOffSmearedPx) return fitted;
+    if (fitted && fitted->reprojection_rms_px <= kMostOffMotionBlurredPx) return fitted;
   }
   // What runs away may have moved so far that the plain model does not come near it.
-  const Smears smears = FindSmears(task.reader, task.lens, task.start.size, task.start.geometry);
+  const MotionBlurs motion_blurs = FindMotionBlurs(task.reader, task.lens, task.start.size, task.start.geometry);
   bool found = false;
-  for (std::size_t i = 0; i < smears.count; ++i) {
-    const FittedBoard* fitted = FitAsItIs(task, smears.by_px[i]);
-    if (!fitted || fitted->reprojection_rms_px > kMostOffSmearedPx) continue;
+  for (std::size_t i = 0; i < motion_blurs.count; ++i) {
+    const FittedBoard* fitted = FitAsItIs(task, motion_blurs.by_px[i]);
+    if (!fitted || fitted->reprojection_rms_px > kMostOffMotionBlurredPx) continue;
     if (found && fitted->signal_to_noise < best_.signal_to_noise) continue;
     best_ = *fitted;
     found = true;
@@ -64,16 +64,16 @@ const FittedBoard* PhotometricFit::FitFully(const Task& task, bool smeared) {
   return found ? &best_ : nullptr;
 }
 
-bool PhotometricFit::FitFirst(const Task& task, const Eigen::Vector2d& smear_px) {
+bool PhotometricFit::FitFirst(const Task& task, const Eigen::Vector2d& motion_blur_px) {
   choice_ = {};
-  choice_.smear_px = smear_px;
+  choice_.motion_blur_px = motion_blur_px;
   choice_.roughly = true;
   // One printer's ink spreads alike.
-  const double ink = task.start.image ? task.start.image->ink_spread : 0;
-  if (smear_px.isZero() && std::abs(ink) >= kLeastShared) choice_.ink_spread = ink;
+  const double ink = task.start.image ? task.start.image->dot_gain : 0;
+  if (motion_blur_px.isZero() && std::abs(ink) >= kLeastShared) choice_.dot_gain = ink;
   bool fitted = FitOnce(task, task.start);
-  if (!fitted && choice_.ink_spread != 0) {
-    choice_.ink_spread = 0;
+  if (!fitted && choice_.dot_gain != 0) {
+    choice_.dot_gain = 0;
     fitted = FitOnce(task, task.start);
   }
   // What is lit unevenly is told by a rough fit, too.
@@ -81,40 +81,40 @@ bool PhotometricFit::FitFirst(const Task& task, const Eigen::Vector2d& smear_px)
   return fit_.FitClosely(task.reader, task.lens, task.start);
 }
 
-const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vector2d& smear_px) {
-  const bool fitted = FitFirst(task, smear_px);
-  const bool moved = smear_px.isZero() && fitted && !fit_.motion_px().isZero();
+const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vector2d& motion_blur_px) {
+  const bool fitted = FitFirst(task, motion_blur_px);
+  const bool moved = motion_blur_px.isZero() && fitted && !fit_.motion_px().isZero();
   const double off_px = fit_.result().reprojection_rms_px;
-  if (moved && fit_.sure_of_motion() && off_px <= kMostOffSmearedPx) return &fit_.result();
-  if (moved && off_px <= kMostOffMovedPx && !AnyOf(fit_.Hidden())) return &fit_.result();
+  if (moved && fit_.sure_of_motion() && off_px <= kMostOffMotionBlurredPx) return &fit_.result();
+  if (moved && off_px <= kMostOffMovedPx && !AnyOf(fit_.Occluded())) return &fit_.result();
   // Shadows and ink make edges uneven, too; what seemed to have moved and did not fit may fit as it stands.
   if (moved) moved_ = fit_.run();
-  const bool again = smear_px.isZero() && fit_.looks_farther() && (moved || !fitted);
+  const bool again = motion_blur_px.isZero() && fit_.looks_farther() && (moved || !fitted);
   if (again) choice_.may_move = false;
   if (again ? !FitOnce(task, task.start) : !fitted) return moved ? &moved_.result : nullptr;
   ChooseTerms(task);
-  if (moved && moved_.result.told() > fit_.result().told()) fit_.GoBackTo(moved_);
+  if (moved && moved_.result.evidence() > fit_.result().evidence()) fit_.Restore(moved_);
   return fit_.result().determined() ? &fit_.result() : nullptr;
 }
 
 void PhotometricFit::ChooseTerms(const Task& task) {
-  if (!fit_.looks_farther()) LeaveOutHidden(task);
+  if (!fit_.looks_farther()) LeaveOutOccluded(task);
   const bool rough = fit_.rough(), off_before = !fit_.result().flat() && fit_.motion_px().isZero();
   const bool side = off_before && !rough && LeaveOutSide(task);
   const bool uneven = MayBeUnevenlyLit(task) && FitUnevenlyLit(task);
   fit_.FitClosely(task.reader, task.lens, task.start);
   const bool off = rough ? !fit_.result().flat() && fit_.motion_px().isZero() : off_before;
   if (!off || side || uneven) return;
-  fit_.FitInk(task.reader, task.lens, task.start);
+  fit_.FitDotGain(task.reader, task.lens, task.start);
   // What ink moves hides what a shadow does.
   if (!rough && fit_.looks_farther() && MayBeUnevenlyLit(task)) FitUnevenlyLit(task);
 }
 
-bool PhotometricFit::FitAnew(const Task& task) {
+bool PhotometricFit::Refit(const Task& task) {
   BoardFit::Start again = task.start;
   again.known = BoardFit::Start::Known::kFound;
   again.geometry = fit_.result().geometry;
-  choice_.smear_px = fit_.motion_px();
+  choice_.motion_blur_px = fit_.motion_px();
   return FitOnce(task, again);
 }
 

@@ -16,18 +16,18 @@ namespace chequer {
 /// The pose that it leads to is near the Cramér–Rao bound, 0.0025 px for the centre of a board of 8 px cells:
 /// side_by_side prints how near, case by case. What no model of a plane knows (bent paper, what is left of the lens)
 /// widens the information instead. 24 µs a board of 7.8 px cells, growing with its pixels.
-/// Where the light is bent, or cells are small against the blur, or the board moved, or its ink has spread, the model with
-/// all its terms is fitted (model_kernel.h): as many instructions as 5 to 10 sharp boards take, whatever the board's size,
-/// as so many of its pixels are looked at at most.
-/// Where corners turn out to be hidden it is fitted anew without them: two to six times the time. Where lights on it
-/// differ, it is fitted with levels for each corner's quadrants, and then with the edge of the shadow that these tell
-/// of (shadow_edge.h): 10 to 20 sharp boards, also where it is blurred and its ink has spread; 50 at most.
+/// Where the light is bent, or cells are small against the blur, or the board moved, or dot gain is strong, the model
+/// with all its terms is fitted (model_kernel.h): as many instructions as 5 to 10 sharp boards take, whatever the
+/// board's size, as so many of its pixels are looked at at most. Where corners turn out to be occluded it is fitted
+/// anew without them: two to six times the time. Where lights on it differ, it is fitted with levels for each corner's
+/// quadrants, and then with the edge of the shadow that these tell of (shadow_edge.h): 10 to 20 sharp boards, also
+/// where it is blurred and there is dot gain; 50 at most.
 class PhotometricFit {
  public:
   struct Start {
     BoardFit::Start board;
-    /// It was found where the image is smeared.
-    bool smeared = false;
+    /// It was found where the image is blurred by motion.
+    bool motion_blurred = false;
     /// No other fit of the board is begun once so many units (work_meter.h) are spent; what there is by then is returned.
     /// Nor is one begun, in any case, once a board has taken 90,000 for 25 corners.
     std::uint64_t most_units = ~0ull;
@@ -55,20 +55,20 @@ class PhotometricFit {
   };
 
   /// Without what only some boards have; roughly where the board may be lit unevenly.
-  bool FitFirst(const Task& task, const Eigen::Vector2d& smear_px);
-  const FittedBoard* FitAsItIs(const Task& task, const Eigen::Vector2d& smear_px);
-  /// Leaves out what is hidden, and adds the terms that the residuals call for, if they explain the board better.
+  bool FitFirst(const Task& task, const Eigen::Vector2d& motion_blur_px);
+  const FittedBoard* FitAsItIs(const Task& task, const Eigen::Vector2d& motion_blur_px);
+  /// Leaves out what is occluded, and adds the terms that the residuals call for, if they explain the board better.
   void ChooseTerms(const Task& task);
   /// By choice_, from where the result has the board.
-  bool FitAnew(const Task& task);
+  bool Refit(const Task& task);
 
-  // Without corners that something hides: fit_hidden.cpp.
-  /// What hides corners has told the light, the levels and the noise before it was known to: fits anew without them.
-  void LeaveOutHidden(const Task& task);
-  /// Of the corners that were found hidden, those that fit worst. False if none was.
-  bool LeaveOutWorstHidden();
+  // Without corners that something hides: fit_occluded.cpp.
+  /// What occludes corners has told the light, the levels and the noise before it was known to: fits anew without them.
+  void LeaveOutOccluded(const Task& task);
+  /// Of the corners that were found occluded, those that fit worst. False if none was.
+  bool LeaveOutWorstOccluded();
   /// What covers a whole side may pull the board until all corners are off, and none so much more than the others that
-  /// it is found hidden. Whether it was so.
+  /// it is found occluded. Whether it was so.
   bool LeaveOutSide(const Task& task);
 
   // With lights of their own: fit_uneven.cpp.
@@ -81,8 +81,8 @@ class PhotometricFit {
   /// The same with the edge of one shadow, as the quadrants' levels tell it. @pre those were fitted. Whether it is one.
   bool FitShadow(const Task& task);
 
-  const FittedBoard* FitFully(const Task& task, bool smeared);
-  const FittedBoard* FitPlain(const Task& task, bool smeared);
+  const FittedBoard* FitFully(const Task& task, bool motion_blurred);
+  const FittedBoard* FitPlain(const Task& task, bool motion_blurred);
   /// By choice_. False if it fails, or if the units are spent.
   bool FitOnce(const Task& task, const BoardFit::Start& start);
 

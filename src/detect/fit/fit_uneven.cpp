@@ -10,8 +10,8 @@ namespace {
 /// A corner that fits so much worse than a quarter of them may be crossed by the edge of a shadow.
 constexpr double kUnevenMisfit = 3;
 /// The same where corners lie so much farther off the plane than noise puts them: where cells are small against the
-/// blur, or ink has spread, a shadow moves corners before it spoils their fit. In other boards, paper that is not flat
-/// does so too.
+/// blur, or dot gain is strong, a shadow moves corners before it spoils their fit. In other boards, paper that is not
+/// flat does so too.
 constexpr double kUnevenShifts = 1.5;
 /// Light cells of one ink then differ by more than prints do; a lens that is not known well moves corners too, but
 /// leaves the cells alike.
@@ -19,7 +19,7 @@ constexpr double kUnevenCells = 0.02;
 /// In smaller cells that blur into each other, levels of quadrants tell nothing.
 constexpr double kLeastBlurredCellPx = 6;
 /// Where lights on a board differ and no single edge explains it, levels for each corner's quadrants tell so much more
-/// of it, if no corners seemed hidden without.
+/// of it, if no corners seemed occluded without.
 constexpr double kMoreByOwn = 1.5;
 /// Steps until quadrants' levels tell of a shadow's edge: where the board lies was known before.
 constexpr int kStepsOfQuadrants = 4;
@@ -71,7 +71,7 @@ bool PhotometricFit::MayBeUnevenlyLit(const Task& task) const {
   if (AnyOf(choice_.left_out)) return true;
   if (fit_.looks_farther()) {
     if (fit_.cell_px() < kLeastBlurredCellPx) return false;
-    if (AnyOf(fit_.Hidden())) return true;
+    if (AnyOf(fit_.Occluded())) return true;
     if (fit_.unexplained_shifts() > kUnevenShifts && Unevenness(fit_.result(), task.start) > kUnevenCells) return true;
   }
   if (fit_.misfit_spread() <= kUnevenMisfit) return false;
@@ -92,22 +92,22 @@ bool PhotometricFit::FitUnevenlyLit(const Task& task) {
   choice_ = {};
   choice_.own_levels = choice_.roughly = true;
   choice_.most_steps_near = kStepsOfQuadrants;
-  choice_.ink_spread = fit_.ink_spread();
+  choice_.dot_gain = fit_.dot_gain();
   if (fit_.looks_farther()) choice_.from = &evenly_lit_;
   // Levels of quadrants take up a part of the blur: by what that leaves, edges would not be the image's.
   BoardFit::Start start = task.start;
   if (fit_.looks_farther() && !start.image) start.image = &evenly_lit_.result.image;
   const Task by_quadrants{task.reader, task.lens, start};
-  if (FitAnew(by_quadrants)) {
-    LeaveOutHidden(by_quadrants);
+  if (Refit(by_quadrants)) {
+    LeaveOutOccluded(by_quadrants);
     if (FitShadow(by_quadrants)) return true;
     const double more = AnyOf(evenly.left_out) ? 1 : kMoreByOwn;
-    if (InShadow(fit_.result()) && fit_.result().told() > more * evenly_lit_.result.told() &&
+    if (InShadow(fit_.result()) && fit_.result().evidence() > more * evenly_lit_.result.evidence() &&
         fit_.FitClosely(task.reader, task.lens, start))
       return true;
   }
   choice_ = evenly;
-  fit_.GoBackTo(evenly_lit_);
+  fit_.Restore(evenly_lit_);
   return false;
 }
 
@@ -122,20 +122,20 @@ bool PhotometricFit::FitShadow(const Task& task) {
   values[ShadowEdge::kLogWidth] =
       std::max(values[ShadowEdge::kLogWidth], std::log(fit_.result().image.blur_px / fit_.cell_px()));
   choice_.shadow = ShadowEdge(values);
-  choice_.ink_spread = fit_.ink_spread();
+  choice_.dot_gain = fit_.dot_gain();
   choice_.roughly = true;
   choice_.from = &own_levels_;
   // What the board says of noise and blur by levels of its own holds in the shadow too.
   BoardFit::Start start = task.start;
   if (!start.image) start.image = &own_levels_.result.image;
   const Task shaded{task.reader, task.lens, start};
-  const double least = kAsMuchByShadow * std::max(own_levels_.result.told(), evenly_lit_.result.told());
-  if (FitAnew(shaded) && fit_.result().told() > kHopeless * least && fit_.FitClosely(task.reader, task.lens, start)) {
-    if (choice_.ink_spread == 0 && !fit_.result().flat()) fit_.FitInk(task.reader, task.lens, start);
-    if (fit_.result().told() > least) return true;
+  const double least = kAsMuchByShadow * std::max(own_levels_.result.evidence(), evenly_lit_.result.evidence());
+  if (Refit(shaded) && fit_.result().evidence() > kHopeless * least && fit_.FitClosely(task.reader, task.lens, start)) {
+    if (choice_.dot_gain == 0 && !fit_.result().flat()) fit_.FitDotGain(task.reader, task.lens, start);
+    if (fit_.result().evidence() > least) return true;
   }
   choice_ = own;
-  fit_.GoBackTo(own_levels_);
+  fit_.Restore(own_levels_);
   return false;
 }
 

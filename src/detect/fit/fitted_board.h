@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "detect/common/board_geometry.h"
-#include "detect/fit/edge_shape.h"
 #include "detect/fit/noise_model.h"
+#include "detect/fit/point_spread.h"
 
 namespace chequer {
 
@@ -14,11 +14,11 @@ namespace chequer {
 struct ImageTraits {
   NoiseModel noise;
   double blur_px = 1;
-  EdgeShape edges;
+  PointSpread edges;
   /// How far the board moved during the exposure, image pixels; zero if that was not fitted.
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();
-  /// By how much its ink has spread, cells; 0 if that was not fitted.
-  double ink_spread = 0;
+  /// Dot gain, cells; 0 if that was not fitted.
+  double dot_gain = 0;
 };
 
 /// The light that falls on a cell, over that of the board (its mean; beside the shadow, where its edge was fitted):
@@ -51,7 +51,7 @@ struct FittedBoard {
   double reprojection_rms_px = 0;
 
   /// How much the fit tells of the board, over what one of 1 : 1 tells of a corner.
-  double told() const { return signal_to_noise * signal_to_noise * corners_used; }
+  double evidence() const { return signal_to_noise * signal_to_noise * corners_used; }
   bool determined() const { return corners_used >= kFewestCorners && information.allFinite(); }
   /// Whether its corners lie where a flat board's do, printed as it should be.
   bool flat() const { return reprojection_rms_px <= 0.06; }

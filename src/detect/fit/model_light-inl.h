@@ -186,7 +186,7 @@ HWY_INLINE V LightOf(const GrownRows& rows, const GrownCells& down) {
   return sum;
 }
 
-/// The same of cells whose ink has spread: of even and odd ones, one kind grows into the other.
+/// The same of cells with dot gain: of even and odd ones, one kind grows into the other.
 HWY_INLINE void AddGrownPoint(const ModelInput& input, const LaneModel& m, V x, V y, V part, const PowerTerms* terms,
                               Picture& p) {
   struct Axis {
@@ -260,7 +260,7 @@ void LookAt(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTe
                          : AddPoint(input, m, at_x, at_y, part, terms, p);
   }
   if (input.taps > 1) Scale(Splat(1 / taps), p);
-  // Edges that are not square to each other, or are smeared along both, blur together.
+  // Edges that are not square to each other, or are blurred by motion along both, blur together.
   p.light = hn::MulAdd(m.of(ModelLanes::kCovariance), p.by_xy, p.light);
 }
 

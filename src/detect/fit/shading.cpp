@@ -74,7 +74,7 @@ void VisitCells(const ShadedCells& cells, int phase, const Visit& visit) {
       if (IsDark(row, col)) continue;
       const std::size_t cell = static_cast<std::size_t>(row * cells.size.cols + col);
       if (cells.saturated[cell] && phase == cells.blue_phase) continue;
-      if (!cells.hidden.empty() && cells.hidden[cell]) continue;
+      if (!cells.occluded.empty() && cells.occluded[cell]) continue;
       const float level = cells.levels[cell][static_cast<std::size_t>(phase)];
       if (level < kLeastLevel || level > kMostLevel) continue;
       visit(cells.saturated[cell] != 0, col + 0.5 - 0.5 * cells.size.cols, row + 0.5 - 0.5 * cells.size.rows, level);

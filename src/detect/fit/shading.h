@@ -38,7 +38,7 @@ struct ShadedCells {
   std::span<const PhaseValues> levels;
   std::span<const std::uint8_t> saturated;
   /// Cells that something else shines through, or nothing at all; may be empty.
-  std::span<const std::uint8_t> hidden;
+  std::span<const std::uint8_t> occluded;
   int phases = 1;       ///< that differ
   int blue_phase = -1;  ///< that hardly sees yellow, −1 for none
   bool fine = false;    ///< their levels are known so well that they tell how a weak shading bends

@@ -18,9 +18,9 @@ constexpr float kOffColour = 0.45f;
 constexpr double kMostLikelihood = 12;
 /// Least spread of the saturations about their means, as a share of the distance of the means: prints and lights vary.
 constexpr double kLeastSpread = 0.07;
-/// Cells besides a line of the board that no corner tells of, at most, where a line of it is hidden.
+/// Cells besides a line of the board that no corner tells of, at most, where a line of it is occluded.
 constexpr int kFewUnseen = 2;
-/// Where cells are hidden, corners lie no farther off: else some are of the cover, measured 0.2 px; others 0.02 px.
+/// Where cells are occluded, corners lie no farther off: else some are of the cover, measured 0.2 px; others 0.02 px.
 constexpr double kMostOffCoveredPx = 0.08;
 /// Least log-likelihood ratio of the best word over the second best.
 constexpr double kLeastMargin = 6;
@@ -150,12 +150,12 @@ void Identifier::EvenOutCells(const FittedBoard& board, MarkerSize size) {
     }
 }
 
-void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
-  cells_->hidden.assign(cells_->light.size(), 1);
+void Identifier::FindOccluded(const FittedBoard& board, MarkerSize size) {
+  cells_->occluded.assign(cells_->light.size(), 1);
   // Seen are the cells around the corners that the model explains.
   for (int corner = 0; corner < CornerCount(size); ++corner) {
     if (!board.corner_used[static_cast<std::size_t>(corner)]) continue;
-    for (const int cell : CellsAround(size, corner)) cells_->hidden[static_cast<std::size_t>(cell)] = 0;
+    for (const int cell : CellsAround(size, corner)) cells_->occluded[static_cast<std::size_t>(cell)] = 0;
   }
   // Of them, those that stand out from their neighbours as their class should.
   cells_->values.clear();
@@ -167,18 +167,18 @@ void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const int cell = row * size.cols + col;
-      if (cells_->hidden[static_cast<std::size_t>(cell)]) continue;
+      if (cells_->occluded[static_cast<std::size_t>(cell)]) continue;
       sums[IsDark(row, col)] += value(cell);
       ++cells[IsDark(row, col)];
     }
   const double contrast = sums[0] / std::max(cells[0], 1) - sums[1] / std::max(cells[1], 1);
   // Cells that no corner tells of may look like the board's: where they are but a line or so, only those that do not
   // are evidence of a cover. More of them lie under one.
-  const auto unseen = std::count(cells_->hidden.begin(), cells_->hidden.end(), 1);
+  const auto unseen = std::count(cells_->occluded.begin(), cells_->occluded.end(), 1);
   cells_->wrong.assign(cells_->light.size(), 0);
-  if (unseen > std::max(size.rows, size.cols) + kFewUnseen) cells_->wrong = cells_->hidden;
-  cells_->seen.resize(cells_->hidden.size());
-  for (std::size_t cell = 0; cell < cells_->hidden.size(); ++cell) cells_->seen[cell] = !cells_->hidden[cell];
+  if (unseen > std::max(size.rows, size.cols) + kFewUnseen) cells_->wrong = cells_->occluded;
+  cells_->seen.resize(cells_->occluded.size());
+  for (std::size_t cell = 0; cell < cells_->occluded.size(); ++cell) cells_->seen[cell] = !cells_->occluded[cell];
   const std::span<const float> leads = cells_->neighbours.Of(size.rows, size.cols, cells_->values, cells_->seen);
   std::size_t cell = 0;
   for (int row = 0; row < size.rows; ++row)
@@ -192,9 +192,9 @@ void Identifier::FindHidden(const FittedBoard& board, MarkerSize size) {
 bool Identifier::HideWrong(MarkerSize size) {
   HideBetween(size, cells_->wrong);
   bool found = false;
-  for (std::size_t cell = 0; cell < cells_->hidden.size(); ++cell) {
-    if (!cells_->wrong[cell] || cells_->hidden[cell]) continue;
-    cells_->hidden[cell] = 1;
+  for (std::size_t cell = 0; cell < cells_->occluded.size(); ++cell) {
+    if (!cells_->wrong[cell] || cells_->occluded[cell]) continue;
+    cells_->occluded[cell] = 1;
     found = true;
   }
   return found;
@@ -214,7 +214,7 @@ bool Identifier::HideOffColour(MarkerSize size, const std::vector<std::uint8_t>&
     for (int row = 0; row < size.rows; ++row)
       for (int col = 0; col < size.cols; ++col) {
         const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-        if (IsBorder(size, row, col) && !IsDark(row, col) && !cells_->hidden[cell] && border[cell] == saturated)
+        if (IsBorder(size, row, col) && !IsDark(row, col) && !cells_->occluded[cell] && border[cell] == saturated)
           cells_->known.push_back(cell);
       }
     if (cells_->known.empty()) return false;
@@ -243,7 +243,7 @@ bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-      if (!IsBorder(size, row, col) || cells_->hidden[cell] || IsDark(row, col) || border[cell]) continue;
+      if (!IsBorder(size, row, col) || cells_->occluded[cell] || IsDark(row, col) || border[cell]) continue;
       white += cells_->light[cell];
       ++whites;
     }
@@ -260,7 +260,7 @@ bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8
       cells_->colours[cell] = ColourOf(cells_->light[cell], white, dark, options_.color_space);
       cells_->ink[cell] = dark && options_.color_space == ColorSpace::kLab ? BlueOf(cells_->light[cell], white)
                                                                            : cells_->colours[cell].saturation;
-      if (IsBorder(size, row, col) && !cells_->hidden[cell] && cells_->half_lit[cell] == 1)
+      if (IsBorder(size, row, col) && !cells_->occluded[cell] && cells_->half_lit[cell] == 1)
         groups[dark][border[cell]].Add(cells_->ink[cell]);
     }
   for (std::size_t dark = 0; dark < 2; ++dark) {
@@ -287,7 +287,7 @@ void Identifier::WidenByKernel(MarkerSize size) {
     for (int col = 1; col + 1 < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
       const Class& c = cells_->classes[IsDark(row, col)];
-      if (cells_->hidden[cell] || !c.usable) continue;
+      if (cells_->occluded[cell] || !c.usable) continue;
       const double ink = cells_->ink[cell];
       off[IsDark(row, col)].Add(std::abs(ink - c.plain) < std::abs(ink - c.inked) ? ink - c.plain : ink - c.inked);
     }
@@ -307,7 +307,7 @@ void Identifier::Decode(MarkerSize size, Identity& identity) {
     for (int col = 1; col + 1 < size.cols; ++col, ++i) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
       const Class& c = cells_->classes[IsDark(row, col)];
-      if (cells_->hidden[cell] || !c.usable) {
+      if (cells_->occluded[cell] || !c.usable) {
         ++identity.cells_hidden;
         continue;
       }
@@ -353,7 +353,7 @@ bool Identifier::MayLieElsewhere(MarkerSize size, const std::vector<std::uint8_t
     const Class& c = cells_->classes[IsDark(row, col)];
     cells_->saturated[cell] = cells_->ink[cell] > (c.plain + c.inked) / 2;
   }
-  return AgreesElsewhere(size, cells_->hidden, cells_->saturated, border);
+  return AgreesElsewhere(size, cells_->occluded, cells_->saturated, border);
 }
 
 Identifier::Reading Identifier::ReadingOf(MarkerSize size, Cell cell) const {
@@ -361,7 +361,7 @@ Identifier::Reading Identifier::ReadingOf(MarkerSize size, Cell cell) const {
   const Class& c = cells_->classes[IsDark(cell.row, cell.col)];
   Reading reading;
   reading.colour = cells_->colours[i];
-  reading.hidden = cells_->hidden[i] != 0;
+  reading.occluded = cells_->occluded[i] != 0;
   if (c.usable) reading.saturated = cells_->ink[i] > (c.plain + c.inked) / 2;
   if (!IsBorder(size, cell.row, cell.col))
     reading.log_likelihood =
@@ -374,7 +374,7 @@ void Identifier::MeasureOverlaps(MarkerSize size, Identity& identity) const {
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-      if (cells_->hidden[cell]) continue;
+      if (cells_->occluded[cell]) continue;
       const bool dark = IsDark(row, col);
       luminance[dark].Add(cells_->colours[cell].luminance);
       const Class& c = cells_->classes[dark];
@@ -390,11 +390,11 @@ Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const L
   cells_.Start();
   ReadCells(board, size, reader, lens);
   identity.mixed_pixels = cells_->mixed_pixels;
-  FindHidden(board, size);
+  FindOccluded(board, size);
   for (std::size_t f = 0; f < options_.families.size() && identity.family < 0; ++f)
     if (options_.families[f].code.size() == size) identity.family = static_cast<int>(f);
-  const auto hidden = std::count(cells_->hidden.begin(), cells_->hidden.end(), 1);
-  identity.plausible = hidden * 2 <= static_cast<std::ptrdiff_t>(cells_->hidden.size());
+  const auto occluded = std::count(cells_->occluded.begin(), cells_->occluded.end(), 1);
+  identity.plausible = occluded * 2 <= static_cast<std::ptrdiff_t>(cells_->occluded.size());
   const auto measured = [&](const std::vector<std::uint8_t>& border) {
     return MeasureSaturation(size, border) && (!HideOffColour(size, border) || MeasureSaturation(size, border));
   };

@@ -48,7 +48,7 @@ class Identifier {
   /// How a cell of the last board was read.
   struct Reading {
     CellColour colour;
-    bool hidden = true;
+    bool occluded = true;
     std::optional<bool> saturated;  ///< nothing where the inks of its class cannot be told
     float log_likelihood = 0;       ///< of kernel cells
   };
@@ -67,7 +67,7 @@ class Identifier {
   void ReadOverexposed(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
   /// Where shadows' edges cross the board: as if it were lit alike all over.
   void EvenOutCells(const FittedBoard& board, MarkerSize size);
-  void FindHidden(const FittedBoard& board, MarkerSize size);
+  void FindOccluded(const FittedBoard& board, MarkerSize size);
   /// Hides what lies over the board: cells that look wrong, and those between them. Whether there are more now.
   bool HideWrong(MarkerSize size);
   bool MeasureSaturation(MarkerSize size, const std::vector<std::uint8_t>& border);
@@ -93,7 +93,7 @@ class Identifier {
     std::size_t mixed_pixels = 0;
     std::vector<CellColour> colours;
     std::vector<float> ink;  ///< what tells saturated cells from others: of dark ones BlueOf()
-    std::vector<std::uint8_t> hidden;
+    std::vector<std::uint8_t> occluded;
     std::vector<float> half_lit;  ///< by how much less of its light may have come than was taken for it
     Eigen::Vector3f white = Eigen::Vector3f::Zero();  ///< light of the border's white cells
     std::vector<std::uint8_t> wrong;    ///< those that do not look like the board's, and what lies between them

@@ -21,12 +21,12 @@ struct OtherPlacement {
   }
 };
 
-bool Agrees(MarkerSize size, const OtherPlacement& placement, std::span<const std::uint8_t> hidden,
+bool Agrees(MarkerSize size, const OtherPlacement& placement, std::span<const std::uint8_t> occluded,
             std::span<const std::uint8_t> saturated, std::span<const std::uint8_t> border) {
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t from = static_cast<std::size_t>(row * size.cols + col);
-      if (hidden[from]) continue;
+      if (occluded[from]) continue;
       const Cell to = placement.Of(size, row, col);
       if (to.row < 0 || to.col < 0 || to.row >= size.rows || to.col >= size.cols) return false;
       if (IsDark(row, col) != IsDark(to.row, to.col)) return false;
@@ -38,14 +38,14 @@ bool Agrees(MarkerSize size, const OtherPlacement& placement, std::span<const st
 
 }  // namespace
 
-bool AgreesElsewhere(MarkerSize size, std::span<const std::uint8_t> hidden, std::span<const std::uint8_t> saturated,
+bool AgreesElsewhere(MarkerSize size, std::span<const std::uint8_t> occluded, std::span<const std::uint8_t> saturated,
                      std::span<const std::uint8_t> border) {
   const int most = std::max(size.rows, size.cols) - 1;
   for (int turns = 0; turns < 4; ++turns)
     for (int down = -most; down <= most; ++down)
       for (int right = -most; right <= most; ++right) {
         if (turns == 0 && down == 0 && right == 0) continue;
-        if (Agrees(size, {turns, down, right}, hidden, saturated, border)) return true;
+        if (Agrees(size, {turns, down, right}, occluded, saturated, border)) return true;
       }
   return false;
 }

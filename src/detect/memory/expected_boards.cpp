@@ -21,7 +21,7 @@ constexpr float kLeastLead = 0.15f;
 /// leaves a third, a shadow's edge over a half.
 constexpr float kLeastOfLead = 0.45f;
 /// Fewer cells that do not show are the fit's to judge.
-constexpr int kFewestHidden = 3;
+constexpr int kFewestOccluded = 3;
 /// A cell whose log-likelihood speaks so much against the word contradicts it: one in a hundred of a clear board does.
 /// Of two words, all but one of the cells that differ may be occluded: a single one ends what is carried.
 constexpr double kContradiction = 4.6;
@@ -125,13 +125,13 @@ void ExpectedBoards::HideWhatDoesNotShow(const RememberedBoard& remembered, bool
     gain = *most;
   }
   std::array<std::uint8_t, kMaxCells> shows;
-  int hidden = 0;
+  int occluded = 0;
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const float least = known ? std::max(kLeastLead, kLeastOfLead * gain * remembered.leads[cell]) : kLeastLead;
     shows[cell] = !board.covered[cell] && leads_[cell] >= least;
-    hidden += !shows[cell];
+    occluded += !shows[cell];
   }
-  if (hidden < kFewestHidden) return;
+  if (occluded < kFewestOccluded) return;
   for (std::size_t cell = 0; cell < cells; ++cell) board.covered[cell] = !shows[cell];
   HideBetween(board.size, std::span(board.covered.data(), cells));
 }
@@ -143,7 +143,7 @@ ExpectedBoards::Evidence ExpectedBoards::EvidenceOf(const RememberedBoard& remem
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const Identifier::Reading reading = identifier.ReadingOf(size, {row, col});
-      if (reading.hidden) continue;
+      if (reading.occluded) continue;
       const bool saturated = IsSaturated(remembered, row, col);
       if (IsBorder(size, row, col)) {
         if (!reading.saturated) continue;

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "daemon/vigil.h"
+#include "daemon/watchdog.h"
 #include "support/log_capture.h"
 
 namespace chequer {
@@ -104,11 +104,11 @@ TEST(Progress, CountsFromTheFirstFrameThatWasNotPublished) {
   EXPECT_EQ(progress.frames.Lasting(AtSecond(8)), seconds(1));
 }
 
-TEST(Vigil, FeedsWhileThereIsProgressAndSaysOnceWhatHangs) {
+TEST(Watchdog, FeedsWhileThereIsProgressAndSaysOnceWhatHangs) {
   test::LogCapture log;
-  Vigil vigil(seconds(10));
+  Watchdog watchdog(seconds(10));
   int fed = 0;
-  const auto look = [&](const char* stuck) { vigil.Look(stuck, [&] { ++fed; }); };
+  const auto look = [&](const char* stuck) { watchdog.Look(stuck, [&] { ++fed; }); };
   look("");
   look("");
   EXPECT_EQ(fed, 2);
@@ -121,14 +121,14 @@ TEST(Vigil, FeedsWhileThereIsProgressAndSaysOnceWhatHangs) {
   EXPECT_THAT(log.lines()[0], HasSubstr("worker 0 hangs"));
 }
 
-TEST(Vigil, FindsAHangOutBeforeTheWatchdogEnds) {
-  const Vigil quick(seconds(2));
+TEST(Watchdog, FindsAHangOutBeforeTheWatchdogEnds) {
+  const Watchdog quick(seconds(2));
   EXPECT_EQ(quick.period(), milliseconds(500));
   EXPECT_EQ(quick.limits().work, seconds(1));
-  const Vigil slow(seconds(60));
+  const Watchdog slow(seconds(60));
   EXPECT_EQ(slow.period(), seconds(1));
   EXPECT_EQ(slow.limits().work, ProgressLimits{}.work);
-  EXPECT_EQ(Vigil(std::nullopt).limits().work, ProgressLimits{}.work);
+  EXPECT_EQ(Watchdog(std::nullopt).limits().work, ProgressLimits{}.work);
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ std::vector<Image> Frames(PixelFormat format) {
     known.back().scene.markers.push_back(known.back().scene.markers[0]);
     known.back().scene.markers.back().camera_from_marker.translation.x() += beside;
   }
-  // The same, all of them smeared, and a side of each hidden.
+  // The same, all of them motion-blurred, and a side of each occluded.
   known.push_back(known.back());
   known.back().options.motion_px = 7;
   known.back().options.motion_angle_rad = 0.4;

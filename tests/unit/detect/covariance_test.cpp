@@ -54,7 +54,7 @@ TEST_P(HonestCovariance, ErrorsAreAsLargeAsTheirCovariances) {
   }
 }
 
-TEST(HonestCovarianceOfLongSmears, ErrorsAreAsLargeAsItSays) {
+TEST(HonestCovarianceOfLongMotionBlurs, ErrorsAreAsLargeAsItSays) {
   // By more than a cell: not all of them are read, and few are off by far more than the pixels' noise tells.
   constexpr int kLong = 40;
   const test::PoseErrors errors = ErrorsOf("motion_px=12", kLong);

@@ -76,7 +76,7 @@ TEST_P(Limits, AreReached) {
   EXPECT_GE(tally.read, GetParam().least) << "of " << GetParam().frames << "; seeds missed:" << tally.missed;
 }
 
-TEST(SmearedBoards, AreNotReadWrongly) {
+TEST(MotionBlurredBoards, AreNotReadWrongly) {
   // Their darkest levels come out below zero: what black cells have in common there is no ink, and tells nothing.
   const MarkerCode code({6, 6}, Variant::kSecded);
   for (const auto& [tag, seed, bayer] :

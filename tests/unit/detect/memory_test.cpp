@@ -313,18 +313,18 @@ Image Occluded(const test::KnownFrame& frame, double share) {
   return image;
 }
 
-TEST(Memory, CarriesTheIdentityOfABoardThatIsHidden) {
+TEST(Memory, CarriesTheIdentityOfABoardThatIsOccluded) {
   const test::KnownFrame frame = WithMarker(3);
-  const Image plain = frame.Draw(), hidden = Occluded(frame, 0.38);
+  const Image plain = frame.Draw(), occluded = Occluded(frame, 0.38);
   DetectorOptions options = OptionsFor(frame);
   options.carry_s = 0.1;
-  for (const MarkerPose& marker : Detector(options).Detect(hidden.view()))
+  for (const MarkerPose& marker : Detector(options).Detect(occluded.view()))
     ASSERT_FALSE(marker.id) << "too little shows";
   Follower follower(options);
   follower.Next(plain.view());
   int carried = 0;
   for (int i = 0; i < 10; ++i) {
-    const Detected& found = follower.Next(hidden.view());
+    const Detected& found = follower.Next(occluded.view());
     for (const MarkerPose& marker : found.markers) {
       if (!marker.id) continue;
       EXPECT_EQ(marker.id, 3u);

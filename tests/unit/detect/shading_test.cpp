@@ -23,11 +23,11 @@ struct ShadedBoard {
       }
   }
   ShadedCells Cells() const {
-    return {.size = kShadedSize, .levels = levels, .saturated = saturated, .hidden = hidden};
+    return {.size = kShadedSize, .levels = levels, .saturated = saturated, .occluded = occluded};
   }
 
   std::vector<PhaseValues> levels;
-  std::vector<std::uint8_t> saturated, hidden;
+  std::vector<std::uint8_t> saturated, occluded;
 };
 
 TEST(Shading, FindsAWeakGradient) {
@@ -77,22 +77,22 @@ TEST(Shading, FindsABentLight) {
 
 TEST(Shading, DoesNotTakeACoverForShade) {
   ShadedBoard board([](double, double) { return 1.0; });
-  board.hidden.assign(board.levels.size(), 0);
+  board.occluded.assign(board.levels.size(), 0);
   for (std::size_t cell = 0; cell < 6; ++cell) {
     board.levels[cell].fill(0.15f);
-    board.hidden[cell] = 1;
+    board.occluded[cell] = 1;
   }
   const auto shading = FindShading(board.Cells());
   ASSERT_TRUE(shading);
   EXPECT_LT(shading->slope.norm(), 1e-6);
-  board.hidden.clear();
+  board.occluded.clear();
   const auto covered = FindShading(board.Cells());
   EXPECT_TRUE(!covered || covered->slope.norm() > 0.05) << "the test's cover is none";
 }
 
 TEST(Shading, SaysNothingOfCellsThatDoNotTell) {
   ShadedBoard board([](double, double) { return 1.0; });
-  board.hidden.assign(board.levels.size(), 1);
+  board.occluded.assign(board.levels.size(), 1);
   EXPECT_FALSE(FindShading(board.Cells()));
 }
 

@@ -74,7 +74,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Shadow{kRaw, "side_px=96", 0.6, 1, 25, 25, 1.5}, Shadow{kRaw, "side_px=48", 0.3, 4, 25, 25, 1.8},
                     Shadow{kRaw, "side_px=48", 0.6, 4, 25, 25, 1.8}, Shadow{kRaw, "side_px=48", 0.6, 1, 25, 25, 2},
                     Shadow{kRaw, "side_px=48", 0.8, 1, 25, 21, 1.8}));
-/// Where cells blur into each other, or ink has spread: there the light of cells beyond is taken out, too.
+/// Where cells blur into each other, or dot gain is strong: there the light of cells beyond is taken out, too.
 INSTANTIATE_TEST_SUITE_P(Blurred, Shadows,
                          testing::Values(Shadow{kColour, "psf_px=1.5", 0.6, 2, 20, 20, 3},
                                          Shadow{kRaw, "psf_px=2", 0.3, 5, 20, 20, 3},

@@ -311,7 +311,7 @@ TEST(Refusal, OfKernelsThatAreNoWord) {
   EXPECT_GT(candidate.measured, 3);
 }
 
-TEST(Refusal, OfIdsThatHiddenCellsLeaveOpen) {
+TEST(Refusal, OfIdsThatOccludedCellsLeaveOpen) {
   const MarkerCode code({6, 6}, Variant::kUnconstrained);
   test::KnownFrame frame = test::OneMarker(code, 0x1234, 14, 3);
   // Of the second row and the border above it nothing is seen.

@@ -1,4 +1,4 @@
-#include "detect/common/crew.h"
+#include "detect/common/thread_pool.h"
 
 #include <gtest/gtest.h>
 
@@ -15,16 +15,16 @@
 namespace chequer {
 namespace {
 
-class CrewTest : public testing::TestWithParam<int> {};
+class ThreadPoolTest : public testing::TestWithParam<int> {};
 
-TEST_P(CrewTest, DoesEveryItemOnceRunAfterRun) {
-  Crew crew(GetParam());
-  EXPECT_EQ(crew.workers(), GetParam());
+TEST_P(ThreadPoolTest, DoesEveryItemOnceRunAfterRun) {
+  ThreadPool pool(GetParam());
+  EXPECT_EQ(pool.workers(), GetParam());
   for (int run = 0; run < 200; ++run) {
     const int count = run % 17;
     std::vector<std::atomic<int>> done(static_cast<std::size_t>(count));
     std::vector<std::atomic<int>> inside(static_cast<std::size_t>(GetParam()));
-    crew.Run(count, [&](int item, int worker) {
+    pool.Run(count, [&](int item, int worker) {
       EXPECT_EQ(inside[static_cast<std::size_t>(worker)].fetch_add(1), 0) << "a worker does one item at a time";
       ++done[static_cast<std::size_t>(item)];
       --inside[static_cast<std::size_t>(worker)];
@@ -34,9 +34,9 @@ TEST_P(CrewTest, DoesEveryItemOnceRunAfterRun) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Workers, CrewTest, testing::Values(1, 2, 5));
+INSTANTIATE_TEST_SUITE_P(Workers, ThreadPoolTest, testing::Values(1, 2, 5));
 
-TEST(Crew, BeginsEachOfItsThreadsAsAskedFor) {
+TEST(ThreadPool, BeginsEachOfItsThreadsAsAskedFor) {
   std::mutex mutex;
   std::map<int, std::thread::id> begun;
   const auto begin = [&](int worker) {
@@ -45,10 +45,10 @@ TEST(Crew, BeginsEachOfItsThreadsAsAskedFor) {
   };
   std::map<int, std::thread::id> worked;
   {
-    Crew crew(3, begin);
+    ThreadPool pool(3, begin);
     // Each waits for the others, so that every thread has an item.
     std::barrier all(3);
-    crew.Run(3, [&](int, int worker) {
+    pool.Run(3, [&](int, int worker) {
       {
         const std::lock_guard lock(mutex);
         worked[worker] = std::this_thread::get_id();
@@ -62,9 +62,9 @@ TEST(Crew, BeginsEachOfItsThreadsAsAskedFor) {
   EXPECT_EQ(begun.at(2), worked.at(2));
 }
 
-TEST(Crew, LeavesNothingBehindWhereAThreadCannotBeStarted) {
+TEST(ThreadPool, LeavesNothingBehindWhereAThreadCannotBeStarted) {
   const test::NoRoomForThreads no_room;
-  EXPECT_THROW(Crew(3), std::system_error);
+  EXPECT_THROW(ThreadPool(3), std::system_error);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace chequer {
 
 /// Ways that the points of a board may have gone while the image was exposed, image pixels, the likeliest first. There
 /// and back are the same.
-struct Smears {
+struct MotionBlurs {
   static constexpr std::size_t kMost = 3;
   std::array<Eigen::Vector2d, kMost> by_px = Zeros<Eigen::Vector2d, kMost>();
   std::size_t count = 0;
@@ -24,10 +24,11 @@ struct Smears {
 /// damped to sin(πLf) / (πLf), by the lens to a Gaussian of f. One of them is right to 0.08 cells where the geometry is
 /// right to a tenth of a cell; only along a side of the cells there are several. 0.1 ms for a board that has not moved,
 /// 1 ms for one that has.
-Smears FindSmears(const LightReader& reader, const Lens& lens, MarkerSize size, const BoardGeometry& geometry);
+MotionBlurs FindMotionBlurs(const LightReader& reader, const Lens& lens, MarkerSize size,
+                            const BoardGeometry& geometry);
 
-/// How many times wider than by `blur_px` alone an edge is that is smeared, by standard deviations. @param across
-/// derivative of the board coordinate that the edge holds constant, by the image.
-double WiderBySmear(const Eigen::RowVector2d& across, const Eigen::Vector2d& smear_px, double blur_px);
+/// How many times wider than by `blur_px` alone an edge is that is blurred by motion, by standard deviations. @param
+/// across derivative of the board coordinate that the edge holds constant, by the image.
+double WiderByMotionBlur(const Eigen::RowVector2d& across, const Eigen::Vector2d& motion_blur_px, double blur_px);
 
 }  // namespace chequer

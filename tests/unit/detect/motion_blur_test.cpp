@@ -1,5 +1,5 @@
 // Boards that moved while the image was exposed.
-#include "detect/fit/smear.h"
+#include "detect/fit/motion_blur.h"
 
 #include <gtest/gtest.h>
 
@@ -8,16 +8,16 @@
 
 #include "chequer/detect_trace.h"
 #include "chequer/detector.h"
-#include "detect/boards/smear_view.h"
+#include "detect/boards/motion_blur_view.h"
 #include "detect/common/homography.h"
 #include "support/scenes.h"
 
 namespace chequer {
 namespace {
 
-constexpr double kSmearedCellPx = 10, kWayPx = 12;
+constexpr double kMotionBlurredCellPx = 10, kWayPx = 12;
 
-MarkerCode SmearedCode() { return MarkerCode({6, 6}, Variant::kSecded); }
+MarkerCode MotionBlurredCode() { return MarkerCode({6, 6}, Variant::kSecded); }
 
 /// The image direction of the marker's columns.
 double HeadingOf(const test::KnownFrame& frame) {
@@ -27,56 +27,56 @@ double HeadingOf(const test::KnownFrame& frame) {
 }
 
 /// A marker that moved by kWayPx, turned against its rows by so many degrees.
-test::KnownFrame SmearedFrame(double degrees, std::uint64_t seed) {
-  test::KnownFrame frame = test::OneMarker(SmearedCode(), 1000 + seed, kSmearedCellPx, seed);
+test::KnownFrame MotionBlurredFrame(double degrees, std::uint64_t seed) {
+  test::KnownFrame frame = test::OneMarker(MotionBlurredCode(), 1000 + seed, kMotionBlurredCellPx, seed);
   frame.options.motion_px = kWayPx;
   frame.options.motion_angle_rad = HeadingOf(frame) + degrees * std::numbers::pi / 180;
   return frame;
 }
 
 /// What is told of the frame's marker, whose place is known to a twentieth of a cell.
-Smears SmearsOf(const test::KnownFrame& frame) {
+MotionBlurs MotionBlursOf(const test::KnownFrame& frame) {
   const Image image = frame.Draw();
   const std::array<float, 256> table = image.view().tone_curve().LinearTable();
   const std::vector<Eigen::Vector2d> corners = test::InnerCorners(frame.scene.markers[0], frame.options.camera);
   std::vector<PointPair> pairs;
   for (int i = 0; i < 25; ++i)
     pairs.push_back({CornerOnBoard({6, 6}, i / 5, i % 5),
-                     corners[static_cast<std::size_t>(i)] + Eigen::Vector2d(0.05, -0.05) * kSmearedCellPx});
+                     corners[static_cast<std::size_t>(i)] + Eigen::Vector2d(0.05, -0.05) * kMotionBlurredCellPx});
   const LightReader reader(image.view(), table);
-  return FindSmears(reader, Lens(), {6, 6}, BoardGeometry(*FitHomography(pairs)));
+  return FindMotionBlurs(reader, Lens(), {6, 6}, BoardGeometry(*FitHomography(pairs)));
 }
 
-TEST(Smear, TellsTheWayOfABoard) {
+TEST(MotionBlur, TellsTheWayOfABoard) {
   for (const double degrees : {0.0, 7.0, 15.0, 25.0, 35.0, 45.0, 70.0}) {
-    const test::KnownFrame frame = SmearedFrame(degrees, 3);
+    const test::KnownFrame frame = MotionBlurredFrame(degrees, 3);
     const double angle = frame.options.motion_angle_rad;
     const Eigen::Vector2d way(kWayPx * std::cos(angle), kWayPx * std::sin(angle));
-    const Smears smears = SmearsOf(frame);
+    const MotionBlurs motion_blurs = MotionBlursOf(frame);
     // There and back are the same.
     double nearest = 1e9;
-    for (std::size_t i = 0; i < smears.count; ++i)
-      nearest = std::min({nearest, (smears.by_px[i] - way).norm(), (smears.by_px[i] + way).norm()});
-    EXPECT_LT(nearest, 0.09 * kSmearedCellPx) << degrees << " degrees";
-    EXPECT_TRUE(smears.count == 1 || degrees < 10) << degrees << " degrees: " << smears.count;
+    for (std::size_t i = 0; i < motion_blurs.count; ++i)
+      nearest = std::min({nearest, (motion_blurs.by_px[i] - way).norm(), (motion_blurs.by_px[i] + way).norm()});
+    EXPECT_LT(nearest, 0.09 * kMotionBlurredCellPx) << degrees << " degrees";
+    EXPECT_TRUE(motion_blurs.count == 1 || degrees < 10) << degrees << " degrees: " << motion_blurs.count;
   }
 }
 
-TEST(Smear, TakesNoBlurForOne) {
+TEST(MotionBlur, TakesNoBlurForOne) {
   for (const double blur_px : {0.6, 1.5, 2.5, 3.0}) {
-    test::KnownFrame frame = SmearedFrame(20, 3);
+    test::KnownFrame frame = MotionBlurredFrame(20, 3);
     frame.options.motion_px = 0;
     frame.options.blur_sigma_px = blur_px;
-    EXPECT_EQ(SmearsOf(frame).count, 0u) << blur_px << " px";
+    EXPECT_EQ(MotionBlursOf(frame).count, 0u) << blur_px << " px";
   }
 }
 
-TEST(Smear, WidensTheEdgesThatLieAcrossIt) {
+TEST(MotionBlur, WidensTheEdgesThatLieAcrossIt) {
   const Eigen::RowVector2d across(0.1, 0);
-  EXPECT_EQ(WiderBySmear(across, {0, 0}, 0.8), 1);
-  EXPECT_NEAR(WiderBySmear(across, {0, 12}, 0.8), 1, 1e-12);
+  EXPECT_EQ(WiderByMotionBlur(across, {0, 0}, 0.8), 1);
+  EXPECT_NEAR(WiderByMotionBlur(across, {0, 12}, 0.8), 1, 1e-12);
   // A box of 12 px has the variance of a Gaussian of 3.46 px.
-  EXPECT_NEAR(WiderBySmear(across, {12, 5}, 0.8), std::hypot(0.8, 3.4641) / 0.8, 1e-4);
+  EXPECT_NEAR(WiderByMotionBlur(across, {12, 5}, 0.8), std::hypot(0.8, 3.4641) / 0.8, 1e-4);
 }
 
 /// A checkerboard turned by 45 degrees, of which the waves along x are so much weaker.
@@ -91,13 +91,13 @@ BytePlane Striped(double weaker, int side, double cell_px) {
   return plane;
 }
 
-TEST(SmearView, StripesBecomeACheckerboard) {
+TEST(MotionBlurView, StripesBecomeACheckerboard) {
   BytePlane view = Striped(0.2, 88, 8);
   const Eigen::Vector2f middle(43.5f, 43.5f);
   const Change before = ChangeAround(view, middle, 8);
   EXPECT_NEAR(before.share, 0.04, 0.02);
   EXPECT_NEAR(std::abs(before.least.x()), 1, 0.02);
-  SmearScratch scratch;
+  MotionBlurScratch scratch;
   EvenOutChange(8, view, scratch);
   EXPECT_GT(ChangeAround(view, middle, 8).share, 0.55f);
   EXPECT_GT(view.at(49, 44), view.at(44, 44) - 10) << "raised along the rows, not turned upside down";
@@ -108,14 +108,14 @@ TEST(SmearView, StripesBecomeACheckerboard) {
   EXPECT_GT(ChangeAround(view, middle, 8).share, 0.5f);
 }
 
-TEST(SmearedBoards, AreReadInsideTheirStripes) {
+TEST(MotionBlurredBoards, AreReadInsideTheirStripes) {
   int read = 0, sharpened = 0, frames = 0;
   double square_px = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed)
     for (const double degrees : {-20.0, 20.0}) {
-      const test::KnownFrame frame = SmearedFrame(degrees, seed);
+      const test::KnownFrame frame = MotionBlurredFrame(degrees, seed);
       DetectorOptions options;
-      options.families = {MarkerFamily{SmearedCode(), 0.12, {}}};
+      options.families = {MarkerFamily{MotionBlurredCode(), 0.12, {}}};
       options.camera = frame.options.camera;
       std::vector<MarkerPose> markers;
       DetectTrace trace;
@@ -136,14 +136,14 @@ TEST(SmearedBoards, AreReadInsideTheirStripes) {
   EXPECT_LT(std::sqrt(square_px / std::max(read, 1)), 0.1) << "px; a twentieth of what the smear hides";
 }
 
-TEST(SmearedBoards, WithoutInksAreNone) {
+TEST(MotionBlurredBoards, WithoutInksAreNone) {
   for (const double degrees : {10.0, 20.0, 30.0}) {
-    test::KnownFrame frame = SmearedFrame(degrees, 5);
+    test::KnownFrame frame = MotionBlurredFrame(degrees, 5);
     InkSet& inks = frame.scene.markers[0].inks;
     inks.blue = inks.black;
     inks.yellow = inks.white;
     DetectorOptions options;
-    options.families = {MarkerFamily{SmearedCode(), 0.12, {}}};
+    options.families = {MarkerFamily{MotionBlurredCode(), 0.12, {}}};
     EXPECT_TRUE(Detector(options).Detect(frame.Draw().view()).empty()) << degrees << " degrees";
   }
 }

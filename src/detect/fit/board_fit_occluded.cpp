@@ -7,13 +7,13 @@
 namespace chequer {
 namespace {
 
-/// A corner whose pixels disagree so much more than the median corner's is hidden.
-constexpr double kHiddenRatio = 8;
+/// A corner whose pixels disagree so much more than the median corner's is occluded.
+constexpr double kOccludedRatio = 8;
 /// Where cells blur into each other, levels fit a corner's few pixels more or less by chance: as many pixels more of it
 /// are asked for.
 constexpr double kFewPixels = 24;
-/// Corners with less of the median corner's contrast are hidden too.
-constexpr double kHiddenContrast = 0.2;
+/// Corners with less of the median corner's contrast are occluded too.
+constexpr double kOccludedContrast = 0.2;
 
 }  // namespace
 
@@ -28,7 +28,7 @@ double BoardFit::MisfitOf(int corner) const {
   return pixels > 0 ? square / pixels : 1e9;
 }
 
-bool BoardFit::FindHiddenCorners(bool may_return) {
+bool BoardFit::FindOccludedCorners(bool may_return) {
   std::array<double, kMaxCorners> misfit, contrast, sorted;
   double least_misfit = 1e9, most_misfit = 0, least_contrast = 1e9, most_contrast = -1e9;
   int count = 0;
@@ -45,11 +45,12 @@ bool BoardFit::FindHiddenCorners(bool may_return) {
   }
   run_->told.misfit_spread = most_misfit / std::max(least_misfit, 1e-9);
   // Corners that are all alike are all near the median one.
-  const bool alike = least_contrast >= kHiddenContrast * most_contrast && most_misfit <= kHiddenRatio * least_misfit;
+  const bool alike =
+      least_contrast >= kOccludedContrast * most_contrast && most_misfit <= kOccludedRatio * least_misfit;
   int pixels_of_corner = 0;
   for (int phase = 0; phase < 4; ++phase)
     pixels_of_corner += pixels_.lanes().count(pixels_.Lane(pixels_.corners() / 2) + phase);
-  const double ratio = kHiddenRatio * (run_->terms.look_farther ? 1 + kFewPixels / std::max(pixels_of_corner, 1) : 1);
+  const double ratio = kOccludedRatio * (run_->terms.look_farther ? 1 + kFewPixels / std::max(pixels_of_corner, 1) : 1);
   const auto median = [&](const std::array<double, kMaxCorners>& values) {
     std::size_t next = 0;
     for (int corner = 0; corner < pixels_.corners(); ++corner)
@@ -59,7 +60,7 @@ bool BoardFit::FindHiddenCorners(bool may_return) {
     return sorted[static_cast<std::size_t>(count / 2)];
   };
   const double most = alike ? most_misfit : ratio * median(misfit),
-               least = alike ? least_contrast : kHiddenContrast * median(contrast);
+               least = alike ? least_contrast : kOccludedContrast * median(contrast);
   bool changed = false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     bool& used = run_->corners.used[static_cast<std::size_t>(corner)];
@@ -72,11 +73,11 @@ bool BoardFit::FindHiddenCorners(bool may_return) {
   return changed;
 }
 
-CornerFlags BoardFit::Hidden() const {
-  CornerFlags hidden{};
+CornerFlags BoardFit::Occluded() const {
+  CornerFlags occluded{};
   for (int corner = 0; corner < corners(); ++corner)
-    hidden[static_cast<std::size_t>(corner)] = usable(corner) && !used(corner);
-  return hidden;
+    occluded[static_cast<std::size_t>(corner)] = usable(corner) && !used(corner);
+  return occluded;
 }
 
 bool BoardFit::AnyUnused() const {
@@ -84,10 +85,10 @@ bool BoardFit::AnyUnused() const {
                      [](bool used) { return !used; });
 }
 
-void BoardFit::FindHiddenCells() {
+void BoardFit::FindOccludedCells() {
   CornerFlags unused;
   std::transform(run_->corners.used.begin(), run_->corners.used.end(), unused.begin(), std::logical_not());
-  run_->corners.hidden_cells.assign(static_cast<std::size_t>(run_->view.size.rows * run_->view.size.cols), 0);
+  run_->corners.occluded_cells.assign(static_cast<std::size_t>(run_->view.size.rows * run_->view.size.cols), 0);
   HideCellsBeside(unused);
 }
 
@@ -95,7 +96,7 @@ void BoardFit::HideCellsBeside(const CornerFlags& corners) {
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!corners[static_cast<std::size_t>(corner)]) continue;
     for (const int cell : CellsAround(run_->view.size, corner))
-      run_->corners.hidden_cells[static_cast<std::size_t>(cell)] = 1;
+      run_->corners.occluded_cells[static_cast<std::size_t>(cell)] = 1;
   }
 }
 

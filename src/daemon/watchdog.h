@@ -11,10 +11,10 @@ namespace chequer {
 
 /// Feeds the service manager's watchdog while the pipeline makes progress, and only then; says in the log what hangs.
 /// One thread.
-class Vigil {
+class Watchdog {
  public:
   /// @param watchdog how often the service manager wants to hear, if at all.
-  explicit Vigil(std::optional<std::chrono::microseconds> watchdog);
+  explicit Watchdog(std::optional<std::chrono::microseconds> watchdog);
 
   /// How often Look wants to be called: some times in the watchdog's period.
   std::chrono::milliseconds period() const { return period_; }

@@ -1,4 +1,4 @@
-#include "detect/boards/smear_view.h"
+#include "detect/boards/motion_blur_view.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -52,7 +52,7 @@ Change ChangeAround(const BytePlane& plane, const Eigen::Vector2f& middle, float
   return {least.cast<float>(), static_cast<float>(solver.eigenvalues()[0] / std::max(solver.eigenvalues()[1], 1.0))};
 }
 
-void EvenOutChange(int cell_px, BytePlane& view, SmearScratch& scratch) {
+void EvenOutChange(int cell_px, BytePlane& view, MotionBlurScratch& scratch) {
   const int width = view.width(), height = view.height(), apart = 5 * cell_px / 8, reach = cell_px / 2;
   // Only the first harmonics are left, which are a checkerboard too: the others would be zigzags.
   const int smooth = cell_px / 2 + 1 - cell_px / 2 % 2;

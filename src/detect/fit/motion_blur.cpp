@@ -1,4 +1,4 @@
-#include "detect/fit/smear.h"
+#include "detect/fit/motion_blur.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -9,12 +9,12 @@
 namespace chequer {
 namespace {
 
-/// Smears that are told, cells.
-constexpr double kLeastSmear = 0.35, kMostSmear = 1.6;
-/// The search begins with all smears in steps, of which there are so many at most on either side, and ends with finer
-/// ones, cells.
-constexpr int kSmearSteps = 16;
-constexpr double kSmearStep = kMostSmear / kSmearSteps, kLastSmearStep = 0.005;
+/// Motion blurs that are told, cells.
+constexpr double kLeastMotionBlur = 0.35, kMostMotionBlur = 1.6;
+/// The search begins with all motion blurs in steps, of which there are so many at most on either side, and ends with
+/// finer ones, cells.
+constexpr int kMotionBlurSteps = 16;
+constexpr double kMotionBlurStep = kMostMotionBlur / kMotionBlurSteps, kLastMotionBlurStep = 0.005;
 constexpr std::array<double, 4> kCoarseBlurs{0.06, 0.12, 0.2, 0.3};
 /// Minima that are looked into, and how far apart they are, cells.
 constexpr std::size_t kMostMinima = 5;
@@ -24,12 +24,13 @@ constexpr double kApartMinima = 0.25;
 constexpr double kMostOfDeepest = 20;
 /// Narrower cells show no harmonics but the first, px.
 constexpr double kLeastAcrossPx = 5;
-/// Share that a smear must leave of what a blur alone leaves unexplained.
-constexpr double kLeastGainOfSmear = 0.5;
-/// What a blur alone leaves, of all: of boards that only were blurred at most 0.01, smeared by 0.8 cells 0.045.
+/// Share that a motion blur must leave of what a blur alone leaves unexplained.
+constexpr double kLeastGainOfMotionBlur = 0.5;
+/// What a blur alone leaves, of all: of boards that only were blurred at most 0.01, blurred by a motion of 0.8 cells
+/// 0.045.
 constexpr double kMostEvenly = 0.025;
 /// Of the lens, cells.
-constexpr double kLeastBlurOfSmeared = 0.03, kMostBlurOfSmeared = 0.4;
+constexpr double kLeastBlurOfMotionBlurred = 0.03, kMostBlurOfMotionBlurred = 0.4;
 
 /// Samples a cell, along each axis, that tell the harmonics.
 constexpr int kSamplesOfCell = 10;
@@ -100,7 +101,7 @@ Waves MeasureWaves(const Patch& patch) {
   return waves;
 }
 
-/// What a smear and a blur, cells, leave of a checkerboard's waves.
+/// What a motion blur and a blur, cells, leave of a checkerboard's waves.
 struct Damping {
   double x = 0, y = 0, blur = 0.1;
 
@@ -109,9 +110,9 @@ struct Damping {
     for (std::size_t k = 0; k < kHarmonics.size(); ++k) {
       const double m = kHarmonics[k][0], n = kHarmonics[k][1];
       const double lens = std::exp(-std::numbers::pi * std::numbers::pi / 2 * blur * blur * (m * m + n * n)) / (m * n);
-      const auto smeared = [](double phase) { return std::abs(phase) < 1e-6 ? 1.0 : std::sin(phase) / phase; };
-      waves[k] = {lens * smeared(std::numbers::pi / 2 * (m * x - n * y)),
-                  lens * smeared(std::numbers::pi / 2 * (m * x + n * y))};
+      const auto motion_blurred = [](double phase) { return std::abs(phase) < 1e-6 ? 1.0 : std::sin(phase) / phase; };
+      waves[k] = {lens * motion_blurred(std::numbers::pi / 2 * (m * x - n * y)),
+                  lens * motion_blurred(std::numbers::pi / 2 * (m * x + n * y))};
     }
     return waves;
   }
@@ -132,8 +133,8 @@ double LeftOf(const Waves& measured, const Waves& model) {
 }
 
 bool IsSought(const Damping& damping) {
-  return damping.blur > kLeastBlurOfSmeared && damping.blur < kMostBlurOfSmeared &&
-         std::hypot(damping.x, damping.y) < kMostSmear;
+  return damping.blur > kLeastBlurOfMotionBlurred && damping.blur < kMostBlurOfMotionBlurred &&
+         std::hypot(damping.x, damping.y) < kMostMotionBlur;
 }
 
 /// There and back are the same.
@@ -149,7 +150,7 @@ struct Guess {
 
 /// Goes to the minimum that lies next.
 Guess Descend(const Waves& waves, Guess guess) {
-  for (double step = kSmearStep / 2; step > kLastSmearStep; step /= 2)
+  for (double step = kMotionBlurStep / 2; step > kLastMotionBlurStep; step /= 2)
     for (bool nearer = true; nearer;) {
       nearer = false;
       const Damping from = guess.damping;
@@ -166,12 +167,12 @@ Guess Descend(const Waves& waves, Guess guess) {
 
 /// The deepest minima, the deepest first. @param least the most that they may leave.
 std::array<Guess, kMostMinima> DeepestMinima(const Waves& waves, double least) {
-  std::array<Guess, kCoarseBlurs.size() * (kSmearSteps + 1) * (2 * kSmearSteps + 1)> guesses;
+  std::array<Guess, kCoarseBlurs.size() * (kMotionBlurSteps + 1) * (2 * kMotionBlurSteps + 1)> guesses;
   std::size_t count = 0;
   for (const double blur : kCoarseBlurs)
-    for (int x = 0; x <= kSmearSteps; ++x)
-      for (int y = -kSmearSteps; y <= kSmearSteps; ++y)
-        if (const Damping damping{x * kSmearStep, y * kSmearStep, blur}; IsSought(damping))
+    for (int x = 0; x <= kMotionBlurSteps; ++x)
+      for (int y = -kMotionBlurSteps; y <= kMotionBlurSteps; ++y)
+        if (const Damping damping{x * kMotionBlurStep, y * kMotionBlurStep, blur}; IsSought(damping))
           guesses[count++] = {damping, LeftOf(waves, damping.Of())};
   const auto end = guesses.begin() + static_cast<std::ptrdiff_t>(count);
   const auto leaves_less = [](const Guess& a, const Guess& b) { return a.left < b.left; };
@@ -210,14 +211,15 @@ Patch SamplePatch(const LightReader& reader, const Lens& lens, const BoardGeomet
 
 }  // namespace
 
-double WiderBySmear(const Eigen::RowVector2d& across, const Eigen::Vector2d& smear_px, double blur_px) {
-  if (smear_px.isZero()) return 1;
-  const double way = across.dot(smear_px) / across.norm();
+double WiderByMotionBlur(const Eigen::RowVector2d& across, const Eigen::Vector2d& motion_blur_px, double blur_px) {
+  if (motion_blur_px.isZero()) return 1;
+  const double way = across.dot(motion_blur_px) / across.norm();
   return std::sqrt(1 + way * way / (12 * blur_px * blur_px));
 }
 
-Smears FindSmears(const LightReader& reader, const Lens& lens, MarkerSize size, const BoardGeometry& geometry) {
-  // Whole periods, which tell waves apart, that what lies beside the board is not smeared into.
+MotionBlurs FindMotionBlurs(const LightReader& reader, const Lens& lens, MarkerSize size,
+                            const BoardGeometry& geometry) {
+  // Whole periods, which tell waves apart, that what lies beside the board does not blur into.
   const int smaller = std::min(size.rows, size.cols), cells = smaller >= 6 ? kMostCells : 2;
   const Eigen::Vector2d corner = CornerOnBoard(size, (size.rows - 1) / 2, (size.cols - 1) / 2);
   Eigen::Matrix2d pixel_by_plane;
@@ -230,19 +232,20 @@ Smears FindSmears(const LightReader& reader, const Lens& lens, MarkerSize size, 
   const double even = kMostEvenly * without;
   for (const double blur : kCoarseBlurs) without = std::min(without, LeftOf(waves, Damping{0, 0, blur}.Of()));
   if (without < even) return {};
-  Smears smears;
-  const std::array<Guess, kMostMinima> minima = DeepestMinima(waves, kLeastGainOfSmear * without);
-  std::array<Damping, Smears::kMost> told;
+  MotionBlurs motion_blurs;
+  const std::array<Guess, kMostMinima> minima = DeepestMinima(waves, kLeastGainOfMotionBlur * without);
+  std::array<Damping, MotionBlurs::kMost> told;
   for (const Guess& minimum : minima) {
-    const Eigen::Vector2d smear(minimum.damping.x, minimum.damping.y);
-    if (smears.count == Smears::kMost || minimum.left > kMostOfDeepest * minima[0].left || smear.norm() < kLeastSmear)
+    const Eigen::Vector2d motion_blur(minimum.damping.x, minimum.damping.y);
+    if (motion_blurs.count == MotionBlurs::kMost || minimum.left > kMostOfDeepest * minima[0].left ||
+        motion_blur.norm() < kLeastMotionBlur)
       continue;
-    const auto end = told.begin() + static_cast<std::ptrdiff_t>(smears.count);
+    const auto end = told.begin() + static_cast<std::ptrdiff_t>(motion_blurs.count);
     if (std::any_of(told.begin(), end, [&](const Damping& other) { return AreNear(other, minimum.damping); })) continue;
-    told[smears.count] = minimum.damping;
-    smears.by_px[smears.count++] = pixel_by_board * smear;
+    told[motion_blurs.count] = minimum.damping;
+    motion_blurs.by_px[motion_blurs.count++] = pixel_by_board * motion_blur;
   }
-  return smears;
+  return motion_blurs;
 }
 
 }  // namespace chequer

@@ -7,11 +7,11 @@
 namespace chequer {
 namespace {
 
-/// How often corners that turn out to be hidden are left out, each time from the start; once from a rough fit, which
+/// How often corners that turn out to be occluded are left out, each time from the start; once from a rough fit, which
 /// goes on without them.
 constexpr int kMostLeftOut = 4;
-/// Of the worst hidden corner's misfit: corners with less of it may be but pulled by those with more.
-constexpr double kWorstHidden = 0.25;
+/// Of the worst occluded corner's misfit: corners with less of it may be but pulled by those with more.
+constexpr double kWorstOccluded = 0.25;
 /// A side whose corners fit so much worse than the opposite one's may be covered; the board is then so much clearer
 /// without it.
 constexpr double kCoveredSide = 4, kClearerBySide = 2;
@@ -46,28 +46,28 @@ std::optional<CornerFlags> WorstSide(const BoardFit& fit, MarkerSize size) {
 
 }  // namespace
 
-bool PhotometricFit::LeaveOutWorstHidden() {
-  const CornerFlags hidden = fit_.Hidden();
+bool PhotometricFit::LeaveOutWorstOccluded() {
+  const CornerFlags occluded = fit_.Occluded();
   double worst = 0;
   for (int corner = 0; corner < fit_.corners(); ++corner)
-    if (hidden[static_cast<std::size_t>(corner)]) worst = std::max(worst, fit_.misfit(corner));
+    if (occluded[static_cast<std::size_t>(corner)]) worst = std::max(worst, fit_.misfit(corner));
   bool any = false;
   for (int corner = 0; corner < fit_.corners(); ++corner) {
     const std::size_t i = static_cast<std::size_t>(corner);
-    if (!hidden[i] || fit_.misfit(corner) < kWorstHidden * worst) continue;
+    if (!occluded[i] || fit_.misfit(corner) < kWorstOccluded * worst) continue;
     choice_.left_out[i] = any = true;
   }
   return any;
 }
 
-void PhotometricFit::LeaveOutHidden(const Task& task) {
+void PhotometricFit::LeaveOutOccluded(const Task& task) {
   const int most = fit_.rough() ? 1 : kMostLeftOut;
   for (int times = 0; times < most; ++times) {
-    if (!LeaveOutWorstHidden()) return;
+    if (!LeaveOutWorstOccluded()) return;
     before_ = fit_.run();
     choice_.from = fit_.looks_farther() ? &before_ : nullptr;
-    if (FitAnew(task)) continue;
-    fit_.GoBackTo(before_);
+    if (Refit(task)) continue;
+    fit_.Restore(before_);
     return;
   }
 }
@@ -78,12 +78,12 @@ bool PhotometricFit::LeaveOutSide(const Task& task) {
   const CornerFlags left_out_before = choice_.left_out;
   before_ = fit_.run();
   for (std::size_t corner = 0; corner < side->size(); ++corner) choice_.left_out[corner] |= (*side)[corner];
-  if (FitAnew(task) && fit_.result().signal_to_noise > kClearerBySide * before_.result.signal_to_noise) {
-    LeaveOutHidden(task);
+  if (Refit(task) && fit_.result().signal_to_noise > kClearerBySide * before_.result.signal_to_noise) {
+    LeaveOutOccluded(task);
     return true;
   }
   choice_.left_out = left_out_before;
-  fit_.GoBackTo(before_);
+  fit_.Restore(before_);
   return false;
 }
 

@@ -1,4 +1,4 @@
-#include "daemon/vigil.h"
+#include "daemon/watchdog.h"
 
 #include <algorithm>
 #include <utility>
@@ -10,13 +10,13 @@ namespace chequer {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-Vigil::Vigil(std::optional<microseconds> watchdog) : period_(1000) {
+Watchdog::Watchdog(std::optional<microseconds> watchdog) : period_(1000) {
   if (!watchdog) return;
   period_ = std::clamp(std::chrono::duration_cast<milliseconds>(*watchdog / 4), milliseconds(1), milliseconds(1000));
   limits_.work = std::min<microseconds>(limits_.work, *watchdog / 2);
 }
 
-void Vigil::Look(const std::string& stuck, const std::function<void()>& feed) {
+void Watchdog::Look(const std::string& stuck, const std::function<void()>& feed) {
   if (stuck.empty()) {
     if (std::exchange(was_stuck_, false)) LogEvent(LogLevel::kWarning, "progress", "progress is made again");
     feed();

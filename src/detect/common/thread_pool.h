@@ -9,14 +9,14 @@
 namespace chequer {
 
 /// Threads that work on one image together, the caller's among them. They sleep between runs.
-class Crew {
+class ThreadPool {
  public:
-  /// @param workers ≥ 1, the caller counted. @param on_start called first on each thread 1 … workers − 1, if given; must
-  /// not throw. Throws std::system_error, and leaves no thread behind, where one cannot be started.
-  explicit Crew(int workers, std::function<void(int worker)> on_start = {});
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
-  ~Crew();
+  /// @param workers ≥ 1, the caller counted. @param on_start called first on each thread 1 … workers − 1, if given;
+  /// must not throw. Throws std::system_error, and leaves no thread behind, where one cannot be started.
+  explicit ThreadPool(int workers, std::function<void(int worker)> on_start = {});
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
+  ~ThreadPool();
 
   int workers() const { return static_cast<int>(threads_.size()) + 1; }
   /// Calls work(item, worker) once for every item 0 … count − 1, each worker 0 … workers() − 1 one item at a time;

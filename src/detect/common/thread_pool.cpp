@@ -1,8 +1,8 @@
-#include "detect/common/crew.h"
+#include "detect/common/thread_pool.h"
 
 namespace chequer {
 
-Crew::Crew(int workers, std::function<void(int)> on_start) {
+ThreadPool::ThreadPool(int workers, std::function<void(int)> on_start) {
   try {
     for (int worker = 1; worker < workers; ++worker)
       threads_.emplace_back([this, worker, on_start] {
@@ -15,9 +15,9 @@ Crew::Crew(int workers, std::function<void(int)> on_start) {
   }
 }
 
-Crew::~Crew() { Dismiss(); }
+ThreadPool::~ThreadPool() { Dismiss(); }
 
-void Crew::Dismiss() {
+void ThreadPool::Dismiss() {
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
@@ -27,7 +27,7 @@ void Crew::Dismiss() {
   threads_.clear();
 }
 
-void Crew::Run(int count, const std::function<void(int, int)>& work) {
+void ThreadPool::Run(int count, const std::function<void(int, int)>& work) {
   if (threads_.empty() || count < 2) {
     for (int item = 0; item < count; ++item) work(item, 0);
     return;
@@ -47,7 +47,7 @@ void Crew::Run(int count, const std::function<void(int, int)>& work) {
   work_ = nullptr;
 }
 
-void Crew::TakeItems(int worker) {
+void ThreadPool::TakeItems(int worker) {
   while (true) {
     int item = 0;
     {
@@ -59,7 +59,7 @@ void Crew::TakeItems(int worker) {
   }
 }
 
-void Crew::WaitForRuns(int worker) {
+void ThreadPool::WaitForRuns(int worker) {
   int seen = 0;
   std::unique_lock lock(mutex_);
   while (true) {
