@@ -101,9 +101,9 @@ struct AroundMiddle {
         third(plane_from_board.bottomLeftCorner<1, 2>()),
         plane_by_board(plane_from_board.topLeftCorner<2, 2>() - place * third) {}
 
-  Eigen::Vector2d place;
-  Eigen::RowVector2d third;
-  Eigen::Matrix2d plane_by_board;
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();
+  Eigen::RowVector2d third = Eigen::RowVector2d::Zero();
+  Eigen::Matrix2d plane_by_board = Eigen::Matrix2d::Zero();
 };
 
 }  // namespace
