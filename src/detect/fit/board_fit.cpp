@@ -366,7 +366,7 @@ bool BoardFit::TellEdges() {
   Finish();
   if (!run_->result.flat()) return false;
   const Eigen::Matrix2d board_by_pixel = BoardByPixel();
-  const std::optional<PointSpread> found = FindPointSpread(
+  const std::optional<EdgeSpread> found = FindEdgeSpread(
       run_->plain_input, board_by_pixel.row(0), board_by_pixel.row(1), std::span(run_->corners.used), pixels_);
   if (!found) return false;
   run_->model.edges = *found;

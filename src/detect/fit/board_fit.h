@@ -18,7 +18,7 @@
 #include "detect/fit/fitted_board.h"
 #include "detect/fit/model_equations.h"
 #include "detect/fit/model_kernel.h"
-#include "detect/fit/point_spread.h"
+#include "detect/fit/edge_spread.h"
 #include "detect/fit/shading.h"
 #include "detect/fit/shadow_edge.h"
 

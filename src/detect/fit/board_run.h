@@ -12,7 +12,7 @@
 #include "detect/fit/fitted_board.h"
 #include "detect/fit/model_equations.h"
 #include "detect/fit/model_kernel.h"
-#include "detect/fit/point_spread.h"
+#include "detect/fit/edge_spread.h"
 #include "detect/fit/shadow_edge.h"
 
 namespace chequer {
@@ -29,7 +29,7 @@ struct BoardModel {
   bool own_levels = false;  ///< levels are those of each corner's quadrants, not the cells'
   NoiseModel noise;
   double blur_px = 1;
-  PointSpread edges;
+  EdgeSpread edges;
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();  ///< the way of a point during the exposure,
                                                         ///< image pixels
   double dot_gain = 0;                                  ///< dot gain, cells

@@ -6,7 +6,7 @@
 
 #include "detect/common/board_geometry.h"
 #include "detect/fit/noise_model.h"
-#include "detect/fit/point_spread.h"
+#include "detect/fit/edge_spread.h"
 
 namespace chequer {
 
@@ -14,7 +14,7 @@ namespace chequer {
 struct ImageTraits {
   NoiseModel noise;
   double blur_px = 1;
-  PointSpread edges;
+  EdgeSpread edges;
   /// How far the board moved during the exposure, image pixels; zero if that was not fitted.
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();
   /// Dot gain, cells; 0 if that was not fitted.

@@ -1,4 +1,4 @@
-#include "detect/fit/point_spread.h"
+#include "detect/fit/edge_spread.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -98,7 +98,7 @@ struct Parts {
   double lens_px = 0;    ///< standard deviation
 };
 
-Parts PartsOf(const PointSpread& shape) {
+Parts PartsOf(const EdgeSpread& shape) {
   const double spread = std::max(shape.blur_px * shape.blur_px - kPixelVariance, kLeastVariance);
   return {0.5 * shape.filter * spread, std::max(std::sqrt(std::max(spread * (1 - shape.filter), 0.0)), kSharpest)};
 }
@@ -159,7 +159,7 @@ Try BestOf(std::array<Try, 3> tries, double enough, const Evaluate& evaluate) {
 
 }  // namespace
 
-double EdgeProfile(const PointSpread& shape, const Eigen::Vector2d& normal, double distance_px) {
+double EdgeProfile(const EdgeSpread& shape, const Eigen::Vector2d& normal, double distance_px) {
   const Parts parts = PartsOf(shape);
   const double neighbour = parts.neighbour;
   const Eigen::Array2d across = normal.normalized().array().abs().max(kLeastAcross);
@@ -174,7 +174,7 @@ double EdgeProfile(const PointSpread& shape, const Eigen::Vector2d& normal, doub
   return light * parts.lens_px * parts.lens_px / across.prod();
 }
 
-EdgeTerms TermsOf(const PointSpread& shape, const Eigen::Vector2d& normal) {
+EdgeTerms TermsOf(const EdgeSpread& shape, const Eigen::Vector2d& normal) {
   if (shape.blur_px <= 0) return {};
   static const TermsFromSamples from;
   Eigen::Matrix<double, kSamples, 1> beyond;
@@ -188,7 +188,7 @@ EdgeTerms TermsOf(const PointSpread& shape, const Eigen::Vector2d& normal) {
   return terms;
 }
 
-CornerExcess CornerExcessOf(const PointSpread& shape, const Eigen::Vector2d& normal_x) {
+CornerExcess CornerExcessOf(const EdgeSpread& shape, const Eigen::Vector2d& normal_x) {
   if (shape.blur_px <= 0) return {};
   const Parts parts = PartsOf(shape);
   const double size =
@@ -200,7 +200,7 @@ CornerExcess CornerExcessOf(const PointSpread& shape, const Eigen::Vector2d& nor
           static_cast<float>(kCornerProduct * size * sine * sine)};
 }
 
-void EdgeProfiles::Set(const PointSpread& shape) {
+void EdgeProfiles::Set(const EdgeSpread& shape) {
   if (shape == shape_) return;
   shape_ = shape;
   nodes_.fill(std::nullopt);
@@ -225,7 +225,7 @@ EdgeTerms EdgeProfiles::Across(const Eigen::Vector2d& normal) {
   return terms;
 }
 
-std::optional<PointSpread> FindPointSpread(KernelInput input, const Eigen::Vector2d& normal_x,
+std::optional<EdgeSpread> FindEdgeSpread(KernelInput input, const Eigen::Vector2d& normal_x,
                                            const Eigen::Vector2d& normal_y, std::span<const bool> used,
                                            BoardPixels& pixels) {
   LaneBlock& lanes = pixels.lanes();
@@ -237,7 +237,7 @@ std::optional<PointSpread> FindPointSpread(KernelInput input, const Eigen::Vecto
   input.stride = std::max(1, count / kPixels);
   input.sums = LaneSums::kShapes;
   const bool alike = std::abs(SlantOf(normal_x) - SlantOf(normal_y)) < kAlikeSlant;
-  const auto evaluate_as = [&](const PointSpread& shape) {
+  const auto evaluate_as = [&](const EdgeSpread& shape) {
     input.edge_x = TermsOf(shape, normal_x);
     input.edge_y = alike ? input.edge_x : TermsOf(shape, normal_y);
     input.corner = CornerExcessOf(shape, normal_x);
@@ -254,7 +254,7 @@ std::optional<PointSpread> FindPointSpread(KernelInput input, const Eigen::Vecto
                                                        : std::array{evaluate(-kFilterStep), gaussian, smoothed},
              enough, evaluate);
   if (best.chi_square > enough) return std::nullopt;
-  return PointSpread{std::clamp(blur_px + best.blur_px, 0.8 * blur_px, 1.2 * blur_px), best.filter};
+  return EdgeSpread{std::clamp(blur_px + best.blur_px, 0.8 * blur_px, 1.2 * blur_px), best.filter};
 }
 
 }  // namespace chequer

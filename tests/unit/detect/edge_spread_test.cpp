@@ -1,5 +1,5 @@
 // Edges that are no Gaussian's: a filter of the camera's makes them so.
-#include "detect/fit/point_spread.h"
+#include "detect/fit/edge_spread.h"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ LinearImage Smoothed(const LinearImage& image, float neighbour) {
 
 /// Every pixel takes up a sixth of its neighbours; the lens blurs no more.
 constexpr double kSixth = 1.0 / 6;
-const PointSpread kSmoothing{.blur_px = std::sqrt(1.0 / 12 + 2 * kSixth), .filter = 1};
+const EdgeSpread kSmoothing{.blur_px = std::sqrt(1.0 / 12 + 2 * kSixth), .filter = 1};
 
 Eigen::Vector2d Slanted(double degrees) {
   const double slant = degrees * std::numbers::pi / 180;
@@ -63,7 +63,7 @@ double OfQuadrant(double degrees, double right, double down) {
   return light / (kParts * kParts);
 }
 
-TEST(PointSpread, OfSmoothedPixelsRisesInSteps) {
+TEST(EdgeSpread, OfSmoothedPixelsRisesInSteps) {
   // An upright edge's light comes in as the smoothing's three squares pass over it.
   for (const auto& [distance, light] : {std::pair{-1.5, 0.0},
                                         {-1.0, kSixth / 2},
@@ -75,14 +75,14 @@ TEST(PointSpread, OfSmoothedPixelsRisesInSteps) {
     EXPECT_NEAR(EdgeProfile(kSmoothing, {-3, 0}, distance), light, 0.01) << distance;
 }
 
-TEST(PointSpread, OfALensIsAGaussian) {
+TEST(EdgeSpread, OfALensIsAGaussian) {
   for (const double slant : {0.0, 20.0, 45.0})
     for (double a = -4; a <= 4; a += 0.5)
       EXPECT_NEAR(EdgeProfile({.blur_px = 1, .filter = 0}, Slanted(slant), a), Normal(a), 5e-4);
 }
 
-TEST(PointSpread, TermsAreItsProfile) {
-  for (const PointSpread& shape : {kSmoothing, PointSpread{0.6, 0.5}, PointSpread{0.6, -0.5}, PointSpread{0.4, 0}})
+TEST(EdgeSpread, TermsAreItsProfile) {
+  for (const EdgeSpread& shape : {kSmoothing, EdgeSpread{0.6, 0.5}, EdgeSpread{0.6, -0.5}, EdgeSpread{0.4, 0}})
     for (const double slant : {0.0, 10.0, 20.0, 30.0, 45.0}) {
       const EdgeTerms terms = TermsOf(shape, Slanted(slant));
       for (double a = -4; a <= 4; a += 0.1)
@@ -92,12 +92,12 @@ TEST(PointSpread, TermsAreItsProfile) {
     }
 }
 
-TEST(PointSpread, IsAGaussiansUnlessTold) {
+TEST(EdgeSpread, IsAGaussiansUnlessTold) {
   for (double a = -4; a <= 4; a += 0.1) EXPECT_NEAR(OfTerms(TermsOf({}, {1, 0}), a), Normal(a), 1e-4);
   EXPECT_TRUE(CornerExcessOf({}, Slanted(20)).none());
 }
 
-TEST(PointSpread, IsTheSameBetweenNodes) {
+TEST(EdgeSpread, IsTheSameBetweenNodes) {
   EdgeProfiles profiles;
   profiles.Set(kSmoothing);
   for (double slant = 0; slant < 360; slant += 7) {
@@ -109,7 +109,7 @@ TEST(PointSpread, IsTheSameBetweenNodes) {
   EXPECT_EQ(profiles.Across({1, 0}).by_power, EdgeTerms{}.by_power);
 }
 
-TEST(PointSpread, CornersHaveMostOfWhatTheirEdgesDoNotTell) {
+TEST(EdgeSpread, CornersHaveMostOfWhatTheirEdgesDoNotTell) {
   for (const double slant : {10.0, 22.0, 40.0, 107.0}) {
     const CornerExcess excess = CornerExcessOf(kSmoothing, Slanted(slant));
     double square = 0, left = 0;
@@ -130,7 +130,7 @@ TEST(PointSpread, CornersHaveMostOfWhatTheirEdgesDoNotTell) {
   }
 }
 
-TEST(PointSpread, DepthsBehindACamerasFilterAreAsExactAsTheNoiseAllows) {
+TEST(EdgeSpread, DepthsBehindACamerasFilterAreAsExactAsTheNoiseAllows) {
   const MarkerCode code({6, 6}, Variant::kSecded);
   double square = 0, angle_square = 0;
   int poses = 0;
