@@ -18,7 +18,7 @@ constexpr int kWidth = 360, kHeight = 270;
 /// Cells, and from one board to the next, px.
 constexpr int kCellPx = 9, kPitchPx = 90;
 /// How far the boards moved during the exposure, px. A budget counts where boards need the model with all terms; a unit
-/// of that takes 1.4 times as long as one of sharp boards (measured: 8.7 and 12.5 million a second).
+/// of that takes longer than one of sharp boards.
 constexpr int kMotionPx = 6;
 /// The first runs find the memory that later ones have.
 constexpr int kRuns = 5;

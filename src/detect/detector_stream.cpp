@@ -84,7 +84,7 @@ void Detector::Impl::ExpectBoards(const StreamFrame& stream, const LightReader& 
 }
 
 void Detector::Impl::LeadWithClearest() {
-  // What lies over the first board would be taken for the image's noise and blur.
+  // The first board gives the image's noise and blur, which an occlusion would falsify.
   const auto clearness = [&](std::size_t i) {
     const AnchoredBoard& board = frame->boards[i];
     if (std::any_of(board.covered.begin(), board.covered.end(), [](std::uint8_t covered) { return covered != 0; }) ||

@@ -50,7 +50,7 @@ constexpr int kMostFromPrediction = 4;
 constexpr double kOtherPixelsPx = 0.15;
 /// Where it has moved farther, the cells' illumination was sampled elsewhere than it lies.
 constexpr double kOtherLevelsPx = 0.5;
-/// A step that moves a predicted board less leaves its edges where they are told from.
+/// The edge spread of a predicted board is estimated once a step moves the board less than this.
 constexpr double kStillForEdgesPx = 0.1;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;

@@ -76,7 +76,7 @@ bool PhotometricFit::FitFirst(const Task& task, const Eigen::Vector2d& motion_bl
     choice_.dot_gain = 0;
     fitted = FitOnce(task, task.start);
   }
-  // What is lit unevenly is told by a rough fit, too.
+  // A rough fit shows uneven illumination as well as a close one.
   if (!fitted || (fit_.rough() && fit_.motion_px().isZero() && MayBeUnevenlyLit(task))) return fitted;
   return fit_.FitClosely(task.reader, task.lens, task.start);
 }

@@ -9,7 +9,7 @@
 namespace chequer {
 namespace {
 
-/// Motion blurs that are told, cells.
+/// The shortest and the longest motion blur that is searched for, cells.
 constexpr double kLeastMotionBlur = 0.35, kMostMotionBlur = 1.6;
 /// The search begins with all motion blurs in steps, of which there are so many at most on either side, and ends with
 /// finer ones, cells.

@@ -30,7 +30,7 @@ constexpr double kLeastMarginWarned = 9;
 /// cells in JPEG of quality 60 the one wrong one had 10.7. And where cells had to be read together, JPEG's errors of
 /// chroma reach from one to the next: four wrong ids of 840 boards of 4 px cells, quality 60 in 4:2:0, were of these.
 constexpr double kLeastMarginDoubtful = 15;
-/// Cells whose spread about the nearer mean is told.
+/// The fewest cells for an estimate of the spread about the nearer mean.
 constexpr int kFewestOfSpread = 4;
 
 /// Light of a cell that is overexposed, and of boards that may have some.

@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t kMostAsked = 8;
 /// How far it is looked for, in steps of first some, then one pixel.
 constexpr int kReachPx = 16, kCoarsePx = 2;
-/// Where all cells are met, points this far from their middles still are, cells: of these the places are told to a
-/// part of a cell.
+/// Distance of the sampled points from the middle of their cell, cells. A wrong shift moves some of them to another cell,
+/// so that the best shift is known to a fraction of a cell.
 constexpr double kFromMiddle = 0.3;
 /// Contrast of a shift over that of none: less is noise.
 constexpr double kClearer = 1.2;
