@@ -97,7 +97,6 @@ void Detector::Impl::FindBoards(const LightReader& reader, const Lens& lens, Tra
   SortGrids();
   AnchorGrids(reader, lens, tracer);
   LookAgain(reader, lens, tracer);
-  stats.boards = static_cast<int>(frame->boards.size());
   tracer.Anchored(frame->boards, lens, options.color_space);
 }
 
