@@ -16,7 +16,7 @@ constexpr int kMaxPasses = 8;
 /// A step that moves corners and blur less ends the fit: the errors left are those of its square and cube.
 constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
 /// A blur so much above what the pixels were chosen for asks for others.
-constexpr double kWiderBlur = 1.2;
+constexpr double kWiderBlur = 1.2, kGrowingBlur = 0.5;
 /// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
 constexpr int kPassesOfLight = 4;
 /// Until corners that were found lie right.
@@ -79,7 +79,8 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
     run_->view.channel_of_phase[static_cast<std::size_t>(phase)] = reader.ChannelOf(phase & 1, phase >> 1);
   run_->model.blur_px = start.blur_px;
   run_->model.geometry = start.geometry;
-  if (!Collect(reader, lens)) return false;
+  // Another fit of the board has left its pixels.
+  if (!Collect(reader, lens, choice.from && choice.from->terms.look_farther)) return false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     int covered = 0;
     for (const int cell : CellsAround(run_->view.size, corner))
@@ -104,8 +105,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   return true;
 }
 
-bool BoardFit::Collect(const LightReader& reader, const Lens& lens) {
-  run_->light.collected_for = run_->model.geometry;
+bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reuse) {
   run_->light.collected_for_motion = run_->model.motion_px;
   const double cell_px = std::sqrt(std::abs(run_->model.geometry.PlaneByBoard({0, 0}).determinant())),
                way = run_->model.motion_px.norm();
@@ -113,9 +113,15 @@ bool BoardFit::Collect(const LightReader& reader, const Lens& lens) {
       kMotionBlurReach * way + std::max(0.0, way / 2 - kMotionBlurReachAllCells * cell_px) / kReachBlurs;
   // A pixel costs ten times as much where all terms are on, and large cells have many.
   const bool few = run_->terms.look_farther && cell_px > kLargeCellPx;
-  const int corners =
-      pixels_.Collect(reader, lens, run_->view.size, run_->model.geometry, run_->model.blur_px + reach_px,
-                      few ? BoardPixels::kFewOfLane : BoardPixels::kLaneCapacity);
+  const int of_lane = few ? BoardPixels::kFewOfLane : BoardPixels::kLaneCapacity;
+  const double blur_px = run_->model.blur_px + reach_px;
+  const BoardGeometry& geometry = run_->model.geometry;
+  if (may_reuse && pixels_.HoldFor(lens, geometry, blur_px, of_lane)) {
+    run_->light.collected_for = pixels_.collected_for();
+    return pixels_.Reuse(lens, geometry) >= FittedBoard::kFewestCorners;
+  }
+  run_->light.collected_for = geometry;
+  const int corners = pixels_.Collect(reader, lens, run_->view.size, geometry, blur_px, of_lane);
   MarkSaturated(kSaturation, pixels_.lanes());
   work_.Add(WorkStep::kCollectedPixel, static_cast<std::uint64_t>(CountPixels()));
   return corners >= FittedBoard::kFewestCorners;
@@ -455,8 +461,11 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
   }
   // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
   for (double chosen_for = start.blur_px; run_->model.blur_px > kWiderBlur * chosen_for;) {
-    chosen_for = run_->model.blur_px;
-    if (!Recollect(reader, lens) || !Step(first) || run_->step.corner_px > kRunawayPx) return false;
+    // A blur that grows as much as a step may goes on to grow.
+    const bool grows = run_->step.blur_share > kGrowingBlur;
+    if (!grows) chosen_for = run_->model.blur_px;
+    if (!grows && !Recollect(reader, lens)) return false;
+    if (!Step(first) || run_->step.corner_px > kRunawayPx) return false;
   }
   run_->corners.occluded_cells.assign(start.covered.begin(), start.covered.end());
   HideCellsBeside(run_->corners.left_out);

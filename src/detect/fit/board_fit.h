@@ -132,7 +132,8 @@ class BoardFit {
  private:
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
   /// The pixels of the board as it lies by now. False if too few corners have some.
-  bool Collect(const LightReader& reader, const Lens& lens);
+  /// @param may_reuse those there are, if they are the board's and nearly as good.
+  bool Collect(const LightReader& reader, const Lens& lens, bool may_reuse = false);
   /// The same, once there are places and derivatives.
   bool Recollect(const LightReader& reader, const Lens& lens);
   /// The first step of boards in plain view, until it has the pixels that are the board's. False if it runs away.
@@ -253,7 +254,8 @@ class BoardFit {
   /// Whether the last step was so short that what does not fit is occluded, that it is near, that it is the last.
   bool Still() const;
   bool Near() const;
-  bool Settled() const;
+  /// @param before the step before it on the same pixels, or none: where steps fall fast, what they leave is told by how.
+  bool Settled(const BoardRun::Step& before) const;
   /// What follows a step that did not end the fit.
   void FollowLight(const Start& start, bool light_follows);
   /// The pixels of the board as it lies by now, and the light beside it.

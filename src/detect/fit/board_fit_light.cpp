@@ -72,6 +72,8 @@ void BoardFit::EvenOutShading(const Start& start) {
                                     .fine = cell_px > kFineCellPx});
   if (!shading) return;
   run_->light.bent |= shading->bent;
+  // Boards in plain view have but one fit.
+  pixels_.PrepareChange(run_->terms.look_farther);
   // Taken out of every pixel; levels then are those in the light of the board's centre. As the lens blurs what is
   // already shaded, more light comes to a pixel from its lighter side: it shows what lies σ² ∇log(light) away.
   if (shading->bent) {

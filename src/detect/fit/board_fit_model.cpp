@@ -376,9 +376,14 @@ bool BoardFit::Near() const {
   return run_->step.corner_px < kNearPx && run_->step.blur_share < kNearPx && run_->step.terms <= kNearTerms;
 }
 
-bool BoardFit::Settled() const {
-  if (run_->step.corner_px >= kModelSettledPx || run_->step.blur_share >= kModelSettledBlur) return false;
-  return run_->step.terms <= 1 || (run_->step.terms <= kQuietTerms && run_->step.corner_px < kQuietPx);
+bool BoardFit::Settled(const BoardRun::Step& before) const {
+  const BoardRun::Step& step = run_->step;
+  const auto left = [](double now, double then) { return 2 * now < then ? now * now / (then - now) : now; };
+  if (left(step.corner_px, before.corner_px) < kQuietPx && left(step.blur_share, before.blur_share) < kModelSettledBlur &&
+      left(step.terms, before.terms) <= 1)
+    return true;
+  if (step.corner_px >= kModelSettledPx || step.blur_share >= kModelSettledBlur) return false;
+  return step.terms <= 1 || (step.terms <= kQuietTerms && step.corner_px < kQuietPx);
 }
 
 void BoardFit::FollowLight(const Start& start, bool light_follows) {
@@ -420,6 +425,7 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
   run_->model_input.robust_limit = kRobustLimit;
   const int stride = StrideFor(kMostPixels);
   bool still = true;
+  BoardRun::Step before;  // by the same pixels; none yet
   for (int pass = 1, judgements = 0; pass < kMostModelPasses; ++pass) {
     if (run_->step.corner_px > kFollowPx) pixels_.PlaceCorners(lens, run_->model.geometry);
     if (!StepModel(stride, false)) return false;
@@ -427,7 +433,8 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
     still = Still();
     const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();
     if (work_.units() > start.most_units) return near;
-    if (judged && near && Settled()) break;
+    if (judged && near && Settled(before)) break;
+    before = changed ? BoardRun::Step{} : run_->step;
     FollowLight(start, pass < kModelPassesOfLight);
   }
   return true;

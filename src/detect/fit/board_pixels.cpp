@@ -12,6 +12,9 @@ namespace {
 /// Lanes with more of the pixels that do are thinned out inside the cells. Thinning cells from 18 px on in the plain
 /// fit saves little and costs 7 % of the linear RMS.
 constexpr double kThinnedFrom = 0.8;
+/// Pixels do for a fit by some of them where corners lie no farther from where they were collected, px or cells, and
+/// the blur is the same within this factor: those that finish a fit are chosen more closely (BoardFit).
+constexpr double kAlikePx = 0.3, kAlikeCells = 0.03, kAlikeBlur = 1.2;
 
 /// How far outwards, in cells, the pixels of the board's rim are used: the rim itself is blurred with a background
 /// that nothing is known of.
@@ -134,6 +137,7 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
         CornerOnBoard(size_, corner / (size_.cols - 1), corner % (size_.cols - 1));
   PlaceCorners(lens, geometry);
   origin_ = geometry.ToPlane({0, 0});
+  collected_ = {geometry, blur_px, of_lane, 0, origin_, Originals::kThese};
   lanes_.Reset(4 * corners_, kLaneCapacity);
   if (!origin_.allFinite()) return 0;
   const LightReader::Rows rows = reader.AllRows();
@@ -167,7 +171,36 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
                   of_lane);
   }
   lanes_.Fold();
+  collected_.inside = inside;
   return inside;
+}
+
+bool BoardPixels::HoldFor(const Lens& lens, const BoardGeometry& geometry, double blur_px, int of_lane) const {
+  const double blurs = blur_px / collected_.blur_px;
+  if (collected_.originals == Originals::kLost) return false;
+  if (of_lane != collected_.of_lane || !(blurs < kAlikeBlur && blurs * kAlikeBlur > 1)) return false;
+  for (int corner = 0; corner < corners_; ++corner) {
+    const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
+    if (!place.inside) continue;
+    const Eigen::Vector2d there = lens.ToImage(collected_.geometry.ToPlane(place.board)),
+                          here = lens.ToImage(geometry.ToPlane(place.board));
+    const double cell_px = std::sqrt(std::abs(place.pixel_by_board.determinant()));
+    if (!((here - there).norm() < std::max(kAlikePx, kAlikeCells * cell_px))) return false;
+  }
+  return true;
+}
+
+void BoardPixels::PrepareChange(bool keep_originals) {
+  if (collected_.originals != Originals::kThese) return;
+  if (keep_originals) lanes_.KeepOriginals();
+  collected_.originals = keep_originals ? Originals::kKept : Originals::kLost;
+}
+
+int BoardPixels::Reuse(const Lens& lens, const BoardGeometry& geometry) {
+  if (collected_.originals == Originals::kKept) lanes_.RestoreOriginals();
+  origin_ = collected_.origin;
+  PlaceCorners(lens, geometry);
+  return collected_.inside;
 }
 
 void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Rows& rows, int corner,

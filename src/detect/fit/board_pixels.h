@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 
 #include "detect/common/board_geometry.h"
 #include "detect/common/light.h"
@@ -33,6 +34,15 @@ class BoardPixels {
   /// a lane: more are thinned out, inside cells first.
   int Collect(const LightReader& reader, const Lens& lens, MarkerSize size, const BoardGeometry& geometry,
               double blur_px, int of_lane = kLaneCapacity);
+  /// Whether the pixels, which are this board's, are as good as collected for that geometry.
+  bool HoldFor(const Lens& lens, const BoardGeometry& geometry, double blur_px, int of_lane) const;
+  /// Undoes what was done to them since they were collected, and places the corners. Returns as Collect().
+  int Reuse(const Lens& lens, const BoardGeometry& geometry);
+  /// To be called before their light is changed. @param keep_originals so that that can be undone; else, if they are as
+  /// they were collected, they do for no other fit.
+  void PrepareChange(bool keep_originals);
+  /// What they were collected for.
+  const BoardGeometry& collected_for() const { return collected_.geometry; }
   /// Where the corners lie after the geometry has changed; the pixels stay with their corners.
   void PlaceCorners(const Lens& lens, const BoardGeometry& geometry);
 
@@ -60,6 +70,14 @@ class BoardPixels {
 
   MarkerSize size_;
   int corners_ = 0;
+  enum class Originals : std::uint8_t { kThese, kKept, kLost };
+  struct Collected {
+    BoardGeometry geometry;
+    double blur_px = 0;
+    int of_lane = 0, inside = 0;
+    Eigen::Vector2d origin = Eigen::Vector2d::Zero();
+    Originals originals = Originals::kThese;
+  } collected_;
   std::array<CornerPlace, kMaxCorners> places_;
   std::array<int, kMaxCorners> rank_{};
   Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();

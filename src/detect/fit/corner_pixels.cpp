@@ -62,6 +62,11 @@ struct PlaneWalk {
     u += step_u, v += step_v;
     step_u += change_u, step_v += change_v;
   }
+  /// So many pixels on from here.
+  HWY_INLINE PlaneWalk After(int pixels) const {
+    const float n = static_cast<float>(pixels), pairs = n * (n - 1) / 2;
+    return {u + n * step_u + pairs * change_u, v + n * step_v + pairs * change_v, 0, 0, 0, 0};
+  }
 };
 
 /// The next places of the lanes of a row's first pixel and second pixel, in turn.
@@ -156,13 +161,11 @@ class Keeper {
 
 /// Puts those of the pixels of a row that next(index, count) leads to, and counts them.
 template <class Next>
-void PutSome(const LightReader::Run& run, int count, Next&& next, PlaneWalk walk, Lanes lanes, int& first_count,
+void PutSome(const LightReader::Run& run, int count, Next&& next, const PlaneWalk& walk, Lanes lanes, int& first_count,
              int& second_count) {
-  int at = 0;
   for (int i = next(0, count); i < count; i = next(i + 1, count)) {
-    for (; at < i; ++at) walk.Next();
     const std::uint8_t* pixel = (i % 2 ? run.second : run.first) + i / 2 * run.step;
-    Put(walk, run.is_mixed() ? run.Mixed(pixel) : run.table[*pixel], i % 2 ? lanes.second : lanes.first);
+    Put(walk.After(i), run.is_mixed() ? run.Mixed(pixel) : run.table[*pixel], i % 2 ? lanes.second : lanes.first);
     ++(i % 2 ? second_count : first_count);
   }
 }

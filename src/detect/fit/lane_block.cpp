@@ -23,6 +23,28 @@ void LaneBlock::Reset(int lanes, int pixels_per_lane) {
   folded_ = padded_;
 }
 
+int LaneBlock::MostOfGroup(int group) const {
+  const auto first = counts_.begin() + group * kGroup;
+  return *std::max_element(first, first + kGroup);
+}
+
+void LaneBlock::KeepOriginals() {
+  originals_.clear();
+  for (int group = 0; group < padded_ / kGroup; ++group) {
+    const auto first = pixels_.begin() + std::ptrdiff_t{3} * group * capacity_;
+    originals_.insert(originals_.end(), first, first + std::ptrdiff_t{3} * MostOfGroup(group));
+  }
+}
+
+void LaneBlock::RestoreOriginals() {
+  auto from = originals_.begin();
+  for (int group = 0; group < padded_ / kGroup; ++group) {
+    const auto past = from + std::ptrdiff_t{3} * MostOfGroup(group);
+    std::copy(from, past, pixels_.begin() + std::ptrdiff_t{3} * group * capacity_);
+    from = past;
+  }
+}
+
 void LaneBlock::Fold() {
   if (lanes_ % kGroup != kFold) return;
   const int first = lanes_ - kFold;

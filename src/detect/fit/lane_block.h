@@ -99,6 +99,10 @@ class LaneBlock {
   /// quarter of the vectors. Place() and count() tell of them as if nothing had changed. To be called when all counts
   /// are set.
   void Fold();
+  /// Keeps a copy of the pixels as they are.
+  void KeepOriginals();
+  /// Undoes what was done to the pixels since. @pre they were kept after the last Reset().
+  void RestoreOriginals();
   /// First of the lanes that are dealt to others.
   int folded() const { return folded_; }
   bool is_folded() const { return folded_ < padded_; }
@@ -125,6 +129,9 @@ class LaneBlock {
   float sum(int which, int lane) const { return sum_data(which)[lane]; }
 
  private:
+  /// Of a group's lanes, the most that one has.
+  int MostOfGroup(int group) const;
+
   float* first_sum() { return sums_.data()->values; }
   const float* first_sum() const { return sums_.data()->values; }
 
@@ -134,7 +141,7 @@ class LaneBlock {
   };
 
   int lanes_ = 0, padded_ = 0, capacity_ = 0, folded_ = 0;
-  std::vector<GroupValues> pixels_, sums_;
+  std::vector<GroupValues> pixels_, sums_, originals_;
   std::vector<float> parameters_;
   std::vector<int> counts_;
 };

@@ -43,10 +43,11 @@ class LevelElimination {
   };
 
  private:
-  void MergePhases(const std::array<int, kSide>& channel_of_phase);
+  /// Entries after the last of `common`, which are read by those who take several columns at once.
+  static constexpr int kBeyond = 3;
 
   Matrices at_;
-  std::vector<double> band_, common_, taken_, step_;
+  std::vector<double> band_, common_, taken_, by_diagonal_, step_;
 };
 
 }  // namespace chequer

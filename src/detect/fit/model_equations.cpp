@@ -11,38 +11,38 @@ namespace {
 /// Of the mean information about a level: what is added to each, so that a level that no pixel shows stays as it is.
 constexpr double kRidge = 1e-6;
 
-/// Of a corner's four lanes, one for each phase. @pre a ≤ b.
-const float* SumsOf(const ModelEquations::Input& input, int lane, int a, int b) {
-  return input.lanes->sum_data(input.columns.Product(a, b), lane);
-}
-
-double OfAllPhases(const float* of) { return double{of[0]} + double{of[1]} + double{of[2]} + double{of[3]}; }
-
 }  // namespace
 
 void ModelEquations::Assemble(const Input& input) {
-  const int shared = input.columns.shared;
+  const ModelColumns& columns = input.columns;
+  const int shared = columns.shared;
+  levels_.Begin(input.level_count, std::min(input.band, input.level_count - 1), shared);
+  std::array<const float*, kMaxCorners> sums_of;
+  std::size_t corners = 0;
+  for (int corner = 0; corner < input.pixels->corners(); ++corner) {
+    const std::size_t i = static_cast<std::size_t>(corner);
+    if (!input.used[i]) continue;
+    const int lane = input.pixels->Lane(corner);
+    levels_.AddCorner(*input.lanes, columns, lane, input.levels[i]);
+    sums_of[corners++] = input.lanes->sum_data(0, lane);
+  }
+  const auto of_all = [&](int a, int b) {
+    const std::ptrdiff_t at = ModelLanes::kNextProduct * std::ptrdiff_t{columns.Product(a, b)};
+    Eigen::Array4d of_phases = Eigen::Array4d::Zero();
+    for (std::size_t i = 0; i < corners; ++i)
+      of_phases += Eigen::Map<const Eigen::Array4f>(sums_of[i] + at).cast<double>();
+    return of_phases.sum();
+  };
   normal_.setZero(shared, shared);
   gradient_.setZero(shared);
-  chi_square_ = 0;
-  levels_.Begin(input.level_count, std::min(input.band, input.level_count - 1), shared);
-  for (int corner = 0; corner < input.pixels->corners(); ++corner)
-    if (input.used[static_cast<std::size_t>(corner)]) AddCorner(input, corner);
+  for (int a = 0; a < shared; ++a) {
+    for (int b = a; b < shared; ++b) normal_(b, a) = of_all(a, b);
+    gradient_[a] = of_all(a, columns.residual());
+  }
+  chi_square_ = of_all(columns.residual(), columns.residual());
   if (input.prior_information.size() != shared) return;
   normal_.diagonal() += input.prior_information;
   gradient_ += input.prior_pull;
-}
-
-void ModelEquations::AddCorner(const Input& input, int corner) {
-  const ModelColumns& columns = input.columns;
-  const int lane = input.pixels->Lane(corner), shared = columns.shared, residual = columns.residual();
-  const auto all = [&](int a, int b) { return OfAllPhases(SumsOf(input, lane, a, b)); };
-  for (int a = 0; a < shared; ++a) {
-    for (int b = a; b < shared; ++b) normal_(b, a) += all(a, b);
-    gradient_[a] += all(a, residual);
-  }
-  chi_square_ += all(residual, residual);
-  levels_.AddCorner(*input.lanes, columns, lane, input.levels[static_cast<std::size_t>(corner)]);
 }
 
 bool ModelEquations::EliminateLevels(const Input& input) {
@@ -81,23 +81,29 @@ ModelEquations::CornerShift ModelEquations::ShiftOf(const Input& input, int corn
   const int lane = input.pixels->Lane(corner);
   const LevelsAround16& levels = input.levels[static_cast<std::size_t>(corner)];
   constexpr std::array<int, 2> kShift{0, 3};  // of the geometry's columns, those of the coordinates themselves
-  const auto sums = [&](int a, int b) { return SumsOf(input, lane, std::min(a, b), std::max(a, b)); };
-  const auto all = [&](int a, int b) { return OfAllPhases(sums(a, b)); };
+  const float* const of_lane = input.lanes->sum_data(0, lane);
+  const auto at = [&](int row, int along) -> Eigen::Array4d {
+    return Eigen::Map<const Eigen::Array4f>(of_lane + ModelLanes::kNextProduct * (row + along)).cast<double>();
+  };
+  // The levels' steps, by place and phase.
+  std::array<Eigen::Array4d, ModelColumns::kLevels> level_steps;
+  for (std::size_t i = 0; i < level_steps.size(); ++i)
+    for (std::size_t phase = 0; phase < 4; ++phase)
+      level_steps[i][static_cast<Eigen::Index>(phase)] =
+          levels[i] == kNoLevel ? 0 : LevelStep(levels[i], input.channel_of_phase[phase]);
   CornerShift shift;
   for (int axis = 0; axis < 2; ++axis) {
-    const int column = kShift[static_cast<std::size_t>(axis)];
+    const int column = kShift[static_cast<std::size_t>(axis)], row = columns.Row(column);
+    const auto sums = [&](int other) {
+      return other < column ? at(columns.Row(other), ModelColumns::Along(column)) : at(row, ModelColumns::Along(other));
+    };
     for (int other = 0; other < 2; ++other)
-      shift.information(axis, other) = all(column, kShift[static_cast<std::size_t>(other)]);
-    double left = all(column, columns.residual());
-    for (int a = 0; a < columns.shared; ++a) left -= all(column, a) * step_[a];
-    for (int i = 0; i < ModelColumns::kLevels; ++i) {
-      const int level = levels[static_cast<std::size_t>(i)];
-      if (level == kNoLevel) continue;
-      const float* of = sums(column, columns.levels + i);
-      for (std::size_t phase = 0; phase < 4; ++phase)
-        left -= double{of[phase]} * LevelStep(level, input.channel_of_phase[phase]);
-    }
-    shift.gradient[axis] = left;
+      shift.information(axis, other) = sums(kShift[static_cast<std::size_t>(other)]).sum();
+    Eigen::Array4d left = sums(columns.residual());
+    for (int a = 0; a < columns.shared; ++a) left -= sums(a) * step_[a];
+    for (int i = 0; i < ModelColumns::kLevels; ++i)
+      left -= sums(columns.levels + i) * level_steps[static_cast<std::size_t>(i)];
+    shift.gradient[axis] = left.sum();
   }
   return shift;
 }

@@ -64,7 +64,6 @@ class ModelEquations {
  private:
   SharedMatrix Covariance() const;
   void Assemble(const Input& input);
-  void AddCorner(const Input& input, int corner);
   bool EliminateLevels(const Input& input);
 
   SharedMatrix normal_;

@@ -214,7 +214,8 @@ void ModelLanes::Reset(int padded_lanes, int products) {
   products_ = products;
   // Lanes without pixels are given nothing, but what they hold has to be finite.
   parameters_.resize(static_cast<std::size_t>(padded_) * kParameters, 1.0f);
-  sums_.resize(static_cast<std::size_t>(padded_) * static_cast<std::size_t>(products));
+  // Never shrinks: what is grown again would be filled again.
+  sums_.resize(std::max(sums_.size(), static_cast<std::size_t>(padded_) * static_cast<std::size_t>(products)));
 }
 
 void AccumulateModel(const ModelInput& input, LaneBlock& block, ModelLanes& model) {

@@ -71,14 +71,14 @@ struct Picture {
   }
 };
 
-/// Of the edges along one axis, what lies on their far side: its share, and the derivatives of that by the place (cells;
-/// first and second), and by the lens's blur.
+/// Of the edges along one axis, what lies on their far side: its share, and the derivatives of that by the place (cells),
+/// the second one in units of the blur's variance. That is what a wider blur changes, too.
 struct EdgesAlong {
-  V share[kEdges], slope[kEdges], bend[kEdges], blur[kEdges];
+  V share[kEdges], slope[kEdges], bend[kEdges];
 };
 
 /// @param at distance from the middle edge, cells. @param shift by which each edge is moved down.
-HWY_INLINE void BlurAlong(V at, const V* shift, V scale, V by_blur, const PowerTerms& terms, EdgesAlong& edges) {
+HWY_INLINE void BlurAlong(V at, const V* shift, V scale, const PowerTerms& terms, EdgesAlong& edges) {
   const D d;
   const V unit = hn::Mul(scale, Splat(kUnit)), density = hn::Mul(scale, Splat(kDensity));
   for (int k = 0; k < kEdges; ++k) {
@@ -86,9 +86,7 @@ HWY_INLINE void BlurAlong(V at, const V* shift, V scale, V by_blur, const PowerT
     const Normal normal = NormalAt(d, hn::Mul(from, unit), terms);
     edges.share[k] = normal.integral;
     edges.slope[k] = hn::Mul(normal.density, density);
-    const V fall = hn::Neg(hn::Mul(from, edges.slope[k]));
-    edges.blur[k] = hn::Mul(fall, by_blur);
-    edges.bend[k] = hn::Mul(fall, hn::Mul(scale, scale));
+    edges.bend[k] = hn::Neg(hn::Mul(from, edges.slope[k]));
   }
 }
 
@@ -105,35 +103,35 @@ HWY_INLINE void SharesOf(const V* edge, V* cells) {
   cells[3] = edge[2];
 }
 
-HWY_INLINE bool NeedsBends(const ModelInput& input) { return input.terms.shadow || input.terms.uneven_blur; }
+/// By the second derivatives along x and y, in units of the blur's variances.
+HWY_INLINE void AddBends(const LaneModel& m, V bend_x, V bend_y, Picture& p) {
+  const V scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
+  p.by_blur = hn::MulAdd(bend_x, m.of(ModelLanes::kBlurX), hn::MulAdd(bend_y, m.of(ModelLanes::kBlurY), p.by_blur));
+  p.by_xx = hn::MulAdd(bend_x, hn::Mul(scale_x, scale_x), p.by_xx);
+  p.by_yy = hn::MulAdd(bend_y, hn::Mul(scale_y, scale_y), p.by_yy);
+}
 
 /// A point of the way, cells printed as they should be. @param part of the way, −½ … ½.
-HWY_INLINE void AddPoint(const ModelInput& input, const LaneModel& m, V x, V y, V part, const PowerTerms* terms,
+HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms* terms,
                          Picture& p) {
   EdgesAlong along, down;
   const V zero = hn::Zero(D()), none[kEdges] = {zero, zero, zero};
-  BlurAlong(x, none, m.of(ModelLanes::kScaleX), m.of(ModelLanes::kBlurX), terms[0], along);
-  BlurAlong(y, none, m.of(ModelLanes::kScaleY), m.of(ModelLanes::kBlurY), terms[1], down);
-  V row[kSide], by_x[kSide], by_blur[kSide];
+  BlurAlong(x, none, m.of(ModelLanes::kScaleX), terms[0], along);
+  BlurAlong(y, none, m.of(ModelLanes::kScaleY), terms[1], down);
+  V row[kSide], by_x[kSide], bend_x[kSide];
   for (int j = 0; j < kSide; ++j) {
     row[j] = hn::Add(m.step[j][0], AtEdges(m.step[j], along.share));
     by_x[j] = AtEdges(m.step[j], along.slope);
-    by_blur[j] = AtEdges(m.step[j], along.blur);
+    bend_x[j] = AtEdges(m.step[j], along.bend);
   }
   const V light_by_x = hn::Add(by_x[0], AtEdges(by_x, down.share)), light_by_y = AtEdges(row, down.slope);
   p.light = hn::Add(p.light, hn::Add(row[0], AtEdges(row, down.share)));
   p.by_x = hn::Add(p.by_x, light_by_x);
   p.by_y = hn::Add(p.by_y, light_by_y);
-  p.by_blur = hn::Add(p.by_blur, hn::Add(hn::Add(by_blur[0], AtEdges(by_blur, down.share)), AtEdges(row, down.blur)));
+  AddBends(m, hn::Add(bend_x[0], AtEdges(bend_x, down.share)), AtEdges(row, down.bend), p);
   p.by_xy = hn::Add(p.by_xy, AtEdges(by_x, down.slope));
   p.way_x = hn::MulAdd(part, light_by_x, p.way_x);
   p.way_y = hn::MulAdd(part, light_by_y, p.way_y);
-  if (NeedsBends(input)) {
-    V by_xx[kSide];
-    for (int j = 0; j < kSide; ++j) by_xx[j] = AtEdges(m.step[j], along.bend);
-    p.by_xx = hn::Add(p.by_xx, hn::Add(by_xx[0], AtEdges(by_xx, down.share)));
-    p.by_yy = hn::Add(p.by_yy, AtEdges(row, down.bend));
-  }
   V cols[kSide], rows[kSide];
   SharesOf(along.share, cols);
   SharesOf(down.share, rows);
@@ -187,51 +185,43 @@ HWY_INLINE V LightOf(const GrownRows& rows, const GrownCells& down) {
 }
 
 /// The same of cells with dot gain: of even and odd ones, one kind grows into the other.
-HWY_INLINE void AddGrownPoint(const ModelInput& input, const LaneModel& m, V x, V y, V part, const PowerTerms* terms,
+HWY_INLINE void AddGrownPoint(const LaneModel& m, V x, V y, V part, const PowerTerms* terms,
                               Picture& p) {
   struct Axis {
-    GrownCells share, slope, blur, gain, bend;
+    GrownCells share, slope, bend, gain;
   } along, down;
   const V gain = m.of(ModelLanes::kGain), one = Splat(1);
-  const auto fill = [&](V at, V scale, V by_blur, ModelLanes::Parameter moves, const PowerTerms& of, Axis& axis)
-                        HWY_ATTR {
+  const auto fill = [&](V at, V scale, ModelLanes::Parameter moves, const PowerTerms& of, Axis& axis) HWY_ATTR {
     const V even[kEdges] = {m.value[moves], one, m.value[moves + 1]},
             odd[kEdges] = {m.value[moves + 2], hn::Neg(one), m.value[moves + 3]};
     V even_shift[kEdges], odd_shift[kEdges], even_gain[kEdges], odd_gain[kEdges];
     for (int k = 0; k < kEdges; ++k) even_shift[k] = hn::Mul(even[k], gain), odd_shift[k] = hn::Mul(odd[k], gain);
     EdgesAlong sooner, later;
-    BlurAlong(at, even_shift, scale, by_blur, of, sooner);
-    BlurAlong(at, odd_shift, scale, by_blur, of, later);
+    BlurAlong(at, even_shift, scale, of, sooner);
+    BlurAlong(at, odd_shift, scale, of, later);
     Grow(sooner.share, later.share, true, axis.share);
     Grow(sooner.slope, later.slope, false, axis.slope);
-    Grow(sooner.blur, later.blur, false, axis.blur);
-    if (NeedsBends(input)) Grow(sooner.bend, later.bend, false, axis.bend);
+    Grow(sooner.bend, later.bend, false, axis.bend);
     for (int k = 0; k < kEdges; ++k)
       even_gain[k] = hn::Mul(even[k], sooner.slope[k]), odd_gain[k] = hn::Mul(odd[k], later.slope[k]);
     Grow(even_gain, odd_gain, false, axis.gain);
   };
-  fill(x, m.of(ModelLanes::kScaleX), m.of(ModelLanes::kBlurX), ModelLanes::kEvenX0, terms[0], along);
-  fill(y, m.of(ModelLanes::kScaleY), m.of(ModelLanes::kBlurY), ModelLanes::kEvenY0, terms[1], down);
-  GrownRows rows, by_x, by_blur, by_gain;
+  fill(x, m.of(ModelLanes::kScaleX), ModelLanes::kEvenX0, terms[0], along);
+  fill(y, m.of(ModelLanes::kScaleY), ModelLanes::kEvenY0, terms[1], down);
+  GrownRows rows, by_x, bend_x, by_gain;
   RowsOf(m, along.share, rows);
   RowsOf(m, along.slope, by_x);
-  RowsOf(m, along.blur, by_blur);
+  RowsOf(m, along.bend, bend_x);
   RowsOf(m, along.gain, by_gain);
   const V light_by_x = LightOf(by_x, down.share), light_by_y = LightOf(rows, down.slope);
   p.light = hn::Add(p.light, LightOf(rows, down.share));
   p.by_x = hn::Add(p.by_x, light_by_x);
   p.by_y = hn::Add(p.by_y, light_by_y);
-  p.by_blur = hn::Add(p.by_blur, hn::Add(LightOf(by_blur, down.share), LightOf(rows, down.blur)));
+  AddBends(m, LightOf(bend_x, down.share), LightOf(rows, down.bend), p);
   p.by_gain = hn::Add(p.by_gain, hn::Add(LightOf(by_gain, down.share), LightOf(rows, down.gain)));
   p.by_xy = hn::Add(p.by_xy, LightOf(by_x, down.slope));
   p.way_x = hn::MulAdd(part, light_by_x, p.way_x);
   p.way_y = hn::MulAdd(part, light_by_y, p.way_y);
-  if (NeedsBends(input)) {
-    GrownRows by_xx;
-    RowsOf(m, along.bend, by_xx);
-    p.by_xx = hn::Add(p.by_xx, LightOf(by_xx, down.share));
-    p.by_yy = hn::Add(p.by_yy, LightOf(rows, down.bend));
-  }
   for (int j = 0; j < kSide; ++j)
     for (int i = 0; i < kSide; ++i) {
       const bool even = (i + j) % 2 == 0;
@@ -256,8 +246,7 @@ void LookAt(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTe
   for (int tap = 0; tap < input.taps; ++tap) {
     const V part = Splat((static_cast<float>(tap) + 0.5f) / taps - 0.5f);
     const V at_x = hn::MulAdd(part, m.of(ModelLanes::kWayX), x), at_y = hn::MulAdd(part, m.of(ModelLanes::kWayY), y);
-    input.terms.dot_gain ? AddGrownPoint(input, m, at_x, at_y, part, terms, p)
-                         : AddPoint(input, m, at_x, at_y, part, terms, p);
+    input.terms.dot_gain ? AddGrownPoint(m, at_x, at_y, part, terms, p) : AddPoint(m, at_x, at_y, part, terms, p);
   }
   if (input.taps > 1) Scale(Splat(1 / taps), p);
   // Edges that are not square to each other, or are blurred by motion along both, blur together.

@@ -102,36 +102,60 @@ double SquaresWithoutEdge(std::span<const LitPart> parts, Eigen::Vector2d& mean)
   return (square.array() - sum.array() * mean.array()).sum();
 }
 
-/// The best of some edges, by linear least squares of the light and of what the shadow takes.
+/// Of the parts of each ink: their number, and the sum of their light.
+struct Inks {
+  Eigen::Array2d count = Eigen::Array2d::Zero(), light = Eigen::Array2d::Zero();
+};
+
+/// The light of both inks and what a shadow takes of it in its depth, by linear least squares, with the squares that are
+/// left, less those of all light.
+struct LinearFit {
+  Eigen::Vector2d light = Eigen::Vector2d::Zero();
+  double taken = 0, left = 0;
+};
+
+LinearFit FitLinearly(std::span<const LitPart> parts, const Inks& inks, const ShadowEdge& edge) {
+  Eigen::Array2d depth = Eigen::Array2d::Zero();  // Σ of how deep the parts of each ink lie in the shadow
+  double square = 1e-6, lit = 0;
+  for (const LitPart& part : parts) {
+    const double deep = edge.DepthAt(part.middle);
+    depth[part.saturated] += deep;
+    square += deep * deep;
+    lit += deep * part.light;
+  }
+  // Without the light of the inks, which follows.
+  const Eigen::Array2d mean_depth = depth / inks.count, mean_light = inks.light / inks.count;
+  square -= (depth * mean_depth).sum();
+  lit -= (depth * mean_light).sum();
+  LinearFit fit;
+  fit.taken = -lit / square;
+  fit.light = mean_light + fit.taken * mean_depth;
+  fit.left = -(inks.light * mean_light).sum() - lit * lit / square;
+  return fit;
+}
+
+/// The best of some edges.
 Unknowns Start(std::span<const LitPart> parts, const Eigen::Vector2d& mean) {
   Eigen::Vector2d middle = Eigen::Vector2d::Zero(), rise = middle;
-  for (const LitPart& part : parts) middle += part.middle / static_cast<double>(parts.size());
+  Inks inks;
+  for (const LitPart& part : parts) {
+    middle += part.middle / static_cast<double>(parts.size());
+    ++inks.count[part.saturated];
+    inks.light[part.saturated] += part.light;
+  }
+  inks.count = inks.count.max(1e-6);
   for (const LitPart& part : parts) rise += (part.light - mean[part.saturated]) * (part.middle - middle);
   const double darker = std::atan2(-rise.y(), -rise.x());
-  double squares = 0;
-  for (const LitPart& part : parts) squares += part.light * part.light;
   Unknowns best = Unknowns::Zero();
   double least = 1e300;
   for (const double turn : {-0.5, 0.0, 0.5})
     for (const double log_width : {-1.5, -0.7, 0.0})
-      for (double offset = -2.5; offset <= 2.5; offset += 0.25) {
+      for (double offset = -2.5, step = log_width < -1 ? 0.25 : 0.5; offset <= 2.5; offset += step) {
         const ShadowEdge::Parameters values(kMostTaken, darker + turn, offset, log_width);
-        const ShadowEdge edge = Widened(values);
-        Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-        Eigen::Vector3d right = Eigen::Vector3d::Zero();
-        for (const LitPart& part : parts) {
-          Eigen::Vector3d by(0, 0, (1 - edge.At(part.middle)) / kMostTaken);
-          by[part.saturated] = 1;
-          normal += by * by.transpose();
-          right += by * part.light;
-        }
-        normal.diagonal().array() += 1e-6;
-        const Eigen::Vector3d solution = normal.ldlt().solve(right);
-        const double left = squares - solution.dot(right);
-        if (!(left < least) || !(solution[2] < 0)) continue;
-        least = left;
-        const double light = std::max({solution[0], solution[1], 1e-6});
-        best << solution[0], solution[1], -solution[2] / light, values.tail<3>();
+        const LinearFit fit = FitLinearly(parts, inks, Widened(values));
+        if (!(fit.left < least) || !(fit.taken > 0)) continue;
+        least = fit.left;
+        best << fit.light, fit.taken / std::max(fit.light.maxCoeff(), 1e-6), values.tail<3>();
       }
   return KeptWithinBounds(best);
 }
@@ -143,9 +167,9 @@ ShadowEdge::ShadowEdge(const Parameters& values)
       normal_(std::cos(values_[kDirection]), std::sin(values_[kDirection])),
       per_width_(std::exp(-values_[kLogWidth])) {}
 
-double ShadowEdge::At(const Eigen::Vector2d& board) const {
-  return 1 - values_[kTakes] * NormalTable::Get()(Across(board));
-}
+double ShadowEdge::DepthAt(const Eigen::Vector2d& board) const { return NormalTable::Get()(Across(board)); }
+
+double ShadowEdge::At(const Eigen::Vector2d& board) const { return 1 - values_[kTakes] * DepthAt(board); }
 
 Eigen::Vector2d ShadowEdge::SlopeAt(const Eigen::Vector2d& board) const {
   const double z = Across(board);

@@ -20,6 +20,8 @@ class ShadowEdge {
   explicit ShadowEdge(const Parameters& values);
   const Parameters& values() const { return values_; }
 
+  /// How deep a point of the board lies in the shadow: 0 beside it, 1 where it takes all that it takes.
+  double DepthAt(const Eigen::Vector2d& board) const;
   /// What it leaves of the light at a point of the board, to 1e-5.
   double At(const Eigen::Vector2d& board) const;
   /// Its derivatives there, by the point and by the parameters.

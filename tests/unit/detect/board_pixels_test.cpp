@@ -77,5 +77,75 @@ TEST(BoardPixels, OfABoardOverTheEdgeAreThoseOfTheImage) {
   EXPECT_LT(part, 3 * whole / 4);
 }
 
+class ReusedPixels : public testing::Test {
+ protected:
+  ReusedPixels() {
+    for (std::size_t i = 0; i < bytes_.size(); ++i) bytes_[i] = static_cast<std::uint8_t>((i * 2654435761u) >> 24);
+    for (std::size_t i = 0; i < table_.size(); ++i) table_[i] = static_cast<float>(i);
+    pixels_.Collect(reader_, lens_, kBoard, board_, 0.8);
+  }
+
+  /// Places and light of all pixels.
+  std::vector<float> All() const {
+    std::vector<float> all;
+    const LaneBlock& lanes = pixels_.lanes();
+    for (int lane = 0; lane < lanes.lanes(); ++lane)
+      for (int i = 0; i < lanes.count(lane); ++i) {
+        const std::size_t at = lanes.Place(lane, i);
+        for (const float* of : {lanes.u_data(), lanes.v_data(), lanes.light_data()}) all.push_back(of[at]);
+      }
+    return all;
+  }
+  void Change() {
+    LaneBlock& lanes = pixels_.lanes();
+    for (int lane = 0; lane < lanes.lanes(); ++lane)
+      for (int i = 0; i < lanes.count(lane); ++i) lanes.light_data()[lanes.Place(lane, i)] *= 0.5f;
+    pixels_.MoveOrigin({0.01, 0.02});
+  }
+  bool HoldFor(const BoardGeometry& board, double blur_px = 0.8, int of_lane = BoardPixels::kLaneCapacity) const {
+    return pixels_.HoldFor(lens_, board, blur_px, of_lane);
+  }
+
+  std::vector<std::uint8_t> bytes_ = std::vector<std::uint8_t>(kImageWidth * kImageHeight);
+  std::array<float, 256> table_;
+  const Plane plane_{bytes_.data(), kImageWidth};
+  const ImageView image_{PixelFormat::kBayerRg8, kImageWidth, kImageHeight, {&plane_, 1}};
+  const LightReader reader_{image_, table_};
+  const Lens lens_{BentCamera()};
+  const BoardGeometry board_ = BoardAt(lens_, 320, 240, 9);
+  BoardPixels pixels_;
+};
+
+TEST_F(ReusedPixels, AreAsTheyWereCollected) {
+  const std::vector<float> collected = All();
+  const Eigen::Vector2d origin = pixels_.origin();
+  for (int change = 0; change < 2; ++change) {
+    pixels_.PrepareChange(true);
+    Change();
+    ASSERT_NE(All(), collected);
+    ASSERT_TRUE(HoldFor(board_));
+    EXPECT_EQ(pixels_.Reuse(lens_, board_), 25);
+    EXPECT_EQ(All(), collected) << "after change " << change;
+    EXPECT_EQ(pixels_.origin(), origin);
+  }
+}
+
+TEST_F(ReusedPixels, AreNoneWhereTheOriginalsAreLost) {
+  pixels_.PrepareChange(false);
+  Change();
+  EXPECT_FALSE(HoldFor(board_));
+  pixels_.PrepareChange(true);
+  EXPECT_FALSE(HoldFor(board_)) << "what is kept too late is no original";
+}
+
+TEST_F(ReusedPixels, AreNoneForABoardElsewhereOrAnotherChoice) {
+  const Eigen::Vector2d centre = lens_.ToImage(board_.ToPlane({0, 0}));
+  EXPECT_TRUE(HoldFor(BoardAt(lens_, 320.2, 240, 9)));
+  EXPECT_FALSE(HoldFor(BoardAt(lens_, 320.5, 240, 9))) << "off " << centre.transpose() << " by half a pixel";
+  EXPECT_FALSE(HoldFor(board_, 1.0)) << "chosen for less blur";
+  EXPECT_FALSE(HoldFor(board_, 0.6)) << "chosen for more blur";
+  EXPECT_FALSE(HoldFor(board_, 0.8, BoardPixels::kFewOfLane)) << "all pixels, not some";
+}
+
 }  // namespace
 }  // namespace chequer
