@@ -74,7 +74,7 @@ class WorkMeter {
     set(WorkStep::kCollectedPixel, 40);
     set(WorkStep::kFitStep, 85'000);
     set(WorkStep::kFitPixel, 30);
-    set(WorkStep::kModelCorner, 20'000);
+    set(WorkStep::kModelCorner, 15'000);
     set(WorkStep::kModelPixel, 380);
     set(WorkStep::kModelTap, 54);
     set(WorkStep::kMixedPixel, 700);  // by its loops' lengths, not yet fitted
@@ -99,8 +99,5 @@ class WorkMeter {
  private:
   std::array<std::uint64_t, kSteps> times_{};
 };
-
-
-
 
 }  // namespace chequer
