@@ -119,8 +119,9 @@ FrameBudget Service::BudgetOf(const BudgetOptions& options, const PipelineOption
   // Who is waited for is never late.
   if (options.choice == BudgetChoice::kUnlimited || pipeline.when_busy == WhenBusy::kWait || !parts_.measure_speed)
     return {};
-  if (!units_per_second_) units_per_second_ = parts_.measure_speed(pipeline.workers);
-  return FrameBudget::Auto(*units_per_second_, pipeline.workers);
+  if (!speed_ || speed_->workers != pipeline.workers)
+    speed_ = Speed{pipeline.workers, parts_.measure_speed(pipeline.workers)};
+  return FrameBudget::Auto(speed_->units_per_second, pipeline.workers);
 }
 
 Service::Prepared Service::Prepare(const DaemonConfig& config, bool new_source, bool new_publisher) {

@@ -92,7 +92,12 @@ class Service {
   PipelineEvents events_;
   Clock clock_;
   DaemonConfig config_;
-  std::optional<double> units_per_second_;  ///< once it was measured
+  /// Of a thread while all workers are busy.
+  struct Speed {
+    int workers;
+    double units_per_second;
+  };
+  std::optional<Speed> speed_;  ///< once it was measured
   std::optional<DaemonConfig> former_;  ///< until the camera of config_ has been opened
   std::atomic<bool> changing_{false};   ///< the pipeline that ends now is followed by another
   std::unique_ptr<Pipeline> pipeline_;

@@ -67,7 +67,7 @@ class Projector {
 
   /// So many that no piece bends more than kMaxSagittaPx: the bend falls with the square of the length.
   int Pieces(const Eigen::Vector2d& a, const Eigen::Vector2d& b) const {
-    if (camera_.kind == CameraModel::Kind::kPinhole) return 1;
+    if (camera_.kind == CameraModel::Kind::kPinhole && marker_.bend_per_m == 0) return 1;
     const Eigen::Vector2d from = Pixel(a);
     const Eigen::Vector2d along = (Pixel(b) - from).normalized();
     double bend = 0;

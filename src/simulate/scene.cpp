@@ -26,6 +26,7 @@ std::string CheckMarker(const SceneMarker& marker) {
     return "the print's scale must be from 0.8 to 1.2";
   const double farthest = std::max(marker.print.blue_shift_m.norm(), marker.print.yellow_shift_m.norm());
   if (!(farthest <= 0.5 * marker.CellSize())) return "the print's inks must lie within half a cell of each other";
+  if (!(std::abs(marker.bend_per_m) * marker.side_m <= 2)) return "the paper must bend by no more than 2 rad";
   if (!(marker.gradient >= 0 && marker.gradient <= 1)) return "gradient must be from 0 to 1";
   if (!marker.camera_from_marker.translation.allFinite()) return "its position is not finite";
   if (std::abs(marker.camera_from_marker.rotation.norm() - 1) > 1e-6) return "its orientation is not of length 1";
@@ -41,7 +42,13 @@ std::string CheckMarker(const SceneMarker& marker) {
 Eigen::Vector3d SceneMarker::PointAt(double col, double row) const {
   const Eigen::Vector2d cell = CellSize() * print.scale;
   const double x = (col - 0.5 * board.cols) * cell.x();
-  return {mirrored ? -x : x, (0.5 * board.rows - row) * cell.y(), 0};
+  const Eigen::Vector2d flat(mirrored ? -x : x, (0.5 * board.rows - row) * cell.y());
+  if (bend_per_m == 0) return {flat.x(), flat.y(), 0};
+  // The way along the cylinder is as long as that along the paper.
+  const Eigen::Vector2d direction(std::cos(bend_angle_rad), std::sin(bend_angle_rad));
+  const double way = direction.dot(flat), angle = bend_per_m * way;
+  const Eigen::Vector2d bent = flat + (std::sin(angle) / bend_per_m - way) * direction;
+  return {bent.x(), bent.y(), (std::cos(angle) - 1) / bend_per_m};
 }
 
 std::string Scene::Check() const {

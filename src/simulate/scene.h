@@ -52,6 +52,9 @@ struct SceneMarker {
   double gradient = 0;
   double gradient_angle_rad = 0;  ///< where it falls to, in the image: 0 right, π/2 down
   std::vector<Occluder> occluders;
+  /// Paper that lies on a cylinder: 1 over its radius, 1/m, positive where its middle is nearest to the viewer, which is
+  /// where the marker's frame stays; and the direction in which it bends, from the marker's x axis towards its y axis.
+  double bend_per_m = 0, bend_angle_rad = 0;
 
   double CellSize() const { return board.CellSize(side_m); }
   /// The point of the marker frame where what is that many cells right and down of the board's top left was printed.

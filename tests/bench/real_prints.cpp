@@ -21,13 +21,13 @@
 namespace chequer {
 namespace {
 
-/// "curve=gamma:1.4,gain=0.03,register=0.1,print=office,blur=0.6,camera=north.toml,tolerance=0.1".
+/// "curve=gamma:1.4,gain=0.03,register=0.1,print=office,blur=0.6,camera=north.toml,tolerance=0.1,bend=0.5" (radius, m).
 struct Condition {
   std::string text;
   RenderOptions render;
   PrintQuality print;
   std::string ink = "laser";
-  double gain_cells = 0;
+  double gain_cells = 0, bend_per_m = 0;
   PrintTolerance tolerance;
   std::optional<ToneCurve> tone;
 };
@@ -45,6 +45,8 @@ Condition Parse(const std::string& text) {
       condition.gain_cells = std::stod(value);
     else if (name == "register")
       condition.print.register_m = std::stod(value) * 1e-3;
+    else if (name == "bend")
+      condition.bend_per_m = 1 / std::stod(value);
     else if (name == "blur")
       condition.render.blur_sigma_px = std::stod(value);
     else if (name == "print")
@@ -75,6 +77,10 @@ std::vector<SceneMarker> Boards(const Condition& condition, const MarkerCode& co
     marker.inks = NamedInks(condition.ink).value();
     marker.margin_cells = 1;
     marker.ink_spread_cells = condition.gain_cells;
+    if (condition.bend_per_m > 0) {
+      marker.bend_per_m = (random.Bits() % 2 == 0 ? 1 : -1) * condition.bend_per_m;
+      marker.bend_angle_rad = random.Uniform(0, std::numbers::pi);
+    }
     Print(condition.print, random.Bits(), marker);
     markers.push_back(marker);
   }

@@ -52,6 +52,13 @@ constexpr double kOtherPixelsPx = 0.15;
 constexpr double kOtherLevelsPx = 0.5;
 /// The edge spread of a predicted board is estimated once a step moves the board less than this.
 constexpr double kStillForEdgesPx = 0.1;
+/// A bend of the paper is fitted where it explains so many standard deviations of the corners' places: of flat boards,
+/// chance makes three unknowns explain as much once in 6,000. Fewer corners do not tell it from a tilt.
+constexpr double kLeastBend = 4.5;
+constexpr int kFewestOfBend = 12;
+/// Corners that are off by no more than noise tell of no bend: most boards are not asked. (Of flat boards one in eight is;
+/// a bend that explains so much makes the corners of a board of 25 as far off.)
+constexpr double kOffByBend = 1.25;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
 /// Mean light of a cell of which much is saturated.
@@ -247,12 +254,28 @@ double BoardFit::FarthestStepPx() const {
   return farthest;
 }
 
-void BoardFit::Finish() {
+std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, std::span<const CornerOff> corners,
+                                            double least_square) const {
+  // What lights, motions and some of the pixels leave of the corners' places is not the paper's.
+  const bool may_bend = pixels_.bent() || run_->told.unexplained_shifts > kOffByBend;
+  if (!may_bend || !lens.calibrated() || static_cast<int>(corners.size()) < kFewestOfBend || run_->terms.rough ||
+      run_->model.own_levels || run_->model.shadow || !run_->model.motion_px.isZero())
+    return std::nullopt;
+  const std::optional<BentPaper> bent = FindBentPaper(run_->model.geometry, lens.focal(), corners);
+  if (!bent) return std::nullopt;
+  const double left = bent->left / (2 * static_cast<double>(corners.size()) - BoardGeometry::kParameters - 3);
+  if (bent->gain < kLeastBend * kLeastBend * std::max(left, least_square)) return std::nullopt;
+  return bent;
+}
+
+void BoardFit::Finish(const Lens& lens) {
   const LaneBlock& lanes = pixels_.lanes();
   double weight = 0, residual_square = 0, residual_count = 0, contrast = 0, shift_square = 0, shift_chi_square = 0;
   run_->result.geometry = run_->model.geometry;
   run_->result.corners_used = 0;
   run_->result.corner_used.fill(false);
+  std::array<CornerOff, kMaxCorners> off;
+  run_->bent.reset();
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     run_->told.misfit[static_cast<std::size_t>(corner)] = MisfitOf(corner);
     if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
@@ -271,6 +294,9 @@ void BoardFit::Finish() {
     ++run_->result.corners_used;
     // What is left of the corner's own shift after the last step.
     const Eigen::Vector2d shift = information.inverse() * gradient;
+    const Eigen::Vector2d printed = pixels_.Printed(corner);
+    off[static_cast<std::size_t>(run_->result.corners_used - 1)] = {corner, printed, place.board - printed, shift,
+                                                                    information};
     shift_square += (place.pixel_by_board * shift).squaredNorm();
     shift_chi_square += shift.dot(information * shift);
     contrast += lit * Contrast(corner);
@@ -284,10 +310,21 @@ void BoardFit::Finish() {
   const double chi_square_per_pixel = chi_square / std::max(weight - unknowns, 1.0);
   // Edges that lie where no homography puts them (paper that is not flat, print, what is left of the lens's distortion)
   // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
-  const double chi_square_per_shift = shift_chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
+  double chi_square_per_shift = shift_chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
   run_->told.unexplained_shifts = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
-  BoardGeometry::Information of_moves =
-      InformationOnMoves() / std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
+  const std::span<const CornerOff> corners(off.data(), static_cast<std::size_t>(run_->result.corners_used));
+  run_->bent = FindBend(lens, corners, chi_square_per_pixel);
+  const std::optional<BentPaper>& bent = run_->bent;
+  if (bent) {
+    shift_square *= std::min(bent->left / std::max(shift_chi_square, 1e-9), 1.0);
+    chi_square_per_shift = bent->left / (2 * n - BoardGeometry::kParameters - 3);
+  }
+  const double variance = std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
+  BoardGeometry::Information of_moves = InformationOnMoves() / variance;
+  if (bent) {
+    run_->result.geometry.MoveCoordinates(bent->moves);
+    of_moves = (of_moves.inverse() + variance * bent->uncertain * bent->uncertain.transpose()).inverse();
+  }
   run_->result.reprojection_rms_px = std::sqrt(shift_square / n);
   if (run_->model.motion_px.norm() > kLongMotionCells * CellPx())
     of_moves /= std::max(shift_square / n / (kOffLongMotionPx * kOffLongMotionPx), 1.0);
@@ -349,7 +386,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     // They are not told from a board that still lies elsewhere.
     const bool lies =
         start.known == Start::Known::kFound ? pass == 1 : !edges_sought && run_->step.corner_px < kStillForEdgesPx;
-    const bool told = lies && !start.image && TellEdges();
+    const bool told = lies && !start.image && TellEdges(lens);
     edges_sought = edges_sought || lies;
     const bool told_late = told && start.known != Start::Known::kFound;
     if (noise_known && !told_late && !changed && !follows && run_->step.corner_px < kSettledPx &&
@@ -368,8 +405,8 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   return true;
 }
 
-bool BoardFit::TellEdges() {
-  Finish();
+bool BoardFit::TellEdges(const Lens& lens) {
+  Finish(lens);
   if (!run_->result.flat()) return false;
   const Eigen::Matrix2d board_by_pixel = BoardByPixel();
   const std::optional<EdgeSpread> found = FindEdgeSpread(
@@ -423,8 +460,24 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   const bool settled = run_->terms.look_farther ? SettleModel(reader, lens, start, noise_known, choice)
                                                 : Settle(lens, start, noise_known);
   if (!settled) return false;
-  Finish();
+  Finish(lens);
+  if (run_->bent && !FitBent(reader, lens, start)) return false;
   return run_->result.determined();
+}
+
+bool BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start& start) {
+  const BentPaper bent = *run_->bent;
+  run_->model.geometry.MoveCoordinates(bent.moves);
+  for (int corner = 0; corner < pixels_.corners(); ++corner)
+    pixels_.SetBent(corner, bent.BentAt(run_->model.geometry, lens.focal(), pixels_.Printed(corner)));
+  pixels_.PlaceCorners(lens, run_->model.geometry);
+  SetDerivatives();
+  SetPlaces();
+  run_->step.corner_px = 0;
+  const bool settled =
+      run_->terms.look_farther ? SettleModelByAll(reader, lens, start) : Settle(lens, start, true);
+  if (settled) Finish(lens);
+  return settled;
 }
 
 bool BoardFit::LeavePrediction(const LightReader& reader, const Lens& lens, LaneSums sums) {

@@ -12,6 +12,7 @@
 #include "detect/common/light.h"
 #include "detect/common/scratch.h"
 #include "detect/common/work_meter.h"
+#include "detect/fit/bent_paper.h"
 #include "detect/fit/board_equations.h"
 #include "detect/fit/board_pixels.h"
 #include "detect/fit/board_run.h"
@@ -155,7 +156,12 @@ class BoardFit {
   double FarthestStepPx() const;
   /// Steps until nothing moves any more.
   bool Settle(const Lens& lens, const Start& start, bool noise_known);
-  void Finish();
+  void Finish(const Lens& lens);
+  /// Fits on with the corners where the bend that was found has them.
+  bool FitBent(const LightReader& reader, const Lens& lens, const Start& start);
+  /// The bend of the paper if that explains where the corners lie. @param least_square of a shift, information times
+  /// that, by the pixels' noise.
+  std::optional<BentPaper> FindBend(const Lens& lens, std::span<const CornerOff> corners, double least_square) const;
   double CellPx() const;
   double MisfitOf(int corner) const;
   /// Information on moves of the geometry, all else following, in units of what pixels are worth.
@@ -163,7 +169,7 @@ class BoardFit {
   /// What a corner's pixels say of a shift of its own beyond the last step.
   ModelEquations::CornerShift ShiftOf(int corner) const;
   /// Whether the image's edges are no Gaussian's: from here on, they are fitted as they are.
-  bool TellEdges();
+  bool TellEdges(const Lens& lens);
   /// Of the last step, in board coordinates.
   Eigen::Vector2d MoveOf(int corner) const;
   /// Of a corner, since the geometry was that one, px.

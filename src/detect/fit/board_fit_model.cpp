@@ -452,7 +452,7 @@ bool BoardFit::FitClosely(const LightReader& reader, const Lens& lens, const Sta
   if (!run_->terms.rough) return run_->result.determined();
   SetTerms();
   if (!HavePixels(reader, lens) || !SettleModelByAll(reader, lens, start)) return false;
-  Finish();
+  Finish(lens);
   return run_->result.determined();
 }
 

@@ -133,8 +133,7 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
     RankCorners();
   }
   for (int corner = 0; corner < corners_; ++corner)
-    places_[static_cast<std::size_t>(corner)].board =
-        CornerOnBoard(size_, corner / (size_.cols - 1), corner % (size_.cols - 1));
+    places_[static_cast<std::size_t>(corner)].board = Printed(corner);
   PlaceCorners(lens, geometry);
   origin_ = geometry.ToPlane({0, 0});
   collected_ = {geometry, blur_px, of_lane, 0, origin_, Originals::kThese};
@@ -190,6 +189,12 @@ bool BoardPixels::HoldFor(const Lens& lens, const BoardGeometry& geometry, doubl
   return true;
 }
 
+bool BoardPixels::bent() const {
+  for (int corner = 0; corner < corners_; ++corner)
+    if (place(corner).board != Printed(corner)) return true;
+  return false;
+}
+
 void BoardPixels::PrepareChange(bool keep_originals) {
   if (collected_.originals != Originals::kThese) return;
   if (keep_originals) lanes_.KeepOriginals();
@@ -199,6 +204,7 @@ void BoardPixels::PrepareChange(bool keep_originals) {
 int BoardPixels::Reuse(const Lens& lens, const BoardGeometry& geometry) {
   if (collected_.originals == Originals::kKept) lanes_.RestoreOriginals();
   origin_ = collected_.origin;
+  for (int corner = 0; corner < corners_; ++corner) SetBent(corner, Eigen::Vector2d::Zero());
   PlaceCorners(lens, geometry);
   return collected_.inside;
 }

@@ -13,7 +13,7 @@ namespace chequer {
 
 /// Where a corner lies, and how the image lies around it.
 struct CornerPlace {
-  Eigen::Vector2d board = Eigen::Vector2d::Zero();           ///< cells
+  Eigen::Vector2d board = Eigen::Vector2d::Zero();           ///< cells; where it was printed, if the paper is flat
   Eigen::Vector2d plane = Eigen::Vector2d::Zero();           ///< the same point on the plane
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();           ///< and in the image
   Eigen::Matrix2d plane_by_pixel = Eigen::Matrix2d::Zero();  ///< derivative there
@@ -46,6 +46,16 @@ class BoardPixels {
   /// Where the corners lie after the geometry has changed; the pixels stay with their corners.
   void PlaceCorners(const Lens& lens, const BoardGeometry& geometry);
 
+  /// A corner lies so far from where it is printed, until pixels are collected again; to be placed after that.
+  void SetBent(int corner, const Eigen::Vector2d& bent) {
+    places_[static_cast<std::size_t>(corner)].board = Printed(corner) + bent;
+  }
+  /// Whether any does.
+  bool bent() const;
+  /// Where a corner is printed, cells.
+  Eigen::Vector2d Printed(int corner) const {
+    return CornerOnBoard(size_, corner / (size_.cols - 1), corner % (size_.cols - 1));
+  }
   MarkerSize size() const { return size_; }
   int corners() const { return corners_; }
   const CornerPlace& place(int corner) const { return places_[static_cast<std::size_t>(corner)]; }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "detect/common/board_geometry.h"
+#include "detect/fit/bent_paper.h"
 #include "detect/fit/board_equations.h"
 #include "detect/fit/fitted_board.h"
 #include "detect/fit/model_equations.h"
@@ -91,6 +92,7 @@ struct BoardRun {
   Step step;
   Told told;
   FittedBoard result;
+  std::optional<BentPaper> bent;  ///< as the last fit found it
   FittedBoard without_ink;
   ShadowEdge::Parameters shadow_start = ShadowEdge::Parameters::Zero();
   // What the kernels and equations are given.
