@@ -73,6 +73,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->terms.look_farther = !choice.motion_blur_px.isZero() || run_->terms.ink || choice.shadow ||
                              (choice.from && choice.from->terms.look_farther);
   run_->view.size = start.size;
+  run_->register_cells = start.register_cells;
   run_->view.channels = reader.channels();
   run_->view.red_phase = reader.mosaic() ? reader.mosaic()->red_x + 2 * reader.mosaic()->red_y : -1;
   for (int phase = 0; phase < 4; ++phase)
@@ -98,6 +99,10 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   }
   StartLevels(reader, start);
   if (choice.from) StartFrom(*choice.from);
+  if (MayBeOutOfRegister()) {
+    ShareInks(start);
+    WeighYellow(start);
+  }
   profiles_.Set(run_->model.edges);
   SetDerivatives();
   SetPlaces();
@@ -153,8 +158,9 @@ void BoardFit::SetPlaces() {
     const double wider_x = WiderByMotionBlur(board_by_pixel.row(0), run_->model.motion_px, run_->model.blur_px),
                  wider_y = WiderByMotionBlur(board_by_pixel.row(1), run_->model.motion_px, run_->model.blur_px);
     const int lane = pixels_.Lane(corner);
-    set(LaneBlock::kCornerX, lane, place.board.x());
-    set(LaneBlock::kCornerY, lane, place.board.y());
+    const Eigen::Vector2d printed = Printed(corner);
+    set(LaneBlock::kCornerX, lane, printed.x());
+    set(LaneBlock::kCornerY, lane, printed.y());
     set(LaneBlock::kPxPerCellX, lane, px_x / wider_x);
     set(LaneBlock::kPxPerCellY, lane, px_y / wider_y);
     set(LaneBlock::kCorrelation, lane, board_by_pixel.row(0).dot(board_by_pixel.row(1)) * px_x * px_y);
@@ -188,7 +194,10 @@ void BoardFit::SetLanes() {
     for (int i = 0; i < 4; ++i)
       set(LaneBlock::kL00 + i, lane,
           run_->model.levels[static_cast<std::size_t>(quadrants[static_cast<std::size_t>(i)])]);
-    set(LaneBlock::kNoiseFloor, lane, floor);
+    PhaseValues of_corner = floor;
+    if (MayBeOutOfRegister() && run_->beside_yellow[static_cast<std::size_t>(corner)])
+      for (std::size_t phase = 0; phase < 4; ++phase) of_corner[phase] += run_->yellow_variance[phase];
+    set(LaneBlock::kNoiseFloor, lane, of_corner);
     set(LaneBlock::kNoiseSlope, lane, slope);
   }
 }
@@ -216,6 +225,7 @@ bool BoardFit::Step(LaneSums sums) {
   const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
   if (!solver.positive()) return false;
   run_->step.moves = solver.Solve(equations_.gradient());
+  run_->step.inks = {};
   if (!run_->step.moves.allFinite()) return false;
   run_->step.gain = run_->step.moves.dot(equations_.gradient());
   if (!fixed_levels) equations_.MoveLevels(run_->step.moves, run_->model.levels);
@@ -280,13 +290,14 @@ void BoardFit::Finish() {
   // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
   const double chi_square_per_shift = shift_chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
   run_->told.unexplained_shifts = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
-  BoardGeometry::Information of_moves =
-      InformationOnMoves() / std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
+  const double variance = std::max({chi_square_per_pixel, chi_square_per_shift, MayBeOutOfRegister() ? 1 : 1e-9});
+  BoardGeometry::Information of_moves = InformationOnMoves() / variance;
   run_->result.reprojection_rms_px = std::sqrt(shift_square / n);
   if (run_->model.motion_px.norm() > kLongMotionCells * CellPx())
     of_moves /= std::max(shift_square / n / (kOffLongMotionPx * kOffLongMotionPx), 1.0);
   // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
   if (run_->model.own_levels) of_moves /= std::max(run_->told.unexplained_shifts, 1.0);
+  if (MayBeOutOfRegister()) of_moves = TellRegister(of_moves, variance);
   run_->result.information = run_->model.geometry.FromMoves(of_moves);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
                         run_->model.dot_gain};
@@ -314,7 +325,17 @@ BoardGeometry::Information BoardFit::InformationOnMoves() const {
 }
 
 ModelEquations::CornerShift BoardFit::ShiftOf(int corner) const {
-  if (run_->terms.look_farther) return model_equations_.ShiftOf(EquationsOfModel(), corner);
+  ModelEquations::CornerShift shift;
+  if (run_->terms.look_farther) {
+    shift = model_equations_.ShiftOf(EquationsOfModel(), corner);
+  } else {
+    shift = PlainShiftOf(corner);
+  }
+  if (MayBeOutOfRegister()) shift.gradient -= shift.information * ShiftByInks(corner);
+  return shift;
+}
+
+ModelEquations::CornerShift BoardFit::PlainShiftOf(int corner) const {
   const int lane = pixels_.Lane(corner);
   const auto sum = [&](int a, int b) { return equations_.SumOf(a, b, lane); };
   ModelEquations::CornerShift shift;
@@ -335,6 +356,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     }
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
+    if (MayBeOutOfRegister()) MoveInks(start);
     const bool changed = FindOccludedCorners();
     // What is done to the light follows the fit by a pass or two.
     const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;
