@@ -40,8 +40,8 @@ const ShadowEdge::Parameters kStillShadow(0.003, 0.003, 0.004, 0.03);
 /// The same in standard deviations of a term, all others known: what a shorter step leaves is of second order. Sharp
 /// shadows under wide blur else drift to widths that the second order of their blur does not hold for.
 constexpr double kStillDeviations = 0.2;
-/// Where corners stay as still as that, terms may be so many times as far off: each step halves what is left at least, and
-/// the corners have followed. Measured on shadows' edges under wide blur, which come to rest slowly.
+/// Where corners stay as still as that, terms may be so many times as far off: each step halves what is left at least,
+/// and the corners have followed. Measured on shadows' edges under wide blur, which come to rest slowly.
 constexpr double kQuietPx = 0.02, kQuietTerms = 4;
 /// Blur, cells and px, from which on it may be motion.
 constexpr double kMovedBlur = 0.12, kMovedBlurPx = 1.2;
@@ -403,6 +403,16 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
     if (pass == 0 && SeemsMoved()) FindTerms(stride, start);
     if (!StepModel(stride, pass == 0)) return false;
     if (MayBeOutOfRegister()) MoveInks(start);
+    // Where another board has told blur, noise and dot gain, the first step only finds the place: it errs by its
+    // square.
+    const bool all_known = start.image && noise_known && run_->terms.ink && !run_->model.shadow &&
+                           !run_->model.own_levels && run_->model.motion_px.isZero();
+    if (pass == 0 && all_known && run_->step.corner_px < kFollowPx && run_->step.blur_share < kNearPx &&
+        run_->step.terms <= 1) {
+      FindOccludedCells();
+      EvenOutShading(start);
+      break;
+    }
     // What was not fitted yet says nothing of what is occluded, or of the noise.
     const bool fitted = pass > 0, judged = fitted && (Still() || still || pass >= kModelPassesOfLight);
     still = Still();

@@ -6,6 +6,8 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "detect/fit/ink_register.h"
 #include "simulate/print_quality.h"
@@ -42,6 +44,7 @@ struct Errors {
   test::PoseErrors normalised;
   double depth_square = 0;
   int poor = 0;
+  std::uint64_t work = 0;  ///< units
 };
 
 /// Of the poses in so many frames. @param printed_m width and height that the detector knows of; zeros: the side.
@@ -58,7 +61,10 @@ Errors ErrorsOf(const PrintQuality& quality, const PrintTolerance& tolerance, in
     }
     options.print_tolerance = tolerance;
     const Image image = frame.Draw();
-    for (const MarkerPose& found : Detector(options).Detect(image.view()))
+    Detector detector(options);
+    const std::vector<MarkerPose> poses = detector.Detect(image.view());
+    errors.work += detector.stats().work;
+    for (const MarkerPose& found : poses)
       for (const SceneMarker& marker : frame.scene.markers) {
         if ((CenterPx(marker, frame.options.camera) - found.center_px).norm() > 20) continue;
         errors.normalised.Add(marker.camera_from_marker, found);
@@ -95,6 +101,15 @@ TEST(PrintTolerance, InksOutOfRegisterPullNoPose) {
       EXPECT_LT(mean, 2) << register_m;
     }
   }
+}
+
+TEST(DotGain, OneBoardTellsItForTheOthersOfTheImage) {
+  // 0.03 cells: each board by itself takes 4.4 times the work of clean ones, and some do not find it.
+  const Errors clean = ErrorsOf({}, {}, 8), grown = ErrorsOf({.dot_gain_m = 0.03 * kSideM / 6}, {}, 8);
+  EXPECT_LT(static_cast<double>(grown.work), 3.9 * static_cast<double>(clean.work));
+  EXPECT_LT(std::sqrt(grown.depth_square), 1.2e-4);
+  EXPECT_LT(grown.normalised.position(), 1.6);
+  EXPECT_LT(grown.normalised.orientation(), 1.6);
 }
 
 TEST(PrintTolerance, WithoutItPosesSayThatTheyFitPoorly) {
