@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "chequer/geometry.h"
 #include "detect/common/board_geometry.h"
 #include "detect/fit/board_equations.h"
 #include "detect/fit/edge_spread.h"
@@ -97,7 +98,8 @@ struct BoardRun {
   FittedBoard without_ink;
   // Where inks may lie out of register; else empty.
   Eigen::Vector2d register_cells = Eigen::Vector2d::Zero();
-  std::array<Eigen::Vector2f, kMaxCorners> blue_shares;  ///< by corner, as InkRegister::Corner has them
+  /// By corner, as InkRegister::Corner has them.
+  std::array<Eigen::Vector2f, kMaxCorners> blue_shares = Zeros<Eigen::Vector2f, kMaxCorners>();
   CornerFlags beside_yellow{};
   PhaseValues yellow_variance{};  ///< of pixels beside yellow cells, as the place of that ink is not known
   ShadowEdge::Parameters shadow_start = ShadowEdge::Parameters::Zero();
