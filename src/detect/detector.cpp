@@ -412,6 +412,14 @@ FitTask Detector::Impl::TaskOf(std::size_t board) const {
   return task;
 }
 
+Eigen::Vector2d Detector::Impl::RegisterOf(MarkerSize size) const {
+  Eigen::Vector2d cells = Eigen::Vector2d::Zero();
+  for (const MarkerFamily& family : options.families)
+    if (family.code.size() == size)
+      cells = cells.cwiseMax(options.print_tolerance.register_m * family.CellM().cwiseInverse());
+  return cells;
+}
+
 Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const Lens& lens, const FitOrder& order,
                                                 Worker& worker, Tracer& tracer) const {
   const std::size_t index = order.board;
@@ -431,6 +439,7 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
                                                         .covered = board.covered,
                                                         .found = board.found,
                                                         .known = KnownTo(index),
+                                                        .register_cells = RegisterOf(board.size),
                                                         .image = order.image},
                                               .motion_blurred = board.motion_blurred,
                                               .most_units = order.most_units,
@@ -456,7 +465,7 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
   std::optional<std::array<PlanePose, 2>> poses;
   BoardMeasurement measured;
   if (lens.calibrated()) {
-    measured = MeasurementOf(*fitted, board.saturated, options.families[static_cast<std::size_t>(identity.family)],
+    measured = MeasurementOf(*fitted, options.families[static_cast<std::size_t>(identity.family)],
                              options.print_tolerance, lens.focal());
     poses = PosesOf(measured);
     if (!poses) return refuse(Refusal::kNoPose);

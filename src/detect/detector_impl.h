@@ -165,6 +165,8 @@ struct Detector::Impl {
     bool plain_only = false;
     std::uint64_t most_units = 0;
   };
+  /// How far inks of boards of that size may lie out of register, along the board's axes, cells.
+  Eigen::Vector2d RegisterOf(MarkerSize size) const;
   Outcome Measure(const LightReader& reader, const Lens& lens, const FitOrder& order, Worker& worker,
                   Tracer& tracer) const;
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "chequer/detect_trace.h"
 #include "chequer/detector.h"
 #include "simulate/random.h"
 #include "simulate/render.h"
@@ -44,7 +45,7 @@ std::vector<Delivery> Deliveries() {
 
 /// What the scenes vary in.
 struct Variation {
-  double most_tilt_deg = 25;
+  double least_tilt_deg = 0, most_tilt_deg = 25;
   double gain = 0;  ///< exposure and each channel's white balance are off by factors up to e^±gain
   double full_well = 10000;
   bool full_colour = true;  ///< the sensor has three colours a pixel; else a mosaic
@@ -73,7 +74,7 @@ Scene SceneOf(double side_px, const Variation& variation, const MarkerCode& code
       const double u = x + random.Uniform(-3, 3) - options.camera.cx, v = y + random.Uniform(-3, 3) - options.camera.cy;
       marker.camera_from_marker =
           FacingPose({u / kFocalPx * depth, v / kFocalPx * depth, depth}, random.Uniform(0, 2 * std::numbers::pi),
-                     random.Uniform(0, variation.most_tilt_deg) * std::numbers::pi / 180,
+                     random.Uniform(variation.least_tilt_deg, variation.most_tilt_deg) * std::numbers::pi / 180,
                      random.Uniform(0, 2 * std::numbers::pi));
       scene.markers.push_back(std::move(marker));
     }
@@ -109,9 +110,32 @@ void Add(const std::string& name, int frame, const std::vector<TrueMarker>& trut
   }
 }
 
+/// Prints what became of boards that no marker was found for, and adds to the counts of their refusals.
+void TellMissed(int frame, const std::vector<TrueMarker>& truth, const std::vector<MarkerPose>& markers, double side_px,
+                const DetectTrace& trace, std::map<std::string, int>& refusals) {
+  for (const TrueMarker& board : truth) {
+    const auto lies_there = [&](const Eigen::Vector2d& at) { return (at - board.center_px).norm() < side_px / 4; };
+    if (std::any_of(markers.begin(), markers.end(), [&](const MarkerPose& m) { return lies_there(m.center_px); }))
+      continue;
+    const auto corners = std::count_if(trace.corners.begin(), trace.corners.end(), [&](const auto& corner) {
+      return (corner.position_px.template cast<double>() - board.center_px).norm() < side_px / 2;
+    });
+    Refusal farthest = Refusal::kNone;
+    std::size_t linked = 0;
+    for (const TraceCandidate& candidate : trace.candidates)
+      if (lies_there(candidate.center_px) || std::any_of(candidate.corners.begin(), candidate.corners.end(), [&](int c) {
+            return lies_there(trace.corners[static_cast<std::size_t>(c)].position_px.template cast<double>());
+          }))
+        farthest = std::max(farthest, candidate.refusal), linked = std::max(linked, candidate.corners.size());
+    ++refusals[std::string(RefusalName(farthest))];
+    fmt::print("  missed: frame {} at {:.1f} {:.1f}, {} corners, {} linked: {}\n", frame, board.center_px.x(),
+               board.center_px.y(), corners, linked, RefusalName(farthest));
+  }
+}
+
 /// Counts over frames until there are so many reads of each format, or so many frames.
 void Run(double side_px, const std::vector<Delivery>& deliveries, const Variation& variation, int frames,
-         std::uint64_t seed) {
+         std::uint64_t seed, bool missed) {
   const MarkerCode code({6, 6}, Variant::kSecded);
   std::vector<Count> counts(deliveries.size());
   RenderOptions options;
@@ -125,6 +149,7 @@ void Run(double side_px, const std::vector<Delivery>& deliveries, const Variatio
   Detector detector(sought);
   std::vector<MarkerPose> markers;
   std::vector<std::uint64_t> work(deliveries.size());
+  std::map<std::string, int> refusals;
   for (int frame = 0; frame < frames; ++frame) {
     Random random(DeriveSeed(seed, static_cast<std::uint64_t>(frame)));
     const Scene scene = SceneOf(side_px, variation, code, options, random);
@@ -136,7 +161,9 @@ void Run(double side_px, const std::vector<Delivery>& deliveries, const Variatio
       options.jpeg_quality = deliveries[i].jpeg_quality;
       options.yuv_range = deliveries[i].range;
       const Image image = Capture(light, options, noise);
-      detector.Detect(image.view(), markers);
+      DetectTrace trace;
+      detector.Detect(image.view(), markers, missed ? &trace : nullptr);
+      if (missed) TellMissed(frame, truth, markers, side_px, trace, refusals);
       work[i] += detector.stats().work;
       Add(deliveries[i].name, frame, truth, markers, side_px, counts[i]);
     }
@@ -148,6 +175,7 @@ void Run(double side_px, const std::vector<Delivery>& deliveries, const Variatio
                c.boards, 100 * c.found / all, 100 * c.read / all, c.wrong, c.wrong_corrected, c.wrong_warned,
                c.corrected, c.warned, static_cast<double>(work[i]) / all);
   }
+  for (const auto& [refusal, boards] : refusals) fmt::print("  {} missed: {}\n", boards, refusal);
   std::fflush(stdout);
 }
 
@@ -161,16 +189,18 @@ int main(int argc, char** argv) {
   chequer::bench::Variation variation;
   int frames = 20;
   std::uint64_t seed = 1;
-  bool mosaic = false;
+  bool mosaic = false, missed = false;
   app.add_option("--side", sides, "Of the boards, pixels")->capture_default_str();
   app.add_option("--format", names, "Those to try [all]");
   app.add_option("--frames", frames, "For each side")->capture_default_str();
   app.add_option("--seed", seed)->capture_default_str();
+  app.add_option("--least-tilt", variation.least_tilt_deg, "Degrees")->capture_default_str();
   app.add_option("--tilt", variation.most_tilt_deg, "At most, degrees")->capture_default_str();
   app.add_option("--gain", variation.gain, "Exposure and white balance are off by factors up to e^+-GAIN")->capture_default_str();
   app.add_option("--full-well", variation.full_well, "Electrons at full scale")->capture_default_str();
   app.add_option("--blur", variation.blur_px, "Of the lens, pixels")->capture_default_str();
   app.add_flag("--mosaic", mosaic, "A sensor with one colour a pixel");
+  app.add_flag("--missed", missed, "What became of each board that was not found");
   CLI11_PARSE(app, argc, argv);
   variation.full_colour = !mosaic;
   std::vector<chequer::bench::Delivery> deliveries;
@@ -178,5 +208,5 @@ int main(int argc, char** argv) {
     if (names.empty() || std::find(names.begin(), names.end(), delivery.name) != names.end()) deliveries.push_back(delivery);
   fmt::print("{:<14} {:>5} {:>7}  {:>6} {:>6}  {:>5} {:>5} {:>5}  {:>9} {:>6}  {:>7}\n", "format", "side", "boards",
              "found%", "read%", "wrong", "corr.", "warn.", "corrected", "warned", "work");
-  for (const double side : sides) chequer::bench::Run(side, deliveries, variation, frames, seed);
+  for (const double side : sides) chequer::bench::Run(side, deliveries, variation, frames, seed, missed);
 }

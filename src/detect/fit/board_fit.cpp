@@ -80,6 +80,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->terms.look_farther = !choice.motion_blur_px.isZero() || run_->terms.ink || choice.shadow ||
                              (choice.from && choice.from->terms.look_farther);
   run_->view.size = start.size;
+  run_->register_cells = start.register_cells;
   run_->view.channels = reader.channels();
   run_->view.red_phase = reader.mosaic() ? reader.mosaic()->red_x + 2 * reader.mosaic()->red_y : -1;
   for (int phase = 0; phase < 4; ++phase)
@@ -106,6 +107,10 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   }
   StartLevels(reader, start);
   if (choice.from) StartFrom(*choice.from);
+  if (MayBeOutOfRegister()) {
+    ShareInks(start);
+    WeighYellow(start);
+  }
   profiles_.Set(run_->model.edges);
   SetDerivatives();
   SetPlaces();
@@ -166,8 +171,9 @@ void BoardFit::SetPlaces() {
     const double wider_x = WiderByMotionBlur(board_by_pixel.row(0), run_->model.motion_px, run_->model.blur_px),
                  wider_y = WiderByMotionBlur(board_by_pixel.row(1), run_->model.motion_px, run_->model.blur_px);
     const int lane = pixels_.Lane(corner);
-    set(LaneBlock::kCornerX, lane, place.board.x());
-    set(LaneBlock::kCornerY, lane, place.board.y());
+    const Eigen::Vector2d printed = Printed(corner);
+    set(LaneBlock::kCornerX, lane, printed.x());
+    set(LaneBlock::kCornerY, lane, printed.y());
     set(LaneBlock::kPxPerCellX, lane, px_x / wider_x);
     set(LaneBlock::kPxPerCellY, lane, px_y / wider_y);
     set(LaneBlock::kCorrelation, lane, board_by_pixel.row(0).dot(board_by_pixel.row(1)) * px_x * px_y);
@@ -201,7 +207,10 @@ void BoardFit::SetLanes() {
     for (int i = 0; i < 4; ++i)
       set(LaneBlock::kL00 + i, lane,
           run_->model.levels[static_cast<std::size_t>(quadrants[static_cast<std::size_t>(i)])]);
-    set(LaneBlock::kNoiseFloor, lane, floor);
+    PhaseValues of_corner = floor;
+    if (MayBeOutOfRegister() && run_->beside_yellow[static_cast<std::size_t>(corner)])
+      for (std::size_t phase = 0; phase < 4; ++phase) of_corner[phase] += run_->yellow_variance[phase];
+    set(LaneBlock::kNoiseFloor, lane, of_corner);
     set(LaneBlock::kNoiseSlope, lane, slope);
   }
 }
@@ -229,6 +238,7 @@ bool BoardFit::Step(LaneSums sums) {
   const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
   if (!solver.positive()) return false;
   run_->step.moves = solver.Solve(equations_.gradient());
+  run_->step.inks = {};
   if (!run_->step.moves.allFinite()) return false;
   run_->step.gain = run_->step.moves.dot(equations_.gradient());
   if (!fixed_levels) equations_.MoveLevels(run_->step.moves, run_->model.levels);
@@ -256,9 +266,9 @@ double BoardFit::FarthestStepPx() const {
 
 std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, std::span<const CornerOff> corners,
                                             double least_square) const {
-  // What lights, motions and some of the pixels leave of the corners' places is not the paper's.
+  // What inks, lights, motions and some of the pixels leave of the corners' places is not the paper's.
   const bool may_bend = pixels_.bent() || run_->told.unexplained_shifts > kOffByBend;
-  if (!may_bend || !lens.calibrated() || static_cast<int>(corners.size()) < kFewestOfBend || run_->terms.rough ||
+  if (!may_bend || MayBeOutOfRegister() || !lens.calibrated() || static_cast<int>(corners.size()) < kFewestOfBend || run_->terms.rough ||
       run_->model.own_levels || run_->model.shadow || !run_->model.motion_px.isZero())
     return std::nullopt;
   const std::optional<BentPaper> bent = FindBentPaper(run_->model.geometry, lens.focal(), corners);
@@ -319,7 +329,7 @@ void BoardFit::Finish(const Lens& lens) {
     shift_square *= std::min(bent->left / std::max(shift_chi_square, 1e-9), 1.0);
     chi_square_per_shift = bent->left / (2 * n - BoardGeometry::kParameters - 3);
   }
-  const double variance = std::max({chi_square_per_pixel, chi_square_per_shift, 1e-9});
+  const double variance = std::max({chi_square_per_pixel, chi_square_per_shift, MayBeOutOfRegister() ? 1 : 1e-9});
   BoardGeometry::Information of_moves = InformationOnMoves() / variance;
   if (bent) {
     run_->result.geometry.MoveCoordinates(bent->moves);
@@ -330,6 +340,7 @@ void BoardFit::Finish(const Lens& lens) {
     of_moves /= std::max(shift_square / n / (kOffLongMotionPx * kOffLongMotionPx), 1.0);
   // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
   if (run_->model.own_levels) of_moves /= std::max(run_->told.unexplained_shifts, 1.0);
+  if (MayBeOutOfRegister()) of_moves = TellRegister(of_moves, variance);
   run_->result.information = run_->model.geometry.FromMoves(of_moves);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
                         run_->model.dot_gain};
@@ -357,7 +368,17 @@ BoardGeometry::Information BoardFit::InformationOnMoves() const {
 }
 
 ModelEquations::CornerShift BoardFit::ShiftOf(int corner) const {
-  if (run_->terms.look_farther) return model_equations_.ShiftOf(EquationsOfModel(), corner);
+  ModelEquations::CornerShift shift;
+  if (run_->terms.look_farther) {
+    shift = model_equations_.ShiftOf(EquationsOfModel(), corner);
+  } else {
+    shift = PlainShiftOf(corner);
+  }
+  if (MayBeOutOfRegister()) shift.gradient -= shift.information * ShiftByInks(corner);
+  return shift;
+}
+
+ModelEquations::CornerShift BoardFit::PlainShiftOf(int corner) const {
   const int lane = pixels_.Lane(corner);
   const auto sum = [&](int a, int b) { return equations_.SumOf(a, b, lane); };
   ModelEquations::CornerShift shift;
@@ -378,6 +399,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     }
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
+    if (MayBeOutOfRegister()) MoveInks(start);
     const bool changed = FindOccludedCorners();
     // What is done to the light follows the fit by a pass or two.
     const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;

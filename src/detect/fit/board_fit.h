@@ -51,6 +51,9 @@ class BoardFit {
       kNear,       ///< to kNearPredictionPx
     };
     Known known = Known::kFound;
+    /// How far the blue ink may lie off the black one, along the board's axes, cells: standard deviations. Where they
+    /// are not zero, that is fitted too.
+    Eigen::Vector2d register_cells = Eigen::Vector2d::Zero();
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
     /// A fit with all terms that is not near its end once so many units (work_meter.h) were spent on the board fails.
@@ -168,6 +171,7 @@ class BoardFit {
   BoardGeometry::Information InformationOnMoves() const;
   /// What a corner's pixels say of a shift of its own beyond the last step.
   ModelEquations::CornerShift ShiftOf(int corner) const;
+  ModelEquations::CornerShift PlainShiftOf(int corner) const;
   /// Whether the image's edges are no Gaussian's: from here on, they are fitted as they are.
   bool TellEdges(const Lens& lens);
   /// Of the last step, in board coordinates.
@@ -208,6 +212,24 @@ class BoardFit {
   void FindOccludedCells();
   void HideCellsBeside(const CornerFlags& corners);
   bool AnyUnused() const;
+
+  // Inks out of register: board_fit_inks.cpp.
+  bool MayBeOutOfRegister() const { return !run_->register_cells.isZero(); }
+  /// Which of the corners' edges are the blue ink's, by the levels.
+  void ShareInks(const Start& start);
+  /// How far pixels beside yellow cells may be off: that ink lies elsewhere, too, but leaves gaps or none, which no
+  /// offset of a corner is.
+  void WeighYellow(const Start& start);
+  InkRegister RegisterOfCorners() const;
+  /// After a step, moves the blue ink where the corners have it, and the geometry as it follows.
+  void MoveInks(const Start& start);
+  /// A corner's own shift by that.
+  Eigen::Vector2d ShiftByInks(int corner) const;
+  /// Where a corner is thought to lie, board coordinates.
+  Eigen::Vector2d Printed(int corner) const;
+  /// Adds to the result what is not known of the inks. @param of_moves the information while there is no offset;
+  /// returns what is left of it. @param variance of what the corners' pixels are worth.
+  BoardGeometry::Information TellRegister(const BoardGeometry::Information& of_moves, double variance);
 
   // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
   void EvenOutShading(const Start& start);

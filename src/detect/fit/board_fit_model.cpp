@@ -40,8 +40,8 @@ const ShadowEdge::Parameters kStillShadow(0.003, 0.003, 0.004, 0.03);
 /// The same in standard deviations of a term, all others known: what a shorter step leaves is of second order. Sharp
 /// shadows under wide blur else drift to widths that the second order of their blur does not hold for.
 constexpr double kStillDeviations = 0.2;
-/// Where corners stay as still as that, terms may be so many times as far off: each step halves what is left at least, and
-/// the corners have followed. Measured on shadows' edges under wide blur, which come to rest slowly.
+/// Where corners stay as still as that, terms may be so many times as far off: each step halves what is left at least,
+/// and the corners have followed. Measured on shadows' edges under wide blur, which come to rest slowly.
 constexpr double kQuietPx = 0.02, kQuietTerms = 4;
 /// Blur, cells and px, from which on it may be motion.
 constexpr double kMovedBlur = 0.12, kMovedBlurPx = 1.2;
@@ -173,8 +173,9 @@ void BoardFit::SetModelLanes() {
       set(ModelLanes::kScaleX + axis, 1 / std::sqrt(variance));
       set(ModelLanes::kBlurX + axis, lens(axis, axis) / variance / run_->model.blur_px);
     }
-    set(ModelLanes::kCornerX, place.board.x());
-    set(ModelLanes::kCornerY, place.board.y());
+    const Eigen::Vector2d printed = Printed(corner);
+    set(ModelLanes::kCornerX, printed.x());
+    set(ModelLanes::kCornerY, printed.y());
     set(ModelLanes::kCovariance, blur(0, 1));
     set(ModelLanes::kByPixelXx, by_pixel(0, 0));
     set(ModelLanes::kByPixelXy, by_pixel(0, 1));
@@ -207,7 +208,9 @@ void BoardFit::SetModelLanes() {
       const auto set_phase = [&](int which, float value) {
         model_lanes_.parameter_data(which)[lane + static_cast<int>(phase)] = value;
       };
-      set_phase(ModelLanes::kNoiseFloor, run_->model.noise.floor[channel]);
+      const bool by_yellow = MayBeOutOfRegister() && run_->beside_yellow[static_cast<std::size_t>(corner)];
+      set_phase(ModelLanes::kNoiseFloor,
+                run_->model.noise.floor[channel] + (by_yellow ? run_->yellow_variance[phase] : 0));
       set_phase(ModelLanes::kNoiseSlope, run_->model.noise.slope[channel]);
       for (int i = 0; i < ModelColumns::kLevels; ++i) {
         const int level = run_->model_levels[static_cast<std::size_t>(corner)][static_cast<std::size_t>(i)];
@@ -273,6 +276,7 @@ bool BoardFit::StepModel(int stride, bool first) {
   const ModelColumns columns(run_->model_input.terms);
   const ModelEquations::Shared& step = model_equations_.step();
   run_->step.moves.head<BoardGeometry::kParameters>() = step.head<BoardGeometry::kParameters>();
+  run_->step.inks = {};
   run_->model.geometry.MoveCoordinates(step.head<BoardGeometry::kParameters>());
   MoveBlur(step[columns.blur]);
   for (std::size_t level = 0; level < run_->model.levels.size(); ++level)
@@ -403,6 +407,17 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
     run_->model_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (pass == 0 && SeemsMoved()) FindTerms(stride, start);
     if (!StepModel(stride, pass == 0)) return false;
+    if (MayBeOutOfRegister()) MoveInks(start);
+    // Where another board has told blur, noise and dot gain, the first step only finds the place: it errs by its
+    // square.
+    const bool all_known = start.image && noise_known && run_->terms.ink && !run_->model.shadow &&
+                           !run_->model.own_levels && run_->model.motion_px.isZero();
+    if (pass == 0 && all_known && run_->step.corner_px < kFollowPx && run_->step.blur_share < kNearPx &&
+        run_->step.terms <= 1) {
+      FindOccludedCells();
+      EvenOutShading(start);
+      break;
+    }
     // What was not fitted yet says nothing of what is occluded, or of the noise.
     const bool fitted = pass > 0, judged = fitted && (Still() || still || pass >= kModelPassesOfLight);
     still = Still();
@@ -429,6 +444,7 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
   for (int pass = 1, judgements = 0; pass < kMostModelPasses; ++pass) {
     if (run_->step.corner_px > kFollowPx) pixels_.PlaceCorners(lens, run_->model.geometry);
     if (!StepModel(stride, false)) return false;
+    if (MayBeOutOfRegister()) MoveInks(start);
     const bool judged = Still() || still || pass >= kModelPassesOfLight;
     still = Still();
     const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();

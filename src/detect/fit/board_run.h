@@ -7,13 +7,15 @@
 #include <optional>
 #include <vector>
 
+#include "chequer/geometry.h"
 #include "detect/common/board_geometry.h"
 #include "detect/fit/bent_paper.h"
 #include "detect/fit/board_equations.h"
+#include "detect/fit/edge_spread.h"
 #include "detect/fit/fitted_board.h"
+#include "detect/fit/ink_register.h"
 #include "detect/fit/model_equations.h"
 #include "detect/fit/model_kernel.h"
-#include "detect/fit/edge_spread.h"
 #include "detect/fit/shadow_edge.h"
 
 namespace chequer {
@@ -35,6 +37,7 @@ struct BoardModel {
                                                         ///< image pixels
   double dot_gain = 0;                                  ///< dot gain, cells
   std::optional<ShadowEdge> shadow;
+  Eigen::Vector2d blue_offset = Eigen::Vector2d::Zero();  ///< of the blue ink off the black one, cells
 };
 
 /// All that belongs to one fit of a board (BoardFit), and to no other.
@@ -73,6 +76,7 @@ struct BoardRun {
     double corner_px = 0;   ///< the farthest that a corner moved
     double blur_share = 0;  ///< by which the blur changed
     double terms = 0;       ///< of the terms, over what no longer counts
+    InkRegister::Step inks;  ///< what followed it where inks may lie out of register
   };
   /// What the fit tells beside its result.
   struct Told {
@@ -94,6 +98,12 @@ struct BoardRun {
   FittedBoard result;
   std::optional<BentPaper> bent;  ///< as the last fit found it
   FittedBoard without_ink;
+  // Where inks may lie out of register; else empty.
+  Eigen::Vector2d register_cells = Eigen::Vector2d::Zero();
+  /// By corner, as InkRegister::Corner has them.
+  std::array<Eigen::Vector2f, kMaxCorners> blue_shares = Zeros<Eigen::Vector2f, kMaxCorners>();
+  CornerFlags beside_yellow{};
+  PhaseValues yellow_variance{};  ///< of pixels beside yellow cells, as the place of that ink is not known
   ShadowEdge::Parameters shadow_start = ShadowEdge::Parameters::Zero();
   // What the kernels and equations are given.
   KernelInput plain_input;

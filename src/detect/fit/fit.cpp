@@ -11,7 +11,7 @@ namespace {
 /// and where a motion is all that may be, so far at most.
 constexpr double kMostOffMovedPx = 0.04, kMostOffMotionBlurredPx = 0.15;
 /// Boards of one image share the dot gain from so much of a cell on: less may be but what one board has.
-constexpr double kLeastShared = 0.03;
+constexpr double kLeastShared = 0.015;
 /// Units that all fits of a board may take, for a corner, whatever it shows: boards that are blurred and crossed by a
 /// shadow, the hardest that are read, take half of them. No other fit is begun once so much of them is spent.
 constexpr std::uint64_t kMostUnitsOfCorner = 6000;

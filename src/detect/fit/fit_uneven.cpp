@@ -75,6 +75,8 @@ bool PhotometricFit::MayBeUnevenlyLit(const Task& task) const {
     if (fit_.unexplained_shifts() > kUnevenShifts && Unevenness(fit_.result(), task.start) > kUnevenCells) return true;
   }
   if (fit_.misfit_spread() <= kUnevenMisfit) return false;
+  // Inks out of register spoil the fit of corners, too, but leave the cells alike.
+  if (!task.start.register_cells.isZero() && Unevenness(fit_.result(), task.start) <= kUnevenCells) return false;
   std::array<double, kMaxCorners> misfits;
   std::ptrdiff_t count = 0;
   for (int corner = 0; corner < fit_.corners(); ++corner)

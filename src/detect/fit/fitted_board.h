@@ -5,8 +5,9 @@
 #include <vector>
 
 #include "detect/common/board_geometry.h"
-#include "detect/fit/noise_model.h"
 #include "detect/fit/edge_spread.h"
+#include "detect/fit/ink_register.h"
+#include "detect/fit/noise_model.h"
 
 namespace chequer {
 
@@ -39,6 +40,9 @@ struct FittedBoard {
   /// Inverse covariance of the geometry's parameters, from all pixels, with the levels, the blur and the noise as
   /// measured in this board, widened by how much its corners disagree with the geometry beyond that noise.
   BoardGeometry::Information information = BoardGeometry::Information::Zero();
+  /// By which the geometry's parameters may be off, the same in every frame, as the blue ink's place is known only by
+  /// the corners and Start::register_cells; zeros where that was not given.
+  RegisterColumns by_register = RegisterColumns::Zero();
   ImageTraits image;
   /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.
   double signal_to_noise = 0;

@@ -63,8 +63,8 @@ void CarryIdentity(int family, std::uint64_t id, const DetectorOptions& options,
   Set(marker, Warning::kIdCarried);
 }
 
-BoardMeasurement MeasurementOf(const FittedBoard& fitted, std::span<const std::uint8_t> saturated,
-                               const MarkerFamily& family, const PrintTolerance& tolerance, double focal_px) {
+BoardMeasurement MeasurementOf(const FittedBoard& fitted, const MarkerFamily& family, const PrintTolerance& tolerance,
+                               double focal_px) {
   const Eigen::Vector2d cell_m = family.CellM();
   BoardMeasurement measured;
   measured.plane_from_board = fitted.geometry.plane_from_board();
@@ -73,7 +73,7 @@ BoardMeasurement MeasurementOf(const FittedBoard& fitted, std::span<const std::u
   measured.cell_m = cell_m.x();
   measured.cell_height_m = cell_m.y();
   if (!tolerance.any()) return measured;
-  measured.by_print = HomographyByPrint(fitted.geometry, family.code.size(), saturated, tolerance, cell_m);
+  measured.by_print = HomographyByPrint(fitted.geometry, tolerance.scale, fitted.by_register);
   measured.information = Widened(fitted.information, measured.by_print);
   return measured;
 }

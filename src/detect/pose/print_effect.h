@@ -1,8 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <span>
-
 #include "chequer/detector.h"
 #include "detect/common/board_geometry.h"
 #include "detect/pose/plane_pose.h"
@@ -13,11 +10,10 @@ namespace chequer {
 // by what is not known, each times its standard deviation, and its covariance is Σ + B Bᵀ (forward propagation; Hartley
 // and Zisserman 2004, result 5.6). Least squares with the inverse of that sees no more in the image than is certain.
 
-/// Derivative of a homography's parameters by a print's width, height, and the place of its blue ink against its black
-/// one, right and down; each times its standard deviation. Blue cells' edges lie where the blue ink does: they pull the
-/// corners between them. @param saturated by cell, row by row. @param cell_m width and height of a cell.
-PrintColumns HomographyByPrint(const BoardGeometry& geometry, MarkerSize size, std::span<const std::uint8_t> saturated,
-                               const PrintTolerance& tolerance, const Eigen::Vector2d& cell_m);
+/// Derivative of a homography's parameters by a print's width and height, each times its standard deviation `scale`,
+/// and, as they were fitted, by the place of its blue ink against its black one, right and down.
+PrintColumns HomographyByPrint(const BoardGeometry& geometry, double scale,
+                               const Eigen::Matrix<double, BoardGeometry::kParameters, 2>& by_register);
 
 /// Inverse of a covariance that was the inverse of `information` and is larger by B Bᵀ now (Woodbury).
 BoardGeometry::Information Widened(const BoardGeometry::Information& information, const PrintColumns& by_print);
