@@ -87,23 +87,15 @@ void Detector::Impl::LeadWithClearest() {
   // The first board gives the image's noise and blur, which an occlusion would falsify.
   const auto clearness = [&](std::size_t i) {
     const AnchoredBoard& board = frame->boards[i];
-    if (std::any_of(board.covered.begin(), board.covered.end(), [](std::uint8_t covered) { return covered != 0; }) ||
-        !std::all_of(board.found.begin(), board.found.begin() + CornerCount(board.size), [](bool in) { return in; }))
-      return 0.0;
+    if (!ShowsAllCorners(board)) return 0.0;
     return SampledContrast(board) / std::max(frame->expected[i].contrast, 1e-6) *
            (frame->expected[i].decided == frame->last_captured ? 1 : 0.5);
   };
   double most = 0;
   for (std::size_t i = 0; i < frame->expected.size(); ++i) most = std::max(most, clearness(i));
-  // Of those that are clear, the topmost: a search finds it first, so that both give all boards the same traits.
-  std::size_t first = 0;
-  float top = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < frame->expected.size(); ++i) {
-    const float at = frame->boards[i].box.top;
-    if (most == 0 || at >= top || clearness(i) < kClearAmongAll * most) continue;
-    top = at;
-    first = i;
-  }
+  if (most == 0) return;
+  const std::size_t first =
+      Topmost(frame->expected.size(), [&](std::size_t i) { return clearness(i) >= kClearAmongAll * most; });
   if (first == 0) return;
   std::swap(frame->boards[0], frame->boards[first]);
   std::swap(frame->expected[0], frame->expected[first]);
