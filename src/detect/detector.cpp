@@ -396,7 +396,12 @@ void Detector::Impl::FitBoards(std::size_t first, const LightReader& reader, con
 
 void Detector::Impl::Refine(const LightReader& reader, const Lens& lens, Tracer& tracer) {
   std::vector<FitTask>& tasks = frame->tasks;
-  std::erase_if(tasks, [&](const FitTask& task) { return !frame->outcomes[task.board].wants_more; });
+  // What was expected in another picture is not worth a look.
+  const std::size_t gone = IsAnotherPicture() ? frame->expected.size() : 0;
+  std::erase_if(tasks, [&](const FitTask& task) {
+    const Outcome& outcome = frame->outcomes[task.board];
+    return !outcome.wants_more || (task.board < gone && !outcome.accepted);
+  });
   for (FitTask& task : tasks) {
     const Outcome& outcome = frame->outcomes[task.board];
     task.unclear = !outcome.accepted || !outcome.marker.id;

@@ -84,6 +84,8 @@ struct Detector::Impl {
   /// Of the boards that were expected and fitted, refuses those that read as others, and notes where the others are to
   /// be searched. @param finally all fits are done: identities are carried.
   void JudgeExpected(const StreamFrame& stream, bool finally, Tracer& tracer);
+  /// Most of what was expected is not there, and as much was found elsewhere.
+  bool IsAnotherPicture() const;
   /// What is searched for boards: the whole image in its turn, else the places that are open.
   void ChooseRegions(const StreamFrame* stream, const Lens& lens);
   void SearchIn(const ImageView& image, SearchRegion region, const LightReader& reader, const Lens& lens,
@@ -200,6 +202,7 @@ struct Detector::Impl {
 
   /// What is known of one image.
   struct Frame {
+    std::size_t missing = 0;                ///< of the boards that were expected, those that no fit has found there yet
     std::size_t lost = 0;                   ///< of the boards that were expected, those that are searched around
     std::vector<RememberedBoard> expected;  ///< the first of the boards, one each
     int frames_on = 1;                      ///< since the last frame of the stream

@@ -197,6 +197,7 @@ void Detector::Impl::JudgeExpected(const StreamFrame& stream, bool finally, Trac
       outcome.accepted = false;
       tracer.Refuse(i, Refusal::kCellsHidden);
     }
+    frame->missing += !finally && !outcome.accepted;
     if (finally || read || carried || outcome.wants_more) continue;
     ++frame->lost;
     PixelBox box = frame->boards[i].box;
@@ -205,10 +206,15 @@ void Detector::Impl::JudgeExpected(const StreamFrame& stream, bool finally, Trac
   }
 }
 
+bool Detector::Impl::IsAnotherPicture() const {
+  const std::size_t expected = frame->expected.size(), found = frame->boards.size() - expected;
+  return 2 * frame->missing > expected && 2 * found > expected;
+}
+
 void Detector::Impl::ChooseRegions(const StreamFrame* stream, const Lens& lens) {
   // Where most boards are lost, it is another picture: a cut, or a camera that was turned.
   if (!stream || !stream->memory.filled || stream->memory.since_search + frame->frames_on >= options.search_every ||
-      2 * frame->lost > frame->expected.size()) {
+      2 * frame->lost > frame->expected.size() || 2 * frame->missing > frame->expected.size()) {
     frame->regions.AddAll();
   } else {
     for (const OpenPlace& place : stream->memory.open) {
