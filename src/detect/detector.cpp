@@ -370,6 +370,15 @@ void Detector::Impl::ShareTraits(std::span<const FitTask> round) {
   }
 }
 
+void Detector::Impl::LeadWithTopmost(std::span<FitTask> tasks) const {
+  if (tasks.empty() || tasks[0].waited > 0) return;
+  const std::size_t topmost =
+      Topmost(frame->boards.size(), [&](std::size_t i) { return ShowsAllCorners(frame->boards[i]); });
+  const auto lead =
+      std::find_if(tasks.begin(), tasks.end(), [&](const FitTask& task) { return task.board == topmost; });
+  if (lead != tasks.end()) std::iter_swap(tasks.begin(), lead);
+}
+
 void Detector::Impl::FitBoards(std::size_t first, const LightReader& reader, const Lens& lens, Tracer& tracer) {
   frame->outcomes.resize(frame->boards.size());
   const std::size_t tasks_before = frame->tasks.size();
@@ -377,6 +386,7 @@ void Detector::Impl::FitBoards(std::size_t first, const LightReader& reader, con
   const bool limited = frame->plan.limited();
   const std::span<FitTask> tasks = std::span(frame->tasks).subspan(tasks_before);
   if (limited) SortByWaiting(tasks);
+  if (first == 0 && frame->expected.empty()) LeadWithTopmost(tasks);
   std::size_t done = FitFirst(reader, lens, tasks, tracer);
   if (first == 0 && CameraMoved(tasks.first(done)))
     for (std::size_t i = 0; i < frame->expected.size(); ++i) frame->boards[i].motion_blurred = true;
@@ -386,7 +396,12 @@ void Detector::Impl::FitBoards(std::size_t first, const LightReader& reader, con
 
 void Detector::Impl::Refine(const LightReader& reader, const Lens& lens, Tracer& tracer) {
   std::vector<FitTask>& tasks = frame->tasks;
-  std::erase_if(tasks, [&](const FitTask& task) { return !frame->outcomes[task.board].wants_more; });
+  // What was expected in another picture is not worth a look.
+  const std::size_t gone = IsAnotherPicture() ? frame->expected.size() : 0;
+  std::erase_if(tasks, [&](const FitTask& task) {
+    const Outcome& outcome = frame->outcomes[task.board];
+    return !outcome.wants_more || (task.board < gone && !outcome.accepted);
+  });
   for (FitTask& task : tasks) {
     const Outcome& outcome = frame->outcomes[task.board];
     task.unclear = !outcome.accepted || !outcome.marker.id;

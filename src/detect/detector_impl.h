@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -49,6 +51,28 @@ struct Detector::Impl {
   void ExpectBoards(const StreamFrame& stream, const LightReader& reader, const Lens& lens);
   /// Where most of the boards do not show where they are expected, moves all by the shift that they share.
   void FollowShift(const LightReader& reader, const Lens& lens);
+  /// Nothing covers it, and all of its corners were found.
+  static bool ShowsAllCorners(const AnchoredBoard& board) {
+    return std::none_of(board.covered.begin(), board.covered.end(),
+                        [](std::uint8_t covered) { return covered != 0; }) &&
+           std::all_of(board.found.begin(), board.found.begin() + CornerCount(board.size), [](bool in) { return in; });
+  }
+  /// Of the first `count` boards, that for which clear(index) and which lies topmost in the image; 0 if there is none.
+  /// It tells the image's traits, the same one whether it was found or expected, so that both give all boards the same.
+  template <class Clear>
+  std::size_t Topmost(std::size_t count, Clear&& clear) const {
+    std::size_t first = 0;
+    float top = std::numeric_limits<float>::infinity();
+    for (std::size_t i = 0; i < count; ++i) {
+      const float at = frame->boards[i].box.Center().y();
+      if (at >= top || !clear(i)) continue;
+      top = at;
+      first = i;
+    }
+    return first;
+  }
+  /// Makes that board's the first task, unless others wait.
+  void LeadWithTopmost(std::span<FitTask> tasks) const;
   /// The first board tells the image's traits: makes it one that shows as it did in the last frame.
   void LeadWithClearest();
   /// Whether a board that was fitted, but not read, keeps its identity.
@@ -60,6 +84,8 @@ struct Detector::Impl {
   /// Of the boards that were expected and fitted, refuses those that read as others, and notes where the others are to
   /// be searched. @param finally all fits are done: identities are carried.
   void JudgeExpected(const StreamFrame& stream, bool finally, Tracer& tracer);
+  /// Most of what was expected is not there, and as much was found elsewhere.
+  bool IsAnotherPicture() const;
   /// What is searched for boards: the whole image in its turn, else the places that are open.
   void ChooseRegions(const StreamFrame* stream, const Lens& lens);
   void SearchIn(const ImageView& image, SearchRegion region, const LightReader& reader, const Lens& lens,
@@ -178,6 +204,7 @@ struct Detector::Impl {
 
   /// What is known of one image.
   struct Frame {
+    std::size_t missing = 0;                ///< of the boards that were expected, those that no fit has found there yet
     std::size_t lost = 0;                   ///< of the boards that were expected, those that are searched around
     std::vector<RememberedBoard> expected;  ///< the first of the boards, one each
     int frames_on = 1;                      ///< since the last frame of the stream

@@ -87,23 +87,15 @@ void Detector::Impl::LeadWithClearest() {
   // The first board gives the image's noise and blur, which an occlusion would falsify.
   const auto clearness = [&](std::size_t i) {
     const AnchoredBoard& board = frame->boards[i];
-    if (std::any_of(board.covered.begin(), board.covered.end(), [](std::uint8_t covered) { return covered != 0; }) ||
-        !std::all_of(board.found.begin(), board.found.begin() + CornerCount(board.size), [](bool in) { return in; }))
-      return 0.0;
+    if (!ShowsAllCorners(board)) return 0.0;
     return SampledContrast(board) / std::max(frame->expected[i].contrast, 1e-6) *
            (frame->expected[i].decided == frame->last_captured ? 1 : 0.5);
   };
   double most = 0;
   for (std::size_t i = 0; i < frame->expected.size(); ++i) most = std::max(most, clearness(i));
-  // Of those that are clear, the topmost: a search finds it first, so that both give all boards the same traits.
-  std::size_t first = 0;
-  float top = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < frame->expected.size(); ++i) {
-    const float at = frame->boards[i].box.top;
-    if (most == 0 || at >= top || clearness(i) < kClearAmongAll * most) continue;
-    top = at;
-    first = i;
-  }
+  if (most == 0) return;
+  const std::size_t first =
+      Topmost(frame->expected.size(), [&](std::size_t i) { return clearness(i) >= kClearAmongAll * most; });
   if (first == 0) return;
   std::swap(frame->boards[0], frame->boards[first]);
   std::swap(frame->expected[0], frame->expected[first]);
@@ -205,6 +197,7 @@ void Detector::Impl::JudgeExpected(const StreamFrame& stream, bool finally, Trac
       outcome.accepted = false;
       tracer.Refuse(i, Refusal::kCellsHidden);
     }
+    frame->missing += !finally && !outcome.accepted;
     if (finally || read || carried || outcome.wants_more) continue;
     ++frame->lost;
     PixelBox box = frame->boards[i].box;
@@ -213,10 +206,15 @@ void Detector::Impl::JudgeExpected(const StreamFrame& stream, bool finally, Trac
   }
 }
 
+bool Detector::Impl::IsAnotherPicture() const {
+  const std::size_t expected = frame->expected.size(), found = frame->boards.size() - expected;
+  return 2 * frame->missing > expected && 2 * found > expected;
+}
+
 void Detector::Impl::ChooseRegions(const StreamFrame* stream, const Lens& lens) {
   // Where most boards are lost, it is another picture: a cut, or a camera that was turned.
   if (!stream || !stream->memory.filled || stream->memory.since_search + frame->frames_on >= options.search_every ||
-      2 * frame->lost > frame->expected.size()) {
+      2 * frame->lost > frame->expected.size() || 2 * frame->missing > frame->expected.size()) {
     frame->regions.AddAll();
   } else {
     for (const OpenPlace& place : stream->memory.open) {

@@ -51,6 +51,7 @@ bool IsWhole(const TrueMarker& board) { return board.visible == 1; }
 FrameScore& FrameScore::operator+=(const FrameScore& other) {
   expected += other.expected;
   read += other.read;
+  carried += other.carried;
   whole += other.whole;
   whole_read += other.whole_read;
   undecided += other.undecided;
@@ -86,8 +87,11 @@ FrameScore ScoreFrame(const FoundFrame& found, const FrameTruth& truth) {
     } else {
       read[*at] = true;
       score.read += IsExpected(board);
+      score.carried += IsExpected(board) && marker.carried;
       score.whole_read += IsWhole(board);
-      if (marker.camera_from_marker) score.errors.push_back(ErrorOf(marker, board.camera_from_marker));
+      if (!marker.camera_from_marker) continue;
+      score.errors.push_back(ErrorOf(marker, board.camera_from_marker));
+      score.errors.back().carried = marker.carried;
     }
   }
   return score;

@@ -18,6 +18,7 @@ struct FoundMarker {
   Eigen::Vector2d center_px{0, 0};  ///< of the board
   std::optional<RigidTransform> camera_from_marker;
   std::optional<Matrix6d> covariance;  ///< of (x, y, z, θx, θy, θz), m and rad
+  bool carried = false;                ///< the id is known from earlier frames, not read in this one
 };
 
 /// What came of one frame.
@@ -31,6 +32,7 @@ struct FoundFrame {
 struct PoseError {
   double position_mm = 0;
   double angle_deg = 0;
+  bool carried = false;  ///< as of FoundMarker
   // Squared errors over the covariance, divided by their three dimensions: 1 on average where the covariance is right.
   std::optional<double> position_over_covariance{};
   std::optional<double> rotation_over_covariance{};
@@ -40,6 +42,7 @@ struct PoseError {
 struct FrameScore {
   int expected = 0;  ///< boards with at least kLeastInside of them in the image
   int read = 0;      ///< of these, those whose id was read
+  int carried = 0;   ///< of those that were read, those whose id was carried from earlier frames
   int whole = 0;     ///< of the expected, those that are seen from rim to rim, nothing occluded
   int whole_read = 0;
   int undecided = 0;              ///< detections without an id

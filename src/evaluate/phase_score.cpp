@@ -24,8 +24,13 @@ struct Gathered {
   }
 
   PhaseScore Finish() {
-    std::vector<double> position, angle, position_ratio, rotation_ratio;
+    std::vector<double> position, angle, position_ratio, rotation_ratio, carried, carried_ratio;
     for (const PoseError& error : score.total.errors) {
+      if (error.carried) {
+        carried.push_back(error.position_mm);
+        if (error.position_over_covariance) carried_ratio.push_back(*error.position_over_covariance);
+        continue;
+      }
       position.push_back(error.position_mm);
       angle.push_back(error.angle_deg);
       if (error.position_over_covariance) position_ratio.push_back(*error.position_over_covariance);
@@ -36,6 +41,8 @@ struct Gathered {
     score.angle_deg = SpreadOf(std::move(angle));
     score.position_over_covariance = SpreadOf(std::move(position_ratio));
     score.rotation_over_covariance = SpreadOf(std::move(rotation_ratio));
+    score.carried_position_mm = SpreadOf(std::move(carried));
+    score.carried_position_over_covariance = SpreadOf(std::move(carried_ratio));
     score.detect_ms = SpreadOf(std::move(detect_ms));
     score.latency_ms = SpreadOf(std::move(latency_ms));
     return std::move(score);

@@ -38,6 +38,8 @@ struct PhaseScore {
   FrameScore total;  ///< its errors are left out: they are below
   Spread position_mm, angle_deg;
   Spread position_over_covariance, rotation_over_covariance;
+  /// Of poses with a carried id, which the others leave out.
+  Spread carried_position_mm, carried_position_over_covariance;
   Spread detect_ms, latency_ms;
 };
 

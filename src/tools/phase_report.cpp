@@ -20,8 +20,8 @@ std::string NumberText(const Spread& spread, double value) {
 
 std::string ReadingRow(const PhaseScore& phase, std::size_t width) {
   const FrameScore& total = phase.total;
-  return fmt::format("{:{}}{:>8}{:>9}{:>8}{:>9}{:>9}{:>11}{:>7}{:>7}{:>8}\n", phase.name, width, phase.frames,
-                     phase.missing, total.expected, ShareText(total.read, total.expected),
+  return fmt::format("{:{}}{:>8}{:>9}{:>8}{:>9}{:>9}{:>9}{:>11}{:>7}{:>7}{:>8}\n", phase.name, width, phase.frames,
+                     phase.missing, total.expected, ShareText(total.read, total.expected), total.carried,
                      ShareText(total.whole_read, total.whole), total.undecided, total.wrong, total.twice, total.ghosts);
 }
 
@@ -58,6 +58,7 @@ std::string PhaseLine(const PhaseRun& run, const PhaseScore& phase, const Json& 
                    {"expected", total.expected},
                    {"read", total.read},
                    {"recall", share(total.read, total.expected)},
+                   {"carried", total.carried},
                    {"whole", total.whole},
                    {"whole_recall", share(total.whole_read, total.whole)},
                    {"undecided", total.undecided},
@@ -68,6 +69,8 @@ std::string PhaseLine(const PhaseRun& run, const PhaseScore& phase, const Json& 
                    {"angle_deg", SpreadJson(phase.angle_deg)},
                    {"position_over_covariance", SpreadJson(phase.position_over_covariance)},
                    {"rotation_over_covariance", SpreadJson(phase.rotation_over_covariance)},
+                   {"carried_position_mm", SpreadJson(phase.carried_position_mm)},
+                   {"carried_position_over_covariance", SpreadJson(phase.carried_position_over_covariance)},
                    {"detect_ms", SpreadJson(phase.detect_ms)},
                    {"latency_ms", SpreadJson(phase.latency_ms)}}) +
          "\n";
@@ -81,8 +84,8 @@ std::string DescribePhases(const PhaseRun& run) {
   std::size_t width = 5;
   for (const PhaseScore& phase : phases) width = std::max(width, phase.name.size());
   std::string text =
-      fmt::format("{}\n{:{}}{:>8}{:>9}{:>8}{:>9}{:>9}{:>11}{:>7}{:>7}{:>8}\n", run.name, "phase", width, "frames",
-                  "missing", "boards", "recall", "whole", "undecided", "wrong", "twice", "ghosts");
+      fmt::format("{}\n{:{}}{:>8}{:>9}{:>8}{:>9}{:>9}{:>9}{:>11}{:>7}{:>7}{:>8}\n", run.name, "phase", width, "frames",
+                  "missing", "boards", "recall", "carried", "whole", "undecided", "wrong", "twice", "ghosts");
   for (const PhaseScore& phase : phases) text += ReadingRow(phase, width);
   text += fmt::format("\n{:{}}{:>18}{:>18}{:>18}{:>24}{:>24}\n", "", width, "position, mm", "angle, deg",
                       "error2/covariance", "detection, ms", "latency, ms");

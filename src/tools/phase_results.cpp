@@ -131,6 +131,8 @@ FoundMarker MarkerFromJson(const nlohmann::json& found, const CameraModel& camer
   FoundMarker marker;
   if (!found.at("id").is_null()) marker.id = found["id"].get<std::uint64_t>();
   marker.variant = found.value("variant", "");
+  if (found.contains("warnings"))
+    for (const nlohmann::json& warning : found["warnings"]) marker.carried |= warning == "id_carried";
   if (!found.contains("position")) {
     marker.center_px = MeanCorner(found.at("corners"));
     return marker;
@@ -189,7 +191,8 @@ FoundFrame FrameOf(const PosesMessage& message, const CameraModel& camera) {
                              .variant = std::string(VariantName(pose.variant)),
                              .center_px = camera.Project(pose.camera_from_marker.translation),
                              .camera_from_marker = pose.camera_from_marker,
-                             .covariance = pose.covariance});
+                             .covariance = pose.covariance,
+                             .carried = pose.Has(Warning::kIdCarried)});
   }
   return frame;
 }

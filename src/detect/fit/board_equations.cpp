@@ -5,6 +5,7 @@
 #include <hwy/highway.h>
 
 #include <cstddef>
+#include <cstring>
 
 #include "detect/common/reciprocal-inl.h"
 #include "detect/fit/photometric_kernel.h"
@@ -26,7 +27,7 @@ struct BoardSystem {
   int matrix_row = 0;
   // Both at whole vectors in memory.
   float* matrix = nullptr;  ///< [cell][entry from the diagonal down][4], rows of matrix_row
-  float* right = nullptr;   ///< [cell][column][4], rows of kRightRow
+  float* right = nullptr;   ///< [cell][column][4], rows of kRightRow; follows the matrix
   float phase_weight[4] = {};
   double normal[kColumns][kColumns] = {};  ///< upper triangle
 };
@@ -152,6 +153,15 @@ void AddShapes(const CornerTerms* corners, int count, const SumsOfLanes& merged,
   system.normal[kBlurColumn][kBlurColumn] = blur;
   system.normal[kBlurColumn][kResidualColumn] = blur_residual;
   system.normal[kResidualColumn][kResidualColumn] = residual;
+}
+
+/// The levels' matrix and right-hand sides, row by row: so much memory at once is cleared byte by byte on some processors.
+void Clear(BoardSystem& system) {
+  for (int cell = 0; cell < system.cells; ++cell) {
+    std::memset(system.matrix + cell * system.matrix_row, 0,
+                sizeof(float) * static_cast<std::size_t>(system.matrix_row));
+    std::memset(system.right + cell * BoardSystem::kRightRow, 0, sizeof(float) * BoardSystem::kRightRow);
+  }
 }
 
 /// Adds a corner's levels.
@@ -287,6 +297,7 @@ void Solve(const CornerTerms* corners, int count, const SumsOfLanes& sums, const
   const SumsOfLanes of_channels{merged, sums.stride};
   AddShapes(corners, count, of_channels, system);
   if (!with_levels) return;
+  Clear(system);
   for (int i = 0; i < count; ++i) AddLevels(corners[i], of_channels, system);
   Factor(least, system);
   Eliminate(system);
@@ -367,7 +378,7 @@ void BoardEquations::Prepare(MarkerSize size, bool own_levels) {
   matrix_row_ = (8 * (band_ + 1) + kVector + kVector - 1) / kVector * kVector;
   const std::size_t matrix = static_cast<std::size_t>(cells_ * matrix_row_),
                     right = static_cast<std::size_t>(cells_ * BoardSystem::kRightRow);
-  floats_.assign(matrix + right + kVector, 0.0f);
+  floats_.resize(std::max(floats_.size(), matrix + right + kVector));
   void* start = floats_.data();
   std::size_t room = floats_.size() * sizeof(float);
   matrix_ = static_cast<float*>(std::align(kVector * sizeof(float), (matrix + right) * sizeof(float), start, room));

@@ -15,6 +15,11 @@ namespace {
 constexpr int kMaxPasses = 8;
 /// A step that moves corners and blur less ends the fit: the errors left are those of its square and cube.
 constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
+/// The same of a board that was predicted: a prediction may be farther off than what was found, with levels that were
+/// sampled as far off.
+constexpr double kSettledPredictedPx = 0.025;
+/// Where a step moved corners farther, they are placed anew before the next one.
+constexpr double kFollowSettlingPx = 0.03;
 /// A blur so much above what the pixels were chosen for asks for others.
 constexpr double kWiderBlur = 1.2, kGrowingBlur = 0.5;
 /// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
@@ -50,8 +55,10 @@ constexpr int kMostFromPrediction = 4;
 constexpr double kOtherPixelsPx = 0.15;
 /// Where it has moved farther, the cells' illumination was sampled elsewhere than it lies.
 constexpr double kOtherLevelsPx = 0.5;
-/// The edge spread of a predicted board is estimated once a step moves the board less than this.
-constexpr double kStillForEdgesPx = 0.1;
+/// The edge spread of a predicted board is estimated once a step moves the board less than this, and its noise is
+/// known: boards that were expected 1 px off seemed to have another after their first step by all pixels, which moved
+/// all boards of the image.
+constexpr double kStillForEdgesPx = 0.03;
 /// A bend of the paper is fitted where it explains so many standard deviations of the corners' places: of flat boards,
 /// chance makes three unknowns explain as much once in 6,000. Fewer corners do not tell it from a tilt.
 constexpr double kLeastBend = 4.5;
@@ -85,7 +92,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->view.red_phase = reader.mosaic() ? reader.mosaic()->red_x + 2 * reader.mosaic()->red_y : -1;
   for (int phase = 0; phase < 4; ++phase)
     run_->view.channel_of_phase[static_cast<std::size_t>(phase)] = reader.ChannelOf(phase & 1, phase >> 1);
-  run_->model.blur_px = start.blur_px;
+  run_->model.blur_px = run_->light.window_blur_px = start.blur_px;
   run_->model.geometry = start.geometry;
   // Another fit of the board has left its pixels.
   if (!Collect(reader, lens, choice.from && choice.from->terms.look_farther)) return false;
@@ -123,10 +130,11 @@ bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reu
                way = run_->model.motion_px.norm();
   const double reach_px =
       kMotionBlurReach * way + std::max(0.0, way / 2 - kMotionBlurReachAllCells * cell_px) / kReachBlurs;
+  if (run_->terms.look_farther) run_->light.window_blur_px = run_->model.blur_px;
   // A pixel costs ten times as much where all terms are on, and large cells have many.
   const bool few = run_->terms.look_farther && cell_px > kLargeCellPx;
   const int of_lane = few ? BoardPixels::kFewOfLane : BoardPixels::kLaneCapacity;
-  const double blur_px = run_->model.blur_px + reach_px;
+  const double blur_px = run_->light.window_blur_px + reach_px;
   const BoardGeometry& geometry = run_->model.geometry;
   if (may_reuse && pixels_.HoldFor(lens, geometry, blur_px, of_lane)) {
     run_->light.collected_for = pixels_.collected_for();
@@ -177,6 +185,11 @@ void BoardFit::SetPlaces() {
     set(LaneBlock::kPxPerCellX, lane, px_x / wider_x);
     set(LaneBlock::kPxPerCellY, lane, px_y / wider_y);
     set(LaneBlock::kCorrelation, lane, board_by_pixel.row(0).dot(board_by_pixel.row(1)) * px_x * px_y);
+    if (!run_->light.fades) continue;
+    set(LaneBlock::kFadeX, lane, place.fade.x() / px_x * wider_x);
+    set(LaneBlock::kFadeY, lane, place.fade.y() / px_y * wider_y);
+    set(LaneBlock::kFadeXAt, lane, place.fade_at.x());
+    set(LaneBlock::kFadeYAt, lane, place.fade_at.y());
   }
 }
 
@@ -268,8 +281,8 @@ std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, std::span<const Co
                                             double least_square) const {
   // What inks, lights, motions and some of the pixels leave of the corners' places is not the paper's.
   const bool may_bend = pixels_.bent() || run_->told.unexplained_shifts > kOffByBend;
-  if (!may_bend || MayBeOutOfRegister() || !lens.calibrated() || static_cast<int>(corners.size()) < kFewestOfBend || run_->terms.rough ||
-      run_->model.own_levels || run_->model.shadow || !run_->model.motion_px.isZero())
+  if (!may_bend || MayBeOutOfRegister() || !lens.calibrated() || static_cast<int>(corners.size()) < kFewestOfBend ||
+      run_->terms.rough || run_->model.own_levels || run_->model.shadow || !run_->model.motion_px.isZero())
     return std::nullopt;
   const std::optional<BentPaper> bent = FindBentPaper(run_->model.geometry, lens.focal(), corners);
   if (!bent) return std::nullopt;
@@ -391,12 +404,12 @@ ModelEquations::CornerShift BoardFit::PlainShiftOf(int corner) const {
 
 bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
+  run_->light.fades = true;
+  const double settled_px = start.known == Start::Known::kFound ? kSettledPx : kSettledPredictedPx;
   bool edges_sought = false;
   for (int pass = 1; pass < kMaxPasses; ++pass) {
-    if (run_->step.corner_px > kFollowPx) {
-      pixels_.PlaceCorners(lens, run_->model.geometry);
-      SetPlaces();
-    }
+    if (run_->step.corner_px > kFollowSettlingPx) pixels_.PlaceCorners(lens, run_->model.geometry);
+    if (run_->step.corner_px > kFollowSettlingPx || pass == 1) SetPlaces();
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
     if (MayBeOutOfRegister()) MoveInks(start);
@@ -406,14 +419,19 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     const bool follows = uneven ? pass < kPassesOfLight : again;
     // The image's first board tells its edges; what they explain is no noise.
     // They are not told from a board that still lies elsewhere.
-    const bool lies =
-        start.known == Start::Known::kFound ? pass == 1 : !edges_sought && run_->step.corner_px < kStillForEdgesPx;
+    const bool lies = start.known == Start::Known::kFound
+                          ? pass == 1
+                          : noise_known && !edges_sought && run_->step.corner_px < kStillForEdgesPx;
     const bool told = lies && !start.image && TellEdges(lens);
     edges_sought = edges_sought || lies;
     const bool told_late = told && start.known != Start::Known::kFound;
-    if (noise_known && !told_late && !changed && !follows && run_->step.corner_px < kSettledPx &&
-        run_->step.blur_share < kSettledBlur)
+    if (noise_known && !told_late && !changed && !follows && run_->step.corner_px < settled_px &&
+        run_->step.blur_share < kSettledBlur) {
+      // Of the image's first board, which tells the others: as it ends, however many steps it took.
+      if (!start.image && sums == LaneSums::kNoise)
+        EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
       break;
+    }
     if (uneven ? pass > 1 && pass < kPassesOfLight : again) {
       FindOccludedCells();
       EvenOutShading(start);
@@ -538,7 +556,7 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
   for (double chosen_for = start.blur_px; run_->model.blur_px > kWiderBlur * chosen_for;) {
     // A blur that grows as much as a step may goes on to grow.
     const bool grows = run_->step.blur_share > kGrowingBlur;
-    if (!grows) chosen_for = run_->model.blur_px;
+    if (!grows) chosen_for = run_->light.window_blur_px = run_->model.blur_px;
     if (!grows && !Recollect(reader, lens)) return false;
     if (!Step(first) || run_->step.corner_px > kRunawayPx) return false;
   }

@@ -181,6 +181,11 @@ void BoardFit::SetModelLanes() {
     set(ModelLanes::kByPixelXy, by_pixel(0, 1));
     set(ModelLanes::kByPixelYx, by_pixel(1, 0));
     set(ModelLanes::kByPixelYy, by_pixel(1, 1));
+    const bool fades = run_->light.fades;
+    set(ModelLanes::kFadeX, fades ? place.fade.x() : 0);
+    set(ModelLanes::kFadeY, fades ? place.fade.y() : 0);
+    set(ModelLanes::kFadeXAt, fades ? place.fade_at.x() : 1);
+    set(ModelLanes::kFadeYAt, fades ? place.fade_at.y() : 1);
     set(ModelLanes::kWayX, way.x());
     set(ModelLanes::kWayY, way.y());
     const int row = corner / (run_->view.size.cols - 1), col = corner % (run_->view.size.cols - 1);
@@ -437,6 +442,7 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
                          (run_->model.motion_px - run_->light.collected_for_motion).norm() > kCollectAnewMotionPx;
   if (elsewhere && !CollectAnew(reader, lens)) return false;
   run_->terms.rough = false;
+  run_->light.fades = true;
   run_->model_input.robust_limit = kRobustLimit;
   const int stride = StrideFor(kMostPixels);
   bool still = true;
@@ -476,6 +482,7 @@ bool BoardFit::HavePixels(const LightReader& reader, const Lens& lens) {
   if (run_->number == pixels_of_) return true;
   run_->number = ++pixels_of_;
   run_->light = {};
+  run_->light.window_blur_px = run_->model.blur_px;
   profiles_.Set(run_->model.edges);
   return CollectAnew(reader, lens);
 }

@@ -22,6 +22,36 @@ double OutwardReach(double px_per_cell, double blur_px) {
   return std::clamp(1 - (2.2 * blur_px + 0.5) / px_per_cell, 0.4, 0.9);
 }
 
+/// Around that reach, the weight of pixels falls from all to none, from so many pixels before it to so many beyond. Of
+/// pixels that are in or out, a board that begins a tenth of a pixel elsewhere has others, and ends 0.17 standard
+/// deviations elsewhere.
+constexpr double kFadeBeforePx = 0.3, kFadeBeyondPx = 0.5;
+/// All of that from the second size of cells on, nothing at the first and below: there a board's start may be so far
+/// off that pixels beyond the reach lead it astray.
+constexpr double kHardCellPx = 4, kSoftCellPx = 8;
+
+/// Which pixels are a corner's, along one axis of the board, cells from it.
+struct Window {
+  double low = -0.5, high = 0.5, middle = 0;
+  double fade = 0, fade_at = 1;  ///< as CornerPlace has them
+};
+
+/// @param at_start, at_end whether the corner lies at the board's rim. @param px of a cell.
+Window WindowOf(bool at_start, bool at_end, double px, double blur_px) {
+  Window window;
+  const double reach = OutwardReach(px, blur_px);
+  if (at_start) window.low = -reach;
+  if (at_end) window.high = reach;
+  window.middle = (window.low + window.high) / 2;
+  if (at_start == at_end || px <= kHardCellPx) return window;
+  const double share = std::min(1.0, (px - kHardCellPx) / (kSoftCellPx - kHardCellPx)),
+               beyond_px = share * kFadeBeyondPx, fade_px = beyond_px + share * kFadeBeforePx;
+  window.fade = (at_start ? 1 : -1) * px / fade_px;
+  window.fade_at = (reach * px + beyond_px) / fade_px;
+  (at_start ? window.low : window.high) += (at_start ? -1 : 1) * beyond_px / px;
+  return window;
+}
+
 /// How the derivative of the plane by the pixel changes, by a pixel along x and along y.
 struct Bend {
   Eigen::Matrix2d by_x = Eigen::Matrix2d::Zero(), by_y = Eigen::Matrix2d::Zero();
@@ -216,12 +246,13 @@ void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Ro
   Region region;
   region.board_by_pixel = place.pixel_by_board.inverse();
   const double px_x = 1 / region.board_by_pixel.row(0).norm(), px_y = 1 / region.board_by_pixel.row(1).norm();
-  const double out_x = OutwardReach(px_x, blur_px), out_y = OutwardReach(px_y, blur_px);
-  region.left = corner_col == 0 ? -out_x : -0.5;
-  region.right = corner_col == size_.cols - 2 ? out_x : 0.5;
-  region.top = corner_row == 0 ? -out_y : -0.5;
-  region.bottom = corner_row == size_.rows - 2 ? out_y : 0.5;
-  place.middle = {(region.left + region.right) / 2, (region.top + region.bottom) / 2};
+  const Window across = WindowOf(corner_col == 0, corner_col == size_.cols - 2, px_x, blur_px),
+               down = WindowOf(corner_row == 0, corner_row == size_.rows - 2, px_y, blur_px);
+  region.left = across.low, region.right = across.high;
+  region.top = down.low, region.bottom = down.high;
+  place.middle = {across.middle, down.middle};
+  place.fade = {across.fade, down.fade};
+  place.fade_at = {across.fade_at, down.fade_at};
 
   double y_min = 1e9, y_max = -1e9;
   for (const double x : {region.left, region.right})

@@ -20,6 +20,9 @@ struct CornerPlace {
   Eigen::Matrix2d pixel_by_board = Eigen::Matrix2d::Zero();
   /// Centre of the region whose pixels are the corner's, cells from it: off zero at the board's rim.
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  /// At the board's rim the pixels' weight falls to zero: its root by the distance from the corner, cells, and what it
+  /// is there. It stays 1 where `fade` is 0.
+  Eigen::Vector2d fade = Eigen::Vector2d::Zero(), fade_at = Eigen::Vector2d::Ones();
   bool inside = false;  ///< the image
 };
 

@@ -68,6 +68,10 @@ struct BoardRun {
     bool shade_twice = false;     ///< the first shading is not good enough for boards as large
     BoardGeometry collected_for;  ///< where the pixels were chosen, and for which motion
     Eigen::Vector2d collected_for_motion = Eigen::Vector2d::Zero();
+    /// The pixels' weights fade out by where the board lies. Not before it has come near: where it was thought to lie,
+    /// there are its pixels.
+    bool fades = false;
+    double window_blur_px = 1;  ///< by which the board's rim is kept out of the pixels
   };
   /// The last step.
   struct Step {

@@ -59,6 +59,10 @@ class LaneBlock {
     kL11,
     kNoiseFloor,  ///< variance of a pixel = floor + slope · model
     kNoiseSlope,
+    kFadeX,  ///< how the window's weight falls with the distance from the edge, a pixel; 0 where it is 1 throughout
+    kFadeY,
+    kFadeXAt,  ///< what it is at the edge
+    kFadeYAt,
     kParameters
   };
 

@@ -28,8 +28,8 @@ struct FitSums {
 
 /// Weighs a pixel by its noise and by how well it fits, and puts its row.
 HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, const LaneModel& m, const Picture& p,
-                       const V* by_shadow, V x, V y, V marked_light, hn::Mask<D> inside, float* HWY_RESTRICT row,
-                       FitSums& sums) {
+                       const V* by_shadow, V x, V y, V window, V marked_light, hn::Mask<D> inside,
+                       float* HWY_RESTRICT row, FitSums& sums) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V one = Splat(1), zero = hn::Zero(d), limit = Splat(input.robust_limit);
@@ -43,11 +43,11 @@ HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, con
   const auto off = hn::Gt(deviation, limit);
   const V counts = hn::IfThenElseZero(used, one);
   const V robust = hn::IfThenElse(off, hn::Div(limit, deviation), counts);
-  root = hn::Mul(root, hn::Sqrt(robust));
+  root = hn::Mul(root, hn::Mul(window, hn::Sqrt(robust)));
   const V fits = hn::IfThenElse(off, zero, counts), square = hn::Mul(hn::Mul(residual, residual), fits);
   const V middle = hn::Mul(Splat(0.25f), hn::Add(hn::Add(m.light[1][1], m.light[1][2]), hn::Add(m.light[2][1], m.light[2][2])));
   const V dark = hn::IfThenElseZero(hn::Lt(p.light, middle), fits), bright = hn::Sub(fits, dark);
-  sums.weight = hn::Add(sums.weight, robust);
+  sums.weight = hn::MulAdd(robust, hn::Mul(window, window), sums.weight);
   sums.dark_square = hn::MulAdd(square, dark, sums.dark_square);
   sums.dark_light = hn::MulAdd(p.light, dark, sums.dark_light);
   sums.dark_count = hn::Add(dark, sums.dark_count);
@@ -163,7 +163,12 @@ void AddLanes(const ModelInput& input, const ModelColumns& columns, int first, L
     LookAt(input, m, x, y, terms, p);
     V by_shadow[ModelColumns::kShadow] = {zero, zero, zero, zero};
     if (input.terms.shadow) CastShadow(input, m, board_x, board_y, gaussian, p, by_shadow);
-    PutRow(input, columns, m, p, by_shadow, board_x, board_y, light, inside, rows + kept * kRowColumns * lanes, sums);
+    // As in the plain model, the window ends softly.
+    const V window = hn::Min(hn::MulAdd(x, m.of(ModelLanes::kFadeX), m.of(ModelLanes::kFadeXAt)),
+                             hn::MulAdd(y, m.of(ModelLanes::kFadeY), m.of(ModelLanes::kFadeYAt)));
+    const auto in_window = hn::And(inside, hn::Gt(window, zero));
+    PutRow(input, columns, m, p, by_shadow, board_x, board_y, hn::Max(hn::Min(window, Splat(1)), zero), light,
+           in_window, rows + kept * kRowColumns * lanes, sums);
     if (++kept < kRowsKept) continue;
     AddModelProducts(columns, rows, kept, first, fresh, model);
     kept = 0;
@@ -214,6 +219,9 @@ void ModelLanes::Reset(int padded_lanes, int products) {
   products_ = products;
   // Lanes without pixels are given nothing, but what they hold has to be finite.
   parameters_.resize(static_cast<std::size_t>(padded_) * kParameters, 1.0f);
+  // Windows that nobody says anything of end nowhere.
+  std::fill_n(parameter_data(kFadeX), 2 * padded_, 0.0f);
+  std::fill_n(parameter_data(kFadeXAt), 2 * padded_, 1.0f);
   // Never shrinks: what is grown again would be filled again.
   sums_.resize(std::max(sums_.size(), static_cast<std::size_t>(padded_) * static_cast<std::size_t>(products)));
 }

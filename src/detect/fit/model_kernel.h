@@ -83,7 +83,7 @@ class ModelLanes {
     kByPixelYy,
     kWayX,  ///< of a point during the exposure, cells
     kWayY,
-    kGain,      ///< dot gain: positive where the cells of even row + column are dark, else negative
+    kGain,  ///< dot gain: positive where the cells of even row + column are dark, else negative
     /// By how much of it edges move, along x and y, the first and the last of the three (the middle one by all of it):
     /// those of the even cells, then of the odd ones. At the board's rim only dark cells move.
     kEvenX0,
@@ -100,6 +100,10 @@ class ModelLanes {
     kShadowY,
     kNoiseFloor,  ///< variance of a pixel = floor + slope · model
     kNoiseSlope,
+    kFadeX,  ///< how the window's weight falls with the distance from the corner, a cell; 0 where it is 1 throughout
+    kFadeY,
+    kFadeXAt,  ///< what it is there
+    kFadeYAt,
     kLevel00,  ///< of the 4 × 4 cells, row by row
     kParameters = kLevel00 + ModelColumns::kLevels
   };

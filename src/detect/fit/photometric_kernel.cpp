@@ -92,7 +92,9 @@ struct Model {
   PowerTerms edge_x, edge_y;
   V corner_square, corner_product, corner_fall;
   bool plain_corners;
-  V count;  ///< pixels
+  V fade_x, fade_y, fade_x_at, fade_y_at;  ///< root of a pixel's weight, by the distances
+  bool fades;                              ///< the window of some lane
+  V count;                                 ///< pixels
 };
 
 Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
@@ -127,6 +129,13 @@ Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
   m.noise_slope = parameter(LaneBlock::kNoiseSlope);
   m.middle = hn::Mul(hn::Add(hn::Add(m.l00, l11), hn::Add(l10, l01)), hn::Set(d, 0.25f));
   m.limit = hn::Set(d, input.robust_limit);
+  const V px = hn::Set(d, input.blur_px / kUnit), fade_x = parameter(LaneBlock::kFadeX),
+          fade_y = parameter(LaneBlock::kFadeY);
+  m.fade_x = hn::Mul(fade_x, px);
+  m.fade_y = hn::Mul(fade_y, px);
+  m.fade_x_at = parameter(LaneBlock::kFadeXAt);
+  m.fade_y_at = parameter(LaneBlock::kFadeYAt);
+  m.fades = !hn::AllTrue(d, hn::Eq(hn::Or(fade_x, fade_y), hn::Zero(d)));
   const hn::RebindToSigned<D> di;
   m.count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
   return m;
@@ -207,6 +216,14 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marke
   const V model = hn::Add(hn::MulAdd(slope_y, down, hn::MulAdd(m.across, right, m.l00)), twist_slope);
   const V w11 = hn::MulAdd(right, down, twist);
 
+  // The window ends softly, and moves with the board: which pixels count does not depend on where a fit began.
+  V window = one;
+  if (m.fades) {
+    window = hn::Min(hn::MulAdd(ax, m.fade_x, m.fade_x_at), hn::MulAdd(ay, m.fade_y, m.fade_y_at));
+    window = hn::Max(hn::Min(window, one), zero);
+    inside = hn::And(inside, hn::Gt(window, zero));
+  }
+
   // A saturated pixel agrees with every model that saturates too.
   const V light = hn::Abs(marked_light);
   const auto agrees = hn::And(hn::Lt(marked_light, zero), hn::Ge(model, light));
@@ -227,6 +244,11 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marke
     // The noise is told from pixels that fit; a few that do not would swamp it.
     fits = hn::IfThenElse(off, zero, usable);
     fit_residual = hn::IfThenElse(off, zero, residual);
+  }
+  if (m.fades) {
+    root = hn::Mul(root, window);
+    deviation = hn::Mul(deviation, window);
+    robust = hn::Mul(robust, hn::Mul(window, window));
   }
   const V twist_change = hn::Mul(twist_slope, hn::Set(d, 1 / (kUnit * kDensity)));
   const V by_ax = hn::Mul(hn::NegMulAdd(ax, twist_change, hn::Mul(slope_x, density_x)), root);

@@ -35,6 +35,8 @@ constexpr int kFewestOfSpread = 4;
 
 /// Light of a cell that is overexposed, and of boards that may have some.
 constexpr float kOverexposed = 0.985f, kNearlyOverexposed = 0.85f;
+/// Where the lightest cell's middle has less, no other is overexposed: cells of one ink differ by shading and noise.
+constexpr float kMayBeOverexposed = 0.93f;
 
 /// By how much a dark cell returns more blue than green, as a share of white's: what −b* tells of, without the cube
 /// root that makes the noise of black cells as large as blue, and of levels below zero none at all.
@@ -120,10 +122,15 @@ void Identifier::ReadOverexposed(const FittedBoard& board, MarkerSize size, cons
   const auto brighter_than = [](float least) {
     return [least](const Eigen::Vector3f& light) { return light.maxCoeff() >= least; };
   };
-  if (std::none_of(cells_->light.begin(), cells_->light.end(), brighter_than(kNearlyOverexposed))) return;
+  const auto middle = [&](std::size_t cell) { return MiddleLight(board, size, static_cast<int>(cell), reader, lens); };
+  const auto lightest =
+      std::max_element(cells_->light.begin(), cells_->light.end(),
+                       [](const Eigen::Vector3f& a, const Eigen::Vector3f& b) { return a.maxCoeff() < b.maxCoeff(); });
+  if (lightest == cells_->light.end() || !brighter_than(kNearlyOverexposed)(*lightest)) return;
+  // A cell is overexposed as a whole: where the lightest ones' middles are not, none is.
+  if (!brighter_than(kMayBeOverexposed)(middle(static_cast<std::size_t>(lightest - cells_->light.begin())))) return;
   cells_->middles.resize(cells_->light.size());
-  for (std::size_t cell = 0; cell < cells_->light.size(); ++cell)
-    cells_->middles[cell] = MiddleLight(board, size, static_cast<int>(cell), reader, lens);
+  for (std::size_t cell = 0; cell < cells_->light.size(); ++cell) cells_->middles[cell] = middle(cell);
   if (std::none_of(cells_->middles.begin(), cells_->middles.end(), brighter_than(kOverexposed))) return;
   cells_->light = cells_->middles;
   if (!board.lit.empty()) EvenOutCells(board, size);

@@ -2,11 +2,14 @@
 // operator new, and malloc where no sanitizer has its own, by ones that count.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <new>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "chequer/detector.h"
@@ -133,6 +136,56 @@ TEST_P(Allocations, ThereAreNoneOnceADetectorIsWarm) {
   for (int i = 0; i < (threads > 1 ? 200 : 4) && quiet < 4; ++i) quiet = round() == 0 ? quiet + 1 : 0;
   EXPECT_EQ(quiet, 4) << "rounds without an allocation, one after the other";
 }
+
+/// Frames of a stream, which lose boards, find them, and are cut: with a memory of its own, or one that is handed on by
+/// value as workers do.
+class AllocationsOfStream : public testing::TestWithParam<std::tuple<int, bool>> {};
+
+TEST_P(AllocationsOfStream, ThereAreNoneOnceDetectorAndMemoryAreWarm) {
+  const auto [threads, handed_on] = GetParam();
+  DetectorOptions options;
+  options.families[0].side_m = 0.12;
+  options.camera = test::PlainCamera();
+  options.threads = threads;
+  Detector detector(options);
+  DetectorMemory memory, other;
+  const std::vector<Image> frames = Frames(PixelFormat::kBgr8);
+  std::vector<MarkerPose> markers;
+  std::chrono::nanoseconds now{1'000'000'000};
+  std::size_t most_bytes = 0;
+  // Every frame three times, so that boards are followed. Returns how often something was allocated.
+  const auto round = [&] {
+    const int before = allocations;
+    for (const Image& frame : frames)
+      for (int again = 0; again < 3; ++again) {
+        now += std::chrono::milliseconds(16);
+        if (handed_on) {
+          other = memory;
+          detector.Detect(frame.view(), now, other, markers);
+          std::swap(memory, other);
+        } else {
+          detector.Detect(frame.view(), now, memory, markers);
+        }
+        most_bytes = std::max(most_bytes, memory.bytes());
+      }
+    return allocations - before;
+  };
+  for (int i = 0; i < 2; ++i) round();
+  const std::size_t warm_bytes = most_bytes;
+  int quiet = 0;
+  for (int i = 0; i < (threads > 1 ? 100 : 6) && quiet < 4; ++i) quiet = round() == 0 ? quiet + 1 : 0;
+  EXPECT_EQ(quiet, 4) << "rounds without an allocation, one after the other";
+  EXPECT_GT(memory.boards(), 0u);
+  EXPECT_EQ(most_bytes, warm_bytes) << "grown by the same frames";
+  EXPECT_LE(most_bytes, 40 * 8192u) << "boards in the busiest frame, 8 kB each";
+}
+
+INSTANTIATE_TEST_SUITE_P(Detector, AllocationsOfStream,
+                         testing::Values(std::tuple{1, false}, std::tuple{1, true}, std::tuple{2, false}),
+                         [](const auto& test) {
+                           return std::string(std::get<0>(test.param) > 1 ? "two_threads" : "one_thread") +
+                                  (std::get<1>(test.param) ? "_handed_on" : "");
+                         });
 
 INSTANTIATE_TEST_SUITE_P(Detector, Allocations,
                          testing::Values(std::tuple{PixelFormat::kBgr8, 1, std::uint64_t{0}}, std::tuple{PixelFormat::kBayerRg8, 1, std::uint64_t{0}},

@@ -172,9 +172,33 @@ TEST(Memory, FollowsBoardsWithoutASearch) {
   EXPECT_EQ(score.wrong + score.twice, 0);
   EXPECT_EQ(unsearched, 7) << "all but the first and every fourth";
   EXPECT_EQ(poses, score.expected);
-  // They are fitted to nearly the same pixels: those at the rim are chosen from where a board is thought to lie. A fit
-  // without memory that begins where it ended before differs from itself by 0.15.
-  EXPECT_LT(std::sqrt(square / poses), 0.45) << "standard deviations between poses with and without memory";
+  // Some of these small boards are fitted with all terms, which end a fit farther from its optimum.
+  EXPECT_LT(std::sqrt(square / poses), 0.4) << "standard deviations between poses with and without memory";
+}
+
+TEST(Memory, LeavesPosesWhereTheyAre) {
+  std::string larger = kDriving;
+  larger.replace(larger.find("focal_px = 800"), 14, "focal_px = 1100");
+  const test::StreamFrames stream{std::string_view(larger)};
+  const DetectorOptions options = stream.Options();
+  Follower follower(options);
+  Detector cold(options);
+  int poses = 0;
+  double square = 0;
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const test::StreamFrame frame = stream.Frame(i);
+    const Detected& found = follower.Next(frame.image.view());
+    for (const MarkerPose& expected : cold.Detect(frame.image.view()))
+      for (const MarkerPose& marker : found.markers) {
+        if (!marker.id || marker.id != expected.id) continue;
+        const Eigen::Vector3d off = marker.camera_from_marker.translation - expected.camera_from_marker.translation;
+        square += off.dot(expected.covariance.topLeftCorner<3, 3>().inverse() * off) / 3;
+        ++poses;
+      }
+  }
+  EXPECT_GT(poses, 30);
+  // They are fitted to the same pixels, wherever a fit began: those at the rim fade out by where the board lies.
+  EXPECT_LT(std::sqrt(square / poses), 0.15) << "standard deviations between poses with and without memory";
 }
 
 TEST(Memory, MakesTheSameOfTheSameFrames) {
@@ -258,12 +282,17 @@ TEST(Memory, SearchesAllOfAnotherPicture) {
   const Image image = WithMarker(3).Draw();
   test::KnownFrame other = WithMarker(3);
   other.scene.markers[0].camera_from_marker.translation += Eigen::Vector3d(0.25, -0.2, 0);
-  DetectorOptions options = OptionsFor(WithMarker(3));
-  options.search_every = 64;
-  Follower follower(options);
-  follower.Next(image.view());
-  EXPECT_EQ(IdsOf(follower.Next(image.view())), Ids{3});
-  EXPECT_EQ(IdsOf(follower.Next(other.Draw().view())), Ids{3}) << "of the same frame";
+  const Image cut = other.Draw();
+  // With a budget, boards that the plain fit does not find wait for the others: they are missing all the same.
+  for (const std::uint64_t budget : {0u, 100'000u}) {
+    DetectorOptions options = OptionsFor(WithMarker(3));
+    options.search_every = 64;
+    options.budget = budget;
+    Follower follower(options);
+    follower.Next(image.view());
+    EXPECT_EQ(IdsOf(follower.Next(image.view())), Ids{3});
+    EXPECT_EQ(IdsOf(follower.Next(cut.view())), Ids{3}) << "of the same frame, budget " << budget;
+  }
 }
 
 TEST(Memory, EndsWithGapsSizesAndTimesThatGoBack) {
@@ -315,7 +344,7 @@ Image Occluded(const test::KnownFrame& frame, double share) {
 
 TEST(Memory, CarriesTheIdentityOfABoardThatIsOccluded) {
   const test::KnownFrame frame = WithMarker(3);
-  const Image plain = frame.Draw(), occluded = Occluded(frame, 0.38);
+  const Image plain = frame.Draw(), occluded = Occluded(frame, 0.4);
   DetectorOptions options = OptionsFor(frame);
   options.carry_s = 0.1;
   for (const MarkerPose& marker : Detector(options).Detect(occluded.view()))

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <span>
 #include <utility>
+
+#include "evaluate/phase_score.h"
 
 namespace chequer {
 namespace {
@@ -38,6 +41,22 @@ FrameTruth TruthWith(std::vector<TrueMarker> boards) {
 
 FrameScore Score(std::vector<FoundMarker> found, std::vector<TrueMarker> boards) {
   return ScoreFrame({.markers = std::move(found), .detect_ms = {}, .latency_ms = {}}, TruthWith(std::move(boards)));
+}
+
+TEST(FrameScore, CountsCarriedIdsApart) {
+  FoundMarker carried = FoundAt(1, 101), right = FoundAt(2, 300);
+  carried.carried = true;
+  carried.camera_from_marker = right.camera_from_marker = RigidTransform{};
+  const FrameScore score = Score({carried, right}, {BoardAt(1, 100), BoardAt(2, 300)});
+  EXPECT_EQ(score.read, 2);
+  EXPECT_EQ(score.carried, 1);
+  ASSERT_EQ(score.errors.size(), 2u);
+  EXPECT_TRUE(score.errors[0].carried);
+  EXPECT_FALSE(score.errors[1].carried);
+  const ScoredFrame frame{.phase = "hands", .time_s = 0, .score = score, .detect_ms = {}, .latency_ms = {}};
+  const PhaseScore phase = ScoreAll(std::span(&frame, 1), "all");
+  EXPECT_EQ(phase.position_mm.count, 1u);
+  EXPECT_EQ(phase.carried_position_mm.count, 1u);
 }
 
 TEST(FrameScore, CountsEachKindOfDetection) {
