@@ -27,7 +27,7 @@ constexpr double kNearPx = 0.1, kModelSettledPx = 0.04, kModelSettledBlur = 0.04
 /// The same in the first one where the corners of a board that moved were seen in its stripes.
 constexpr double kRunawayMovedPx = 6;
 /// Where corners lie as much farther off than was thought, other pixels are the board's.
-constexpr double kCollectAnewPx = 0.3, kCollectAnewMotionPx = 3;
+constexpr double kCollectAnewPx = 0.45, kCollectAnewMotionPx = 3;
 /// Longest steps; longer ones lead elsewhere. Those of a motion also as a share of it.
 constexpr double kMostMotionStepPx = 1, kMostMotionStepShare = 0.25, kMostGainStep = 0.05;
 const ShadowEdge::Parameters kMostShadowStep(0.1, 0.3, 0.3, 0.5);
@@ -64,6 +64,8 @@ constexpr double kFirstGainStep = 1.75;
 constexpr double kMostGain = 0.3;
 /// How far beyond the rim the light beside the board is looked up, cells, and half the width of the window.
 constexpr double kBeside = 0.75, kBesideHalf = 0.25;
+/// More pixels tell no more of it.
+constexpr double kMostBesidePx = 4;
 
 /// Of the 4 × 4 cells around a corner: the one of its four that is as dark or light, and near.
 std::size_t QuadrantOfColour(int row, int col) {
@@ -101,8 +103,8 @@ void BoardFit::LookBeside(const LightReader& reader, const Lens& lens) {
       const Eigen::Vector2d board(along(col, cols, reach.x()), along(row, rows, reach.y()));
       Eigen::Matrix2d pixel_by_plane;
       const Eigen::Vector2d pixel = lens.ToImage(run_->model.geometry.ToPlane(board), &pixel_by_plane);
-      const double half_px =
-          kBesideHalf * std::sqrt(std::abs((pixel_by_plane * run_->model.geometry.PlaneByBoard(board)).determinant()));
+      const double cell_px = std::sqrt(std::abs((pixel_by_plane * run_->model.geometry.PlaneByBoard(board)).determinant())),
+                   half_px = std::min(kBesideHalf * cell_px, kMostBesidePx);
       const float lit = run_->model.shadow ? static_cast<float>(run_->model.shadow->At(board)) : 1;
       const Eigen::Vector3f light =
           reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px)) / lit;
@@ -427,7 +429,8 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
     const bool fitted = pass > 0, judged = fitted && (Still() || still || pass >= kModelPassesOfLight);
     still = Still();
     const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight);
-    const bool near = fitted && !changed && Near();
+    // Quadrants' levels are but where a shadow's edge starts, which asks the corners that are used.
+    const bool near = fitted && (!changed || run_->model.own_levels) && Near();
     if (work_.units() > start.most_units) return near;
     if (fitted) FollowLight(start, pass < kModelPassesOfLight);
     noise_known = noise_known || fitted;

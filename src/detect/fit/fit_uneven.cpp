@@ -101,8 +101,10 @@ bool PhotometricFit::FitUnevenlyLit(const Task& task) {
   if (fit_.looks_farther() && !start.image) start.image = &evenly_lit_.result.image;
   const Task by_quadrants{task.reader, task.lens, start};
   if (Refit(by_quadrants)) {
-    LeaveOutOccluded(by_quadrants);
+    // A shadow's edge mostly shows among the corners as they are; else without those that are occluded.
     if (FitShadow(by_quadrants)) return true;
+    LeaveOutOccluded(by_quadrants);
+    if (AnyOf(choice_.left_out) && FitShadow(by_quadrants)) return true;
     const double more = AnyOf(evenly.left_out) ? 1 : kMoreByOwn;
     if (InShadow(fit_.result()) && fit_.result().evidence() > more * evenly_lit_.result.evidence() &&
         fit_.FitClosely(task.reader, task.lens, start))

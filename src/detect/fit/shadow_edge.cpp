@@ -150,7 +150,7 @@ Unknowns Start(std::span<const LitPart> parts, const Eigen::Vector2d& mean) {
   double least = 1e300;
   for (const double turn : {-0.5, 0.0, 0.5})
     for (const double log_width : {-1.5, -0.7, 0.0})
-      for (double offset = -2.5, step = log_width < -1 ? 0.25 : 0.5; offset <= 2.5; offset += step) {
+      for (double offset = -2.5, step = log_width < -1 ? 0.3 : 0.5; offset <= 2.5; offset += step) {
         const ShadowEdge::Parameters values(kMostTaken, darker + turn, offset, log_width);
         const LinearFit fit = FitLinearly(parts, inks, Widened(values));
         if (!(fit.left < least) || !(fit.taken > 0)) continue;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <random>
 #include <set>
 #include <vector>
@@ -45,8 +46,8 @@ class Kernel : public testing::Test {
       for (double& level : at.level) level = 0.4 + 0.3 * value_(random_);
       const double parameters[] = {at.corner_x, at.corner_y, at.px_x,     at.px_y,  at.correlation, at.level[0],
                                    at.level[1], at.level[2], at.level[3], at.floor, at.slope};
-      for (int i = 0; i < LaneBlock::kParameters; ++i)
-        block_.parameter_data(i)[lane] = static_cast<float>(parameters[i]);
+      for (std::size_t i = 0; i < std::size(parameters); ++i)
+        block_.parameter_data(static_cast<int>(i))[lane] = static_cast<float>(parameters[i]);
       block_.SetCount(lane, kPixels - lane % 3);
       for (int i = 0; i < block_.count(lane); ++i) {
         const std::size_t place = block_.Place(lane, i);
