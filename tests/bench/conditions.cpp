@@ -66,7 +66,7 @@ StressCase CaseFor(const Line& line, const MarkerCode& code, std::uint64_t seed)
 void Run(const Line& line, int seeds, std::uint64_t first, bool bayer, bool each) {
   const MarkerCode code({6, 6}, Variant::kSecded);
   test::PoseErrors errors;
-  std::vector<double> ms, mm, degrees, nees;
+  std::vector<double> ms, units, mm, degrees, nees;
   std::vector<std::string> claimed;
   double square_mm = 0, claimed_mm = 0;
   int read = 0, wrong = 0, found = 0;
@@ -87,6 +87,7 @@ void Run(const Line& line, int seeds, std::uint64_t first, bool bayer, bool each
       least = std::min(least, std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
     }
     ms.push_back(least);
+    units.push_back(static_cast<double>(detector.stats().work));
     for (const MarkerPose& pose : markers) {
       ++found;
       if (pose.id) ++(*pose.id == marker.board.id ? read : wrong);
@@ -107,9 +108,9 @@ void Run(const Line& line, int seeds, std::uint64_t first, bool bayer, bool each
     std::sort(values.begin(), values.end());
     return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
   };
-  fmt::print("{:<42} {:4d} {:5.3f} {:5.3f} {:3d}  {:7.3f} {:7.3f} {:7.3f}  {:6.2f} {:6.2f} {:6.2f}  {:6.2f} {:6.2f}\n", line.text, seeds,
+  fmt::print("{:<42} {:4d} {:5.3f} {:5.3f} {:3d}  {:7.3f} {:7.3f} {:7.3f}  {:6.2f} {:6.2f} {:6.2f}  {:6.2f} {:6.2f} {:7.0f} {:7.0f}\n", line.text, seeds,
              double(found) / seeds, double(read) / seeds, wrong, std::sqrt(square_mm / std::max(found, 1)), at(mm, 0.5),
-             claimed_mm / std::max(found, 1), errors.position(), errors.orientation(), at(nees, 0.5), at(ms, 0.5), at(ms, 0.99));
+             claimed_mm / std::max(found, 1), errors.position(), errors.orientation(), at(nees, 0.5), at(ms, 0.5), at(ms, 0.99), at(units, 0.5), at(units, 0.99));
   std::fflush(stdout);
 }
 
@@ -128,7 +129,7 @@ int main(int argc, char** argv) {
   app.add_flag("--bayer", bayer, "Raw Bayer frames instead of colour");
   app.add_flag("--each", each, "A line for each board, too");
   CLI11_PARSE(app, argc, argv);
-  fmt::print("{:<42} {:>4} {:>5} {:>5} {:>3}  {:>7} {:>7} {:>7}  {:>6} {:>6} {:>6}  {:>6} {:>6}\n", "condition", "n", "found", "read", "bad",
-             "rms mm", "median", "claimed", "sq/pos", "sq/rot", "median", "ms", "99 %");
+  fmt::print("{:<42} {:>4} {:>5} {:>5} {:>3}  {:>7} {:>7} {:>7}  {:>6} {:>6} {:>6}  {:>6} {:>6} {:>7} {:>7}\n", "condition", "n", "found", "read", "bad",
+             "rms mm", "median", "claimed", "sq/pos", "sq/rot", "median", "ms", "99 %", "units", "99 %");
   for (const std::string& line : lines) chequer::Run(chequer::Parse(line), seeds, first, bayer, each);
 }

@@ -176,6 +176,26 @@ TEST_F(ServiceTest, KeepsCameraAndCountsWhereOnlyOtherThingsChange) {
   EXPECT_FALSE(finished_.try_acquire_for(milliseconds(0)) && finished_.try_acquire_for(milliseconds(0)));
 }
 
+/// Workers that are busy at once slow each other down.
+TEST_F(ServiceTest, MeasuresTheMachineOnceForEachNumberOfWorkers) {
+  std::vector<int> measured_with;
+  parts_.measure_speed = [&](int workers) {
+    measured_with.push_back(workers);
+    return 1e7;
+  };
+  scripts_ = {std::vector{Opens()} + Frames(1, 1) + std::vector{test::WaitsForInterrupt()} + Frames(2, 2) +
+              std::vector{test::WaitsForInterrupt()} + Frames(3, 3)};
+  Start(Config("[pipeline]\nworkers = 1\n"));
+  ASSERT_TRUE(published_->WaitForPoses(1));
+  service_->Reload(Config("[pipeline]\nworkers = 2\n"));
+  ASSERT_TRUE(published_->WaitForPoses(2));
+  service_->Reload(Config("[pipeline]\nworkers = 2\n[log]\nlevel = \"error\"\n"));
+  ASSERT_TRUE(published_->WaitForPoses(3));
+  service_->Stop();
+  service_->Join();
+  EXPECT_THAT(measured_with, ElementsAre(1, 2));
+}
+
 TEST_F(ServiceTest, GoesOnCountingWithAnotherCamera) {
   // Before a reloaded recording is played it is tried, with a source of its own.
   scripts_ = {std::vector{Opens()} + Frames(10, 12), std::vector{Opens()} + Frames(0, 2), {}};
