@@ -501,7 +501,13 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
                                                 : Settle(lens, start, noise_known);
   if (!settled) return false;
   Finish(lens);
-  if (run_->bent && !FitBent(reader, lens, start)) return false;
+  if (run_->bent) {
+    flat_ = *run_;
+    if (!FitBent(reader, lens, start)) {
+      *run_ = flat_;
+      ++pixels_of_;  // they are none of this run's any more
+    }
+  }
   return run_->result.determined();
 }
 

@@ -293,6 +293,7 @@ class BoardFit {
   // Memory: what these hold is made anew whenever pixels are collected, and with every step.
   BoardPixels pixels_;
   BoardEquations equations_;
+  BoardRun flat_;  ///< a copy, before a fit goes on with a bend
   ModelLanes model_lanes_;
   ModelEquations model_equations_;
   EdgeProfiles profiles_;        ///< of the last shape of edges: the same shape has the same
