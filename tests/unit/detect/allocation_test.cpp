@@ -142,7 +142,8 @@ TEST_P(Allocations, ThereAreNoneOnceADetectorIsWarm) {
 class AllocationsOfStream : public testing::TestWithParam<std::tuple<int, bool>> {};
 
 TEST_P(AllocationsOfStream, ThereAreNoneOnceDetectorAndMemoryAreWarm) {
-  const auto [threads, handed_on] = GetParam();
+  const auto [threads, handed] = GetParam();
+  const bool handed_on = handed;  // no lambda may take a part of a binding
   DetectorOptions options;
   options.families[0].side_m = 0.12;
   options.camera = test::PlainCamera();
