@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <cstdio>
-
 #include "capture/v4l2_source.h"
 #include "devices/camera_test_tools.h"
 #include "support/fake_v4l2.h"
@@ -9,8 +7,8 @@
 namespace chequer {
 namespace {
 
-// What a frame costs beyond the driver's own work, on this host's processor: the fake driver takes no time.
-TEST(V4l2Cost, CapturingAndHandingOverTakeLittle) {
+// How long that takes is for tests/bench/capture_cost: a test that is timed fails where the machine has else to do.
+TEST(V4l2HandOver, FramesStayInTheDriversBuffers) {
   const test::FakeV4l2 driver;
   V4l2Options options;
   options.camera.device = "Fake";
@@ -19,9 +17,6 @@ TEST(V4l2Cost, CapturingAndHandingOverTakeLittle) {
   ASSERT_EQ(source.Open(), "");
   const test::CaptureCost cost = test::MeasureCapture(source, 2000);
   EXPECT_EQ(cost.problem, "");
-  std::printf("1920x1080: %.4f ms of processor a frame, handed over in %.4f ms\n", cost.cpu_ms, cost.hand_over_ms);
-  EXPECT_LT(cost.cpu_ms, 0.3);
-  EXPECT_LT(cost.cpu_ms + cost.hand_over_ms, 0.3);
   EXPECT_LE(cost.places, options.camera.buffers);  // nothing is copied
 }
 
