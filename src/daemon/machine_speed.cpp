@@ -3,8 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <barrier>
 #include <ctime>
-#include <limits>
 #include <string>
 #include <thread>
 #include <vector>
@@ -20,8 +20,8 @@ constexpr int kCellPx = 9, kPitchPx = 90;
 /// How far the boards moved during the exposure, px. A budget counts where boards need the model with all terms; a unit
 /// of that takes longer than one of sharp boards.
 constexpr int kMotionPx = 6;
-/// The first runs find the memory that later ones have.
-constexpr int kRuns = 5;
+/// The first run finds the memory that later ones have, and does not count.
+constexpr int kRuns = 7;
 
 struct Colour {
   int blue, green, red;
@@ -41,13 +41,14 @@ Colour ColourAt(int x, int y, const std::vector<std::string>& boards, MarkerSize
   const int board = y / kPitchPx * (kWidth / kPitchPx + 1) + x / kPitchPx;
   const int col = x % kPitchPx / kCellPx - 2, row = y % kPitchPx / kCellPx - 2;
   if (col >= 0 && row >= 0 && col < size.cols && row < size.rows)
-    return ColourOf(boards[static_cast<std::size_t>(board) % boards.size()][static_cast<std::size_t>(row * size.cols + col)]);
+    return ColourOf(
+        boards[static_cast<std::size_t>(board) % boards.size()][static_cast<std::size_t>(row * size.cols + col)]);
   const int grain = (x * 7 + y * 13 + x * y % 31) % 9;
   return {105 + grain, 115 + grain, 110 + grain};
 }
 
-/// Boards on a plain floor that moved along the rows. Each pixel is also the mean of two rows, so that edges across have
-/// some width.
+/// Boards on a plain floor that moved along the rows. Each pixel is also the mean of two rows, so that edges across
+/// have some width.
 Image DrawFloor(const MarkerCode& code) {
   std::vector<std::string> boards;
   for (std::uint64_t id = 0; id < 8; ++id) boards.push_back(CellColours(code.size(), code.Encode(id)));
@@ -61,7 +62,8 @@ Image DrawFloor(const MarkerCode& code) {
           const Colour colour = ColourAt(x + dx, y + dy, boards, code.size());
           sum = {sum.blue + colour.blue, sum.green + colour.green, sum.red + colour.red};
         }
-      for (const int value : {sum.blue, sum.green, sum.red}) *byte++ = static_cast<std::uint8_t>(value / (2 * kMotionPx));
+      for (const int value : {sum.blue, sum.green, sum.red})
+        *byte++ = static_cast<std::uint8_t>(value / (2 * kMotionPx));
     }
   return image;
 }
@@ -73,17 +75,21 @@ double ThreadSeconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// What this thread does in a second: the fastest of a few runs, as what else the machine does counts little then.
-double SpeedOfThread(const Image& floor) {
+/// What this thread does in a second: the median of a few runs, each begun when all others begin theirs. The fastest
+/// would tell what a thread does while the others rest, which frames never see.
+double SpeedOfThread(const Image& floor, std::barrier<>& together) {
   Detector detector{DetectorOptions{}};
   std::vector<MarkerPose> markers;
-  double fastest_s = std::numeric_limits<double>::infinity();
+  std::vector<double> seconds;
   for (int run = 0; run < kRuns; ++run) {
+    together.arrive_and_wait();
     const double start_s = ThreadSeconds();
     detector.Detect(floor.view(), markers);
-    fastest_s = std::min(fastest_s, ThreadSeconds() - start_s);
+    if (run > 0) seconds.push_back(ThreadSeconds() - start_s);
   }
-  return static_cast<double>(detector.stats().work) / std::max(fastest_s, 1e-6);
+  const auto median = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
+  std::nth_element(seconds.begin(), median, seconds.end());
+  return static_cast<double>(detector.stats().work) / std::max(*median, 1e-6);
 }
 
 }  // namespace
@@ -92,10 +98,11 @@ double MeasureSpeed(int workers) {
   const Image floor = DrawFloor(DetectorOptions{}.families[0].code);
   std::vector<double> speeds(static_cast<std::size_t>(std::max(workers, 1)));
   {
+    std::barrier together(std::ssize(speeds));
     std::vector<std::jthread> others;
     for (std::size_t i = 1; i < speeds.size(); ++i)
-      others.emplace_back([&, i] { speeds[i] = SpeedOfThread(floor); });
-    speeds[0] = SpeedOfThread(floor);
+      others.emplace_back([&, i] { speeds[i] = SpeedOfThread(floor, together); });
+    speeds[0] = SpeedOfThread(floor, together);
   }
   const double speed = *std::min_element(speeds.begin(), speeds.end());
   spdlog::info("this machine does {:.1f} million units of work a second", 1e-6 * speed);

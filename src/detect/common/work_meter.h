@@ -75,8 +75,8 @@ class WorkMeter {
     set(WorkStep::kFitStep, 85'000);
     set(WorkStep::kFitPixel, 30);
     set(WorkStep::kModelCorner, 15'000);
-    set(WorkStep::kModelPixel, 380);
-    set(WorkStep::kModelTap, 54);
+    set(WorkStep::kModelPixel, 394);
+    set(WorkStep::kModelTap, 40);
     set(WorkStep::kMixedPixel, 700);  // by its loops' lengths, not yet fitted
     set(WorkStep::kReading, 50'000);
     return table;
