@@ -427,6 +427,12 @@ FitTask Detector::Impl::TaskOf(std::size_t board) const {
   return task;
 }
 
+double Detector::Impl::CellRatioOf(MarkerSize size) const {
+  for (const MarkerFamily& family : options.families)
+    if (family.code.size() == size) return family.CellM().y() / family.CellM().x();
+  return 1;
+}
+
 Eigen::Vector2d Detector::Impl::RegisterOf(MarkerSize size) const {
   Eigen::Vector2d cells = Eigen::Vector2d::Zero();
   for (const MarkerFamily& family : options.families)
@@ -447,6 +453,7 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
   };
   const FittedBoard* fitted = worker.fit.Fit(reader, lens,
                                              {.board = {.size = board.size,
+                                                        .cell_ratio = CellRatioOf(board.size),
                                                         .geometry = BoardGeometry(board.plane_from_board),
                                                         .blur_px = 0.8 * board.scale,
                                                         .light = board.light,

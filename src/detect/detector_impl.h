@@ -192,6 +192,8 @@ struct Detector::Impl {
     std::uint64_t most_units = 0;
   };
   /// How far inks of boards of that size may lie out of register, along the board's axes, cells.
+  /// Of a board's cells as printed, height over width.
+  double CellRatioOf(MarkerSize size) const;
   Eigen::Vector2d RegisterOf(MarkerSize size) const;
   Outcome Measure(const LightReader& reader, const Lens& lens, const FitOrder& order, Worker& worker,
                   Tracer& tracer) const;

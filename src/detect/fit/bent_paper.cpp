@@ -4,40 +4,31 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "detect/common/small_cholesky.h"
+#include "detect/pose/plane_pose.h"
 
 namespace chequer {
 namespace {
 
-constexpr int kMoves = BoardGeometry::kParameters, kBends = 3;
-/// What is known of paper before the image is looked at, standard deviations of q, 1 / cells: a board of 6 cells lies on a
-/// cylinder of a radius of 30 cells, and does not bend across that.
+constexpr int kMoves = BoardGeometry::kParameters, kBends = 3, kUnknowns = BentPaper::kUnknowns;
+/// What is known of paper before the image is looked at, standard deviations of q, 1 / cells: a board of 6 cells lies
+/// on a cylinder of a radius of 30 cells, and does not bend across that.
 constexpr double kBendKnownTo = 1.0 / 60, kAcrossKnownTo = 1.0 / 3000;
-
-constexpr int kTimesFound = 2;
-/// A board that is seen from so nearly above (the tangent of its tilt) looks the same bent one way and tilted one way, or
-/// both the other way: its bend is not to be told from that.
-constexpr double kLeastSlant = 0.15;
-/// The mean square of the distance from a corner of the pixels along one of its edges, which reach half a cell to either
-/// side: they tell of that coordinate that the edge is square to.
+/// The mean square of the distance from a corner of the pixels along one of its edges, which reach half a cell to
+/// either side: they tell of that coordinate that the edge is square to.
 constexpr double kAlongEdge = 1.0 / 12;
-
-using ByBend = Eigen::Matrix<double, 2, kBends>;
-using ByMoves = Eigen::Matrix<double, 2, kMoves>;
-
-Eigen::Matrix3d SightFromBoard(const BoardGeometry& flat, double focal) {
-  return Eigen::Vector3d(1 / focal, 1 / focal, 1).asDiagonal() * flat.plane_from_board();
-}
-
-/// How the board's coordinates of a point that is seen move as it leaves the board's plane, cells a cell.
-Eigen::Vector2d BoardByHeight(const BoardGeometry& flat, double focal, const Eigen::Vector2d& board) {
-  const Eigen::Matrix3d sight_from_board = SightFromBoard(flat, focal);
-  const Eigen::Vector3d x = sight_from_board.col(0), y = sight_from_board.col(1);
-  const Eigen::Vector3d up = x.cross(y) / std::sqrt(x.norm() * y.norm());
-  const Eigen::Vector3d at = sight_from_board * board.homogeneous();
-  const Eigen::Vector2d plane_by_height = focal * (up.head<2>() - at.head<2>() / at.z() * up.z()) / at.z();
-  return flat.PlaneByBoard(board).inverse() * plane_by_height;
-}
+/// Flat boards are not asked any further where a homography and a bend, found in one linear step, gain less than that
+/// share of what they have to: of boards that are asked, all but one in ten.
+constexpr double kRoughly = 0.5;
+/// Steps before which a bend has no direction yet along which it could be a cylinder's.
+constexpr int kStepsWithoutDirection = 2;
+constexpr int kMostSteps = 25;
+/// A step that will explain so little more, as a share of what is unexplained plus one, is the last.
+constexpr double kSettled = 1e-4;
 
 Eigen::Vector3d SquaresOf(const Eigen::Vector2d& board) {
   return {board.x() * board.x(), board.x() * board.y(), board.y() * board.y()};
@@ -47,6 +38,7 @@ Eigen::Vector3d SquaresOf(const Eigen::Vector2d& board) {
 struct Cylinder {
   Eigen::Vector2d direction = Eigen::Vector2d::UnitX();
   double curvature = 0;
+  double across = 0;  ///< what bends across it: that entry of q
 
   explicit Cylinder(const Eigen::Vector3d& bend) {
     const Eigen::Matrix2d square = (Eigen::Matrix2d() << bend[0], bend[1] / 2, bend[1] / 2, bend[2]).finished();
@@ -55,79 +47,277 @@ struct Cylinder {
     axes.eigenvalues().cwiseAbs().maxCoeff(&most);
     direction = axes.eigenvectors().col(most);
     curvature = 2 * axes.eigenvalues()[most];
+    across = axes.eigenvalues()[1 - most];
   }
-  /// By which a way along the bend is shorter than the paper: t − sin(κ t) / κ.
-  Eigen::Vector2d Shortened(const Eigen::Vector2d& board) const {
-    const double way = direction.dot(board);
-    return curvature * curvature * way * way * way / 6 * direction;
-  }
+  /// How `across` moves with q.
+  Eigen::Vector3d AcrossByBend() const { return SquaresOf(direction.unitOrthogonal()); }
 };
 
-/// Least squares of what the corners are off. @param roughly the bend, if it is known: how much shorter the paper reaches,
-/// and along which direction it bends, hang on it.
-std::optional<BentPaper> SolveBend(const BoardGeometry& flat, double focal, std::span<const CornerOff> corners,
-                                   const std::optional<Cylinder>& roughly) {
-  Eigen::Matrix<double, kMoves, kMoves> of_moves = Eigen::Matrix<double, kMoves, kMoves>::Zero();
-  Eigen::Matrix<double, kMoves, kBends> common = Eigen::Matrix<double, kMoves, kBends>::Zero();
-  Eigen::Matrix3d of_bend = Eigen::Matrix3d::Zero();
-  BoardGeometry::Parameters moves_gradient = BoardGeometry::Parameters::Zero();
-  Eigen::Vector3d bend_gradient = Eigen::Vector3d::Zero();
-  double without = 0;
-  for (const CornerOff& corner : corners) {
-    const Eigen::Vector2d& at = corner.board;
-    ByMoves by_moves;
-    for (int axis = 0; axis < 2; ++axis) by_moves.row(axis) = BoardGeometry::MoveByParameters(at, axis).transpose();
-    // A pixel that shows a point which the bend moved that way has coordinates that are off the other way.
-    const Eigen::Vector2d by_height = BoardByHeight(flat, focal, at);
-    ByBend by_bend;
-    for (int axis = 0; axis < 2; ++axis)
-      by_bend.row(axis) = -by_height[axis] * (SquaresOf(at) + kAlongEdge * Eigen::Vector3d(axis, 0, 1 - axis)).transpose();
-    Eigen::Vector2d off = corner.shift - corner.bent;
-    if (roughly) off -= roughly->Shortened(at);
-    const Eigen::Vector2d pull = corner.information * off;
-    of_moves += by_moves.transpose() * corner.information * by_moves;
-    common += by_moves.transpose() * corner.information * by_bend;
-    of_bend += by_bend.transpose() * corner.information * by_bend;
-    moves_gradient += by_moves.transpose() * pull;
-    bend_gradient += by_bend.transpose() * pull;
-    without += off.dot(pull);
-  }
-  const Eigen::LDLT<Eigen::Matrix<double, kMoves, kMoves>> factor(of_moves);
-  if (factor.info() != Eigen::Success || !factor.isPositive()) return std::nullopt;
-  // The moves follow the bend.
-  const Eigen::Matrix<double, kMoves, kBends> followed = factor.solve(common);
-  const BoardGeometry::Parameters flat_moves = factor.solve(moves_gradient);
-  Eigen::Matrix3d information = of_bend - common.transpose() * followed;
-  information.diagonal().array() += 1 / (kBendKnownTo * kBendKnownTo);
-  if (roughly) {
-    const Eigen::Vector3d across = SquaresOf(roughly->direction.unitOrthogonal()) / kAcrossKnownTo;
-    information += across * across.transpose();
-  }
-  const Eigen::LLT<Eigen::Matrix3d> bends(information);
-  if (bends.info() != Eigen::Success) return std::nullopt;
-  const Eigen::Vector3d gradient = bend_gradient - followed.transpose() * moves_gradient;
-  BentPaper paper;
-  paper.bend = bends.solve(gradient);
-  paper.moves = flat_moves - followed * paper.bend;
-  const Eigen::Matrix3d root = bends.matrixL().solve(Eigen::Matrix3d::Identity());
-  paper.uncertain = followed * root.transpose();
-  paper.gain = gradient.dot(paper.bend);
-  paper.left = without - moves_gradient.dot(flat_moves) - paper.gain;
-  if (!paper.moves.allFinite() || !paper.uncertain.allFinite()) return std::nullopt;
-  return paper;
+/// A board of bent paper in front of a camera, in widths of a cell.
+struct Lying {
+  RigidTransform camera_from_board;
+  Eigen::Vector3d bend = Eigen::Vector3d::Zero();
+};
+
+/// A point of the paper, from the board's middle along the camera's axes.
+Eigen::Vector3d OnPaper(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& bend, const Eigen::Vector2d& direction,
+                        double curvature, double cell_ratio, const Eigen::Vector2d& board) {
+  // A way along the bend is shorter than the paper: by t − sin(κ t) / κ.
+  const double way = direction.dot(board);
+  const Eigen::Vector2d on_plane = board - curvature * curvature * way * way * way / 6 * direction;
+  const double height = bend.dot(SquaresOf(board)) * std::sqrt(cell_ratio);
+  return rotation * Eigen::Vector3d(on_plane.x(), on_plane.y() * cell_ratio, height);
+}
+
+BoardGeometry MiddleOf(const Lying& lying, double focal, double cell_ratio) {
+  Eigen::Matrix3d h = lying.camera_from_board.rotation.toRotationMatrix();
+  h.col(1) *= cell_ratio;
+  h.col(2) = lying.camera_from_board.translation;
+  h.topRows<2>() *= focal;
+  return BoardGeometry(h);
 }
 
 }  // namespace
 
-Eigen::Vector2d BentPaper::BentAt(const BoardGeometry& flat, double focal, const Eigen::Vector2d& board) const {
-  return BoardByHeight(flat, focal, board) * bend.dot(SquaresOf(board)) - Cylinder(bend).Shortened(board);
+/// Levenberg and Marquardt's descent from one pose, and what is known at its end.
+class BendSolver {
+ public:
+  BendSolver(const BoardView& view, std::span<const SeenCorner> corners) : view_(view), seen_(corners) {
+    if (view.fitted_as) taken_out_ = view.fitted_as->bend();
+  }
+
+  /// What flat paper leaves, from that pose.
+  double Flat(const RigidTransform& start) { return Descend({start, Eigen::Vector3d::Zero()}, false).square; }
+  /// About how much less any bend of a homography leaves than flat paper of one. @param start in which it is seen.
+  double RoughGain(const RigidTransform& start) const {
+    const std::optional<Linear> linear = Linearised(
+        {start, Eigen::Vector3d::Zero()}, [&](const Eigen::Vector2d& board) { return view_.geometry.At(board); });
+    if (!linear) return 0;
+    const SmallCholesky<kBends> bends(linear->information);
+    return bends.positive() ? linear->gradient.dot(bends.Solve(linear->gradient)) : 0;
+  }
+  /// Nothing if the descent ends nowhere. @param flat what flat paper leaves.
+  std::optional<BentPaper> Bent(const RigidTransform& start, double flat) {
+    const End end = Descend({start, Eigen::Vector3d::Zero()}, true);
+    if (!std::isfinite(end.square)) return std::nullopt;
+    BentPaper paper;
+    paper.camera_from_board_ = end.lying.camera_from_board;
+    paper.rotation_ = end.lying.camera_from_board.rotation.toRotationMatrix();
+    paper.bend_ = end.lying.bend;
+    const Cylinder cylinder(paper.bend_);
+    paper.direction_ = cylinder.direction;
+    paper.curvature_ = cylinder.curvature;
+    paper.focal_ = view_.focal;
+    paper.cell_ratio_ = view_.cell_ratio;
+    paper.middle_ = MiddleOf(end.lying, view_.focal, view_.cell_ratio);
+    paper.left_ = end.square;
+    paper.gain_ = flat - end.square;
+    if (!TellUncertainty(paper)) return std::nullopt;
+    return paper;
+  }
+
+ private:
+  struct End {
+    Lying lying;
+    double square = std::numeric_limits<double>::infinity();
+  };
+  using Vector = Eigen::Matrix<double, kUnknowns, 1>;
+  using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+  using ByUnknowns = Eigen::Matrix<double, 2, kUnknowns>;
+
+  /// Where a corner is seen to lie, in the plane, and its derivative by pose and bend.
+  std::optional<Eigen::Vector2d> Predict(const Lying& lying, const Cylinder& cylinder, const Eigen::Vector2d& board,
+                                         ByUnknowns& by) const {
+    const Eigen::Matrix3d rotation = lying.camera_from_board.rotation.toRotationMatrix();
+    const Eigen::Vector3d turned =
+        OnPaper(rotation, lying.bend, cylinder.direction, cylinder.curvature, view_.cell_ratio, board);
+    const Eigen::Vector3d at = turned + lying.camera_from_board.translation;
+    if (!(at.z() > 1e-6)) return std::nullopt;
+    const double scale = view_.focal / at.z();
+    Eigen::Matrix<double, 2, 3> by_point;
+    by_point << scale, 0, -scale * at.x() / at.z(), 0, scale, -scale * at.y() / at.z();
+    by.leftCols<3>() = by_point;
+    for (int axis = 0; axis < 3; ++axis) by.col(3 + axis) = by_point * Eigen::Vector3d::Unit(axis).cross(turned);
+    const Eigen::Vector2d by_height = by_point * rotation.col(2) * std::sqrt(view_.cell_ratio);
+    by.rightCols<kBends>() = by_height * SquaresOf(board).transpose();
+    // What the pixels along an edge say is of the mean along it, but for the bend that was taken out of them.
+    Eigen::Matrix2d by_board;
+    by_board << by_point * rotation.col(0), by_point * rotation.col(1) * view_.cell_ratio;
+    const Eigen::Vector2d along = kAlongEdge * (by_board.inverse() * by_height);
+    by.col(6) += along.y() * by_board.col(1);
+    by.col(8) += along.x() * by_board.col(0);
+    const Eigen::Vector3d left = lying.bend - taken_out_;
+    const Eigen::Vector2d mean = along.x() * left[2] * by_board.col(0) + along.y() * left[0] * by_board.col(1);
+    return Eigen::Vector2d(view_.focal / at.z() * at.head<2>()) + mean;
+  }
+
+  /// Σ of squares with what is known of paper; infinite where the board is not before the camera.
+  double Look(const Lying& lying, bool bends, bool has_direction, Matrix& normal, Vector& gradient) const {
+    normal.setZero();
+    gradient.setZero();
+    double square = 0;
+    const Cylinder cylinder(lying.bend);
+    for (const SeenCorner& seen : seen_) {
+      ByUnknowns by;
+      const std::optional<Eigen::Vector2d> predicted = Predict(lying, cylinder, seen.board, by);
+      if (!predicted) return std::numeric_limits<double>::infinity();
+      const Eigen::Vector2d off = seen.plane - *predicted, pull = seen.information * off;
+      square += off.dot(pull);
+      gradient += by.transpose().lazyProduct(pull);
+      const ByUnknowns weighted = seen.information.lazyProduct(by);
+      normal += by.transpose().lazyProduct(weighted);
+    }
+    if (!bends) {
+      normal.rightCols<kBends>().setZero();
+      normal.bottomRows<kBends>().setZero();
+      gradient.tail<kBends>().setZero();
+      normal.diagonal().tail<kBends>().setOnes();
+      return square;
+    }
+    const double known = 1 / (kBendKnownTo * kBendKnownTo);
+    square += known * lying.bend.squaredNorm();
+    gradient.tail<kBends>() -= known * lying.bend;
+    normal.diagonal().tail<kBends>().array() += known;
+    if (has_direction) {
+      const Eigen::Vector3d by = cylinder.AcrossByBend() / kAcrossKnownTo;
+      const double off = cylinder.across / kAcrossKnownTo;
+      square += off * off;
+      gradient.tail<kBends>() -= off * by;
+      normal.bottomRightCorner<kBends, kBends>() += by * by.transpose();
+    }
+    return square;
+  }
+
+  End Descend(const Lying& start, bool bends) const {
+    End best;
+    best.lying = start;
+    Matrix normal, at_next;
+    Vector gradient, gradient_next;
+    double damping = 0;
+    best.square = Look(start, bends, false, normal, gradient);
+    for (int step = 1; step <= kMostSteps && std::isfinite(best.square); ++step) {
+      Matrix damped = normal;
+      damped.diagonal() *= 1 + damping;
+      const SmallCholesky<kUnknowns> factor(damped);
+      if (!factor.positive()) return {};
+      const Vector move = factor.Solve(gradient);
+      if (!move.allFinite()) return {};
+      const double gain = gradient.dot(move);
+      Lying next;
+      next.camera_from_board.translation = best.lying.camera_from_board.translation + move.head<3>();
+      next.camera_from_board.rotation =
+          (RotationFromVector(move.segment<3>(3)) * best.lying.camera_from_board.rotation).normalized();
+      next.bend = best.lying.bend + move.tail<kBends>();
+      const bool has_direction = step >= kStepsWithoutDirection, gets_direction = step == kStepsWithoutDirection;
+      const double square = Look(next, bends, has_direction, at_next, gradient_next);
+      // With the direction comes a term that the step before did not know.
+      if (!(square < best.square) && !(bends && gets_direction && std::isfinite(square))) {
+        damping = std::max(10 * damping, 1e-3);
+        if (damping > 1e6) break;
+        continue;
+      }
+      best = {next, square};
+      normal = at_next;
+      gradient = gradient_next;
+      damping /= 10;
+      if (step > kStepsWithoutDirection && gain < kSettled * (square + 1)) break;
+    }
+    return best;
+  }
+
+  /// A homography and a bend of least squares, near one that there is: linear. The moves follow the bend.
+  struct Linear {
+    Eigen::Matrix<double, kMoves, kBends> followed = Eigen::Matrix<double, kMoves, kBends>::Zero();
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of the bend
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  };
+  /// @param board_at tells the plane's point and derivative of a point of the board there.
+  template <class BoardAt>
+  std::optional<Linear> Linearised(const Lying& lying, const BoardAt& board_at) const {
+    BoardGeometry::Information of_moves = BoardGeometry::Information::Zero();
+    Eigen::Matrix<double, kMoves, kBends> common = Eigen::Matrix<double, kMoves, kBends>::Zero();
+    BoardGeometry::Parameters moves_gradient = BoardGeometry::Parameters::Zero();
+    Linear linear;
+    const Cylinder cylinder(lying.bend);
+    for (const SeenCorner& seen : seen_) {
+      ByUnknowns by;
+      if (!Predict(lying, cylinder, seen.board, by)) return std::nullopt;
+      const BoardGeometry::Local at = board_at(seen.board);
+      const Eigen::Matrix2d board_by_plane = at.plane_by_board.inverse();
+      const Eigen::Matrix2d information =
+          at.plane_by_board.transpose().lazyProduct(seen.information.lazyProduct(at.plane_by_board).eval());
+      // A pixel that shows a point which the bend moved that way has coordinates that are off the other way.
+      const Eigen::Matrix<double, 2, kBends> by_bend = -board_by_plane.lazyProduct(by.rightCols<kBends>());
+      Eigen::Matrix<double, 2, kMoves> by_moves;
+      for (int axis = 0; axis < 2; ++axis)
+        by_moves.row(axis) = BoardGeometry::MoveByParameters(seen.board, axis).transpose();
+      const Eigen::Matrix<double, 2, kMoves> weighted = information.lazyProduct(by_moves);
+      const Eigen::Vector2d off = board_by_plane * (at.plane - seen.plane);
+      of_moves += by_moves.transpose().lazyProduct(weighted);
+      common += weighted.transpose().lazyProduct(by_bend);
+      linear.information += by_bend.transpose().lazyProduct(information.lazyProduct(by_bend).eval());
+      moves_gradient += weighted.transpose().lazyProduct(off);
+      linear.gradient += by_bend.transpose().lazyProduct(information.lazyProduct(off).eval());
+    }
+    const SmallCholesky<kMoves> factor(of_moves);
+    if (!factor.positive()) return std::nullopt;
+    for (int bend = 0; bend < kBends; ++bend) linear.followed.col(bend) = factor.Solve(common.col(bend));
+    linear.information -= common.transpose().lazyProduct(linear.followed);
+    linear.gradient -= linear.followed.transpose().lazyProduct(moves_gradient);
+    linear.information.diagonal().array() += 1 / (kBendKnownTo * kBendKnownTo);
+    return linear;
+  }
+
+  /// What the bend leaves unknown of the homography of the middle.
+  bool TellUncertainty(BentPaper& paper) const {
+    const Lying lying{paper.camera_from_board_, paper.bend_};
+    std::optional<Linear> linear = Linearised(lying, [&](const Eigen::Vector2d& board) {
+      return BoardGeometry::Local{paper.Seen(board), 1, paper.SeenByBoard(board)};
+    });
+    if (!linear) return false;
+    const Eigen::Vector3d across = Cylinder(paper.bend_).AcrossByBend() / kAcrossKnownTo;
+    linear->information += across * across.transpose();
+    const SmallCholesky<kBends> bends(linear->information);
+    if (!bends.positive()) return false;
+    const Eigen::LLT<Eigen::Matrix3d> covariance(bends.Inverse());
+    paper.uncertain_ = linear->followed.lazyProduct(Eigen::Matrix3d(covariance.matrixL()));
+    return paper.uncertain_.allFinite();
+  }
+
+  const BoardView& view_;
+  std::span<const SeenCorner> seen_;
+  Eigen::Vector3d taken_out_ = Eigen::Vector3d::Zero();
+};
+
+Eigen::Vector2d BentPaper::Seen(const Eigen::Vector2d& board) const {
+  const Eigen::Vector3d at =
+      OnPaper(rotation_, bend_, direction_, curvature_, cell_ratio_, board) + camera_from_board_.translation;
+  return focal_ / at.z() * at.head<2>();
 }
 
-std::optional<BentPaper> FindBentPaper(const BoardGeometry& flat, double focal, std::span<const CornerOff> corners) {
-  if (!(BoardByHeight(flat, focal, {0, 0}).norm() > kLeastSlant)) return std::nullopt;
-  std::optional<BentPaper> paper = SolveBend(flat, focal, corners, std::nullopt);
-  for (int i = 0; i < kTimesFound && paper; ++i) paper = SolveBend(flat, focal, corners, Cylinder(paper->bend));
-  return paper;
+Eigen::Matrix2d BentPaper::SeenByBoard(const Eigen::Vector2d& board) const {
+  // By differences, which are exact for parabolas.
+  constexpr double kStep = 0.1;
+  Eigen::Matrix2d by;
+  for (int axis = 0; axis < 2; ++axis) {
+    const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(axis);
+    by.col(axis) = (Seen(board + step) - Seen(board - step)) / (2 * kStep);
+  }
+  return by;
+}
+
+std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const SeenCorner> corners, double least_gain) {
+  const auto starts = PosesAtCentre(view.geometry, {1, view.cell_ratio}, view.focal);
+  if (!starts) return std::nullopt;
+  BendSolver solver(view, corners);
+  if (!view.fitted_as && !(solver.RoughGain((*starts)[0]) > kRoughly * least_gain)) return std::nullopt;
+  const double flat = std::min(solver.Flat((*starts)[0]), solver.Flat((*starts)[1]));
+  std::optional<BentPaper> best;
+  for (const RigidTransform& start : *starts) {
+    const std::optional<BentPaper> paper = solver.Bent(start, flat);
+    if (paper && (!best || paper->left() < best->left())) best = paper;
+  }
+  return best;
 }
 
 }  // namespace chequer

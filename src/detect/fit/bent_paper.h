@@ -4,40 +4,65 @@
 #include <optional>
 #include <span>
 
+#include "chequer/geometry.h"
 #include "detect/common/board_geometry.h"
 
 namespace chequer {
 
-/// What a corner's pixels say of where it lies.
-struct CornerOff {
-  int corner = 0;
+/// Where a corner is seen to lie.
+struct SeenCorner {
   Eigen::Vector2d board = Eigen::Vector2d::Zero();  ///< where it is printed, cells
-  Eigen::Vector2d bent = Eigen::Vector2d::Zero();   ///< how far from there the fit has it already, for a bend
-  /// By which the board's coordinates of its pixels are off beyond that (BoardGeometry's moves), and its information.
-  Eigen::Vector2d shift = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d plane = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();  ///< of the plane's point
 };
 
-/// Paper that is not flat, as its corners show it: to second order, a point (x, y) of the board lies q₀ x² + q₁ xy + q₂ y²
-/// out of the plane that touches the board in its middle (all in cells). A camera that sees the board at an angle sees
-/// that as shifts along one direction, which no homography makes. Along the bend, the paper reaches less far than flat.
-struct BentPaper {
-  /// From the homography of flat paper to that of the plane in the board's middle: moves as BoardGeometry has them.
-  BoardGeometry::Parameters moves = BoardGeometry::Parameters::Zero();
-  /// What the bend leaves unknown of those moves: their covariance grows by this times its transpose.
-  Eigen::Matrix<double, BoardGeometry::kParameters, 3> uncertain =
-      Eigen::Matrix<double, BoardGeometry::kParameters, 3>::Zero();
+class BentPaper;
+
+/// How a board is seen.
+struct BoardView {
+  BoardGeometry geometry;                ///< as fitted, its plane that of a calibrated lens
+  double focal = 1;                      ///< of the plane, pixels
+  double cell_ratio = 1;                 ///< of a cell, height over width
+  const BentPaper* fitted_as = nullptr;  ///< which bend the corners' pixels have had taken out, if any
+};
+
+/// Paper that is not flat: to second order, a point (x, y) of the board lies q₀ x² + q₁ xy + q₂ y² behind the plane
+/// that touches the board in its middle (all in cells), and along the bend the paper reaches less far than flat.
+class BentPaper {
+ public:
+  /// Pose and bend.
+  static constexpr int kUnknowns = 9;
+
+  /// The homography of the plane in the board's middle.
+  const BoardGeometry& middle() const { return middle_; }
+  const Eigen::Vector3d& bend() const { return bend_; }
+  /// Where in the plane a point of the board is seen, and its derivative.
+  Eigen::Vector2d Seen(const Eigen::Vector2d& board) const;
+  Eigen::Matrix2d SeenByBoard(const Eigen::Vector2d& board) const;
+  /// What the bend leaves unknown of middle(): the covariance of its moves grows by this times its transpose.
+  const Eigen::Matrix<double, BoardGeometry::kParameters, 3>& uncertain() const { return uncertain_; }
   /// Of the corners' shifts, information times squares: what is left, and by how much that is less than without a bend.
-  double left = 0, gain = 0;
+  double left() const { return left_; }
+  double gain() const { return gain_; }
 
-  /// Where the bend has a corner, from where it is printed.
-  Eigen::Vector2d BentAt(const BoardGeometry& flat, double focal, const Eigen::Vector2d& board) const;
-
-  Eigen::Vector3d bend = Eigen::Vector3d::Zero();  ///< q
+ private:
+  friend class BendSolver;
+  RigidTransform camera_from_board_;  ///< in widths of a cell
+  Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d bend_ = Eigen::Vector3d::Zero();
+  Eigen::Vector2d direction_ = Eigen::Vector2d::UnitX();  ///< of the bend
+  double curvature_ = 0;                                  ///< along that, 1 / cells
+  double focal_ = 1, cell_ratio_ = 1;
+  BoardGeometry middle_;
+  Eigen::Matrix<double, BoardGeometry::kParameters, 3> uncertain_ =
+      Eigen::Matrix<double, BoardGeometry::kParameters, 3>::Zero();
+  double left_ = 0, gain_ = 0;
 };
 
-/// The bend of least squares of the shifts, or nothing where they do not determine one. Linear: for shifts that are small
-/// against a cell. @param flat as fitted, its plane that of a calibrated lens. @param focal of the plane, pixels.
-std::optional<BentPaper> FindBentPaper(const BoardGeometry& flat, double focal, std::span<const CornerOff> corners);
+/// The pose and bend of least squares of the corners' places, or nothing where they do not determine one, or it gains
+/// clearly less than `least_gain`. Pose and bend
+/// together: a bend looks like a tilt but for perspective, so the two poses in which a flat board looks the same are
+/// both gone on from.
+std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const SeenCorner> corners, double least_gain);
 
 }  // namespace chequer

@@ -87,6 +87,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->terms.look_farther = !choice.motion_blur_px.isZero() || run_->terms.ink || choice.shadow ||
                              (choice.from && choice.from->terms.look_farther);
   run_->view.size = start.size;
+  run_->view.cell_ratio = start.cell_ratio;
   run_->register_cells = start.register_cells;
   run_->view.channels = reader.channels();
   run_->view.red_phase = reader.mosaic() ? reader.mosaic()->red_x + 2 * reader.mosaic()->red_y : -1;
@@ -141,7 +142,7 @@ bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reu
     return pixels_.Reuse(lens, geometry) >= FittedBoard::kFewestCorners;
   }
   run_->light.collected_for = geometry;
-  const int corners = pixels_.Collect(reader, lens, run_->view.size, geometry, blur_px, of_lane);
+  const int corners = pixels_.Collect(reader, lens, run_->view.size, geometry, blur_px, of_lane, run_->paper);
   MarkSaturated(kSaturation, pixels_.lanes());
   work_.Add(WorkStep::kCollectedPixel, static_cast<std::uint64_t>(CountPixels()));
   return corners >= FittedBoard::kFewestCorners;
@@ -277,17 +278,27 @@ double BoardFit::FarthestStepPx() const {
   return farthest;
 }
 
-std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, std::span<const CornerOff> corners,
+SeenCorner BoardFit::SeenAt(int corner, const Eigen::Vector2d& shift, const Eigen::Matrix2d& information) const {
+  const Eigen::Vector2d printed = pixels_.Printed(corner);
+  // Pixels whose coordinates are too small by the shift show the corner where coordinates are that much smaller.
+  const BoardGeometry::Local seen = pixels_.SeenAt(run_->model.geometry, printed - shift);
+  const Eigen::Matrix2d board_by_plane = seen.plane_by_board.inverse();
+  return {printed, seen.plane, board_by_plane.transpose() * information * board_by_plane};
+}
+
+std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, std::span<const SeenCorner> corners,
                                             double least_square) const {
   // What inks, lights, motions and some of the pixels leave of the corners' places is not the paper's.
-  const bool may_bend = pixels_.bent() || run_->told.unexplained_shifts > kOffByBend;
+  const bool may_bend = run_->paper || run_->told.unexplained_shifts > kOffByBend;
   if (!may_bend || MayBeOutOfRegister() || !lens.calibrated() || static_cast<int>(corners.size()) < kFewestOfBend ||
       run_->terms.rough || run_->model.own_levels || run_->model.shadow || !run_->model.motion_px.isZero())
     return std::nullopt;
-  const std::optional<BentPaper> bent = FindBentPaper(run_->model.geometry, lens.focal(), corners);
+  const std::optional<BentPaper> bent = FindBentPaper(
+      {run_->model.geometry, lens.focal(), run_->view.cell_ratio, run_->paper ? &*run_->paper : nullptr}, corners,
+      kLeastBend * kLeastBend * least_square);
   if (!bent) return std::nullopt;
-  const double left = bent->left / (2 * static_cast<double>(corners.size()) - BoardGeometry::kParameters - 3);
-  if (bent->gain < kLeastBend * kLeastBend * std::max(left, least_square)) return std::nullopt;
+  const double left = bent->left() / (2 * static_cast<double>(corners.size()) - BentPaper::kUnknowns);
+  if (bent->gain() < kLeastBend * kLeastBend * std::max(left, least_square)) return std::nullopt;
   return bent;
 }
 
@@ -297,7 +308,7 @@ void BoardFit::Finish(const Lens& lens) {
   run_->result.geometry = run_->model.geometry;
   run_->result.corners_used = 0;
   run_->result.corner_used.fill(false);
-  std::array<CornerOff, kMaxCorners> off;
+  std::array<SeenCorner, kMaxCorners> seen;
   run_->bent.reset();
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     run_->told.misfit[static_cast<std::size_t>(corner)] = MisfitOf(corner);
@@ -317,9 +328,7 @@ void BoardFit::Finish(const Lens& lens) {
     ++run_->result.corners_used;
     // What is left of the corner's own shift after the last step.
     const Eigen::Vector2d shift = information.inverse() * gradient;
-    const Eigen::Vector2d printed = pixels_.Printed(corner);
-    off[static_cast<std::size_t>(run_->result.corners_used - 1)] = {corner, printed, place.board - printed, shift,
-                                                                    information};
+    seen[static_cast<std::size_t>(run_->result.corners_used - 1)] = SeenAt(corner, shift, information);
     shift_square += (place.pixel_by_board * shift).squaredNorm();
     shift_chi_square += shift.dot(information * shift);
     contrast += lit * Contrast(corner);
@@ -335,18 +344,18 @@ void BoardFit::Finish(const Lens& lens) {
   // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
   double chi_square_per_shift = shift_chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
   run_->told.unexplained_shifts = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
-  const std::span<const CornerOff> corners(off.data(), static_cast<std::size_t>(run_->result.corners_used));
+  const std::span<const SeenCorner> corners(seen.data(), static_cast<std::size_t>(run_->result.corners_used));
   run_->bent = FindBend(lens, corners, chi_square_per_pixel);
   const std::optional<BentPaper>& bent = run_->bent;
   if (bent) {
-    shift_square *= std::min(bent->left / std::max(shift_chi_square, 1e-9), 1.0);
-    chi_square_per_shift = bent->left / (2 * n - BoardGeometry::kParameters - 3);
+    shift_square *= std::min(bent->left() / std::max(shift_chi_square, 1e-9), 1.0);
+    chi_square_per_shift = bent->left() / (2 * n - BentPaper::kUnknowns);
   }
   const double variance = std::max({chi_square_per_pixel, chi_square_per_shift, MayBeOutOfRegister() ? 1 : 1e-9});
   BoardGeometry::Information of_moves = InformationOnMoves() / variance;
   if (bent) {
-    run_->result.geometry.MoveCoordinates(bent->moves);
-    of_moves = (of_moves.inverse() + variance * bent->uncertain * bent->uncertain.transpose()).inverse();
+    run_->result.geometry = bent->middle();
+    of_moves = (of_moves.inverse() + variance * bent->uncertain() * bent->uncertain().transpose()).inverse();
   }
   run_->result.reprojection_rms_px = std::sqrt(shift_square / n);
   if (run_->model.motion_px.norm() > kLongMotionCells * CellPx())
@@ -354,7 +363,7 @@ void BoardFit::Finish(const Lens& lens) {
   // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
   if (run_->model.own_levels) of_moves /= std::max(run_->told.unexplained_shifts, 1.0);
   if (MayBeOutOfRegister()) of_moves = TellRegister(of_moves, variance);
-  run_->result.information = run_->model.geometry.FromMoves(of_moves);
+  run_->result.information = run_->result.geometry.FromMoves(of_moves);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
                         run_->model.dot_gain};
   // Of few pixels, levels take up much of the noise: hypotheses that have many would seem better than they are.
@@ -500,26 +509,29 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   const bool settled = run_->terms.look_farther ? SettleModel(reader, lens, start, noise_known, choice)
                                                 : Settle(lens, start, noise_known);
   if (!settled) return false;
-  Finish(lens);
-  if (run_->bent) {
-    flat_ = *run_;
-    if (!FitBent(reader, lens, start)) {
-      *run_ = flat_;
-      ++pixels_of_;  // they are none of this run's any more
-    }
-  }
+  FinishBent(reader, lens, start);
   return run_->result.determined();
 }
 
+void BoardFit::FinishBent(const LightReader& reader, const Lens& lens, const Start& start) {
+  Finish(lens);
+  if (!run_->bent || run_->paper) return;
+  flat_ = *run_;
+  if (FitBent(reader, lens, start)) return;
+  *run_ = flat_;
+  ++pixels_of_;  // they are none of this run's any more
+}
+
 bool BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start& start) {
-  const BentPaper bent = *run_->bent;
-  run_->model.geometry.MoveCoordinates(bent.moves);
-  for (int corner = 0; corner < pixels_.corners(); ++corner)
-    pixels_.SetBent(corner, bent.BentAt(run_->model.geometry, lens.focal(), pixels_.Printed(corner)));
-  pixels_.PlaceCorners(lens, run_->model.geometry);
-  SetDerivatives();
-  SetPlaces();
+  run_->paper = run_->bent;
+  run_->model.geometry = run_->paper->middle();
   run_->step.corner_px = 0;
+  if (run_->terms.look_farther ? !CollectAnew(reader, lens) : !Recollect(reader, lens)) return false;
+  if (!run_->terms.look_farther) {
+    // Pixels as the image has them need levels as the image has them.
+    if (!Step(LaneSums::kLevels) || run_->step.corner_px > kRunawayPx) return false;
+    EvenOutShading(start);
+  }
   const bool settled =
       run_->terms.look_farther ? SettleModelByAll(reader, lens, start) : Settle(lens, start, true);
   if (settled) Finish(lens);

@@ -35,6 +35,7 @@ class BoardFit {
 
   struct Start {
     MarkerSize size;
+    double cell_ratio = 1;  ///< of a cell as printed, height over width
     BoardGeometry geometry;
     double blur_px = 0.8;
     /// Light (R, G, B) and saturation of each cell as far as known before the fit, row by row.
@@ -160,11 +161,13 @@ class BoardFit {
   /// Steps until nothing moves any more.
   bool Settle(const Lens& lens, const Start& start, bool noise_known);
   void Finish(const Lens& lens);
-  /// Fits on with the corners where the bend that was found has them.
+  /// Finishes, and fits on if the paper is bent.
+  void FinishBent(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Fits on by the pixels that show the board as it was found to be bent.
   bool FitBent(const LightReader& reader, const Lens& lens, const Start& start);
   /// The bend of the paper if that explains where the corners lie. @param least_square of a shift, information times
   /// that, by the pixels' noise.
-  std::optional<BentPaper> FindBend(const Lens& lens, std::span<const CornerOff> corners, double least_square) const;
+  std::optional<BentPaper> FindBend(const Lens& lens, std::span<const SeenCorner> corners, double least_square) const;
   double CellPx() const;
   double MisfitOf(int corner) const;
   /// Information on moves of the geometry, all else following, in units of what pixels are worth.
@@ -172,6 +175,8 @@ class BoardFit {
   /// What a corner's pixels say of a shift of its own beyond the last step.
   ModelEquations::CornerShift ShiftOf(int corner) const;
   ModelEquations::CornerShift PlainShiftOf(int corner) const;
+  /// Where a corner with that shift is seen.
+  SeenCorner SeenAt(int corner, const Eigen::Vector2d& shift, const Eigen::Matrix2d& information) const;
   /// Whether the image's edges are no Gaussian's: from here on, they are fitted as they are.
   bool TellEdges(const Lens& lens);
   /// Of the last step, in board coordinates.

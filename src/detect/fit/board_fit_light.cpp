@@ -113,7 +113,7 @@ void BoardFit::FitDotGain(const LightReader& reader, const Lens& lens, const Sta
   run_->without_ink = run_->result;
   StartGain(model_equations_.step()[ModelColumns(run_->model_input.terms).dot_gain], start.blur_px);
   const bool settled = SettleModel(reader, lens, start, true, Choice{});
-  if (settled) Finish(lens);
+  if (settled) FinishBent(reader, lens, start);
   // Ink explains all corners, or most of what the others lacked, or something else moved them.
   if (settled && (run_->result.corners_used >= run_->without_ink.corners_used ||
                   run_->result.evidence() > kMoreByInk * run_->without_ink.evidence()))

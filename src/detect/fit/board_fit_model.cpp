@@ -477,7 +477,7 @@ bool BoardFit::FitClosely(const LightReader& reader, const Lens& lens, const Sta
   if (!run_->terms.rough) return run_->result.determined();
   SetTerms();
   if (!HavePixels(reader, lens) || !SettleModelByAll(reader, lens, start)) return false;
-  Finish(lens);
+  FinishBent(reader, lens, start);
   return run_->result.determined();
 }
 

@@ -15,6 +15,9 @@ constexpr double kThinnedFrom = 0.8;
 /// Pixels do for a fit by some of them where corners lie no farther from where they were collected, px or cells, and
 /// the blur is the same within this factor: those that finish a fit are chosen more closely (BoardFit).
 constexpr double kAlikePx = 0.3, kAlikeCells = 0.03, kAlikeBlur = 1.2;
+/// Steps from a pixel to the point of the paper that it shows: within half a cell of a corner, each leaves a twentieth of
+/// what was left.
+constexpr int kStepsToPaper = 3;
 
 /// How far outwards, in cells, the pixels of the board's rim are used: the rim itself is blurred with a background
 /// that nothing is known of.
@@ -137,15 +140,44 @@ void BoardPixels::RankCorners() {
     }
 }
 
+BoardGeometry::Local BoardPixels::SeenAt(const BoardGeometry& geometry, const Eigen::Vector2d& board) const {
+  BoardGeometry::Local local = geometry.At(board);
+  if (const std::optional<BentPaper>& paper = collected_.paper) {
+    local.plane += paper->Seen(board) - paper->middle().ToPlane(board);
+    local.plane_by_board = paper->SeenByBoard(board);
+  }
+  return local;
+}
+
 void BoardPixels::PlaceCorners(const Lens& lens, const BoardGeometry& geometry) {
   for (int corner = 0; corner < corners_; ++corner) {
     CornerPlace& place = places_[static_cast<std::size_t>(corner)];
-    const BoardGeometry::Local local = geometry.At(place.board);
+    const BoardGeometry::Local local = SeenAt(geometry, place.board);
     Eigen::Matrix2d pixel_by_plane;
     place.plane = local.plane;
     place.pixel = lens.ToImage(local.plane, &pixel_by_plane);
     place.plane_by_pixel = pixel_by_plane.inverse();
     place.pixel_by_board = pixel_by_plane * local.plane_by_board;
+  }
+}
+
+void BoardPixels::TakeOutBend() {
+  const BentPaper& paper = *collected_.paper;
+  for (int corner = 0; corner < corners_; ++corner) {
+    if (!inside(corner)) continue;
+    const Eigen::Vector2d printed = Printed(corner);
+    const Eigen::Matrix2d board_by_plane = paper.SeenByBoard(printed).inverse();
+    for (int lane = Lane(corner); lane < Lane(corner) + 4; ++lane)
+      for (int i = 0; i < lanes_.count(lane); ++i) {
+        const std::size_t at = lanes_.Place(lane, i);
+        float &u = lanes_.u_data()[at], &v = lanes_.v_data()[at];
+        const Eigen::Vector2d seen = origin_ + Eigen::Vector2d(u, v);
+        Eigen::Vector2d board = printed;
+        for (int step = 0; step < kStepsToPaper; ++step) board += board_by_plane * (seen - paper.Seen(board));
+        const Eigen::Vector2d flat = paper.middle().ToPlane(board) - origin_;
+        u = static_cast<float>(flat.x());
+        v = static_cast<float>(flat.y());
+      }
   }
 }
 
@@ -156,7 +188,7 @@ Eigen::Matrix3d BoardPixels::BoardFromPlane(const BoardGeometry& geometry) const
 }
 
 int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize size, const BoardGeometry& geometry,
-                         double blur_px, int of_lane) {
+                         double blur_px, int of_lane, const std::optional<BentPaper>& paper) {
   if (corners_ == 0 || !(size == size_)) {
     size_ = size;
     corners_ = CornerCount(size);
@@ -164,9 +196,9 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
   }
   for (int corner = 0; corner < corners_; ++corner)
     places_[static_cast<std::size_t>(corner)].board = Printed(corner);
-  PlaceCorners(lens, geometry);
   origin_ = geometry.ToPlane({0, 0});
-  collected_ = {geometry, blur_px, of_lane, 0, origin_, Originals::kThese};
+  collected_ = {geometry, blur_px, of_lane, 0, origin_, Originals::kThese, paper};
+  PlaceCorners(lens, geometry);
   lanes_.Reset(4 * corners_, kLaneCapacity);
   if (!origin_.allFinite()) return 0;
   const LightReader::Rows rows = reader.AllRows();
@@ -201,12 +233,13 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
   }
   lanes_.Fold();
   collected_.inside = inside;
+  if (paper) TakeOutBend();
   return inside;
 }
 
 bool BoardPixels::HoldFor(const Lens& lens, const BoardGeometry& geometry, double blur_px, int of_lane) const {
   const double blurs = blur_px / collected_.blur_px;
-  if (collected_.originals == Originals::kLost) return false;
+  if (collected_.originals == Originals::kLost || collected_.paper) return false;
   if (of_lane != collected_.of_lane || !(blurs < kAlikeBlur && blurs * kAlikeBlur > 1)) return false;
   for (int corner = 0; corner < corners_; ++corner) {
     const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
@@ -219,12 +252,6 @@ bool BoardPixels::HoldFor(const Lens& lens, const BoardGeometry& geometry, doubl
   return true;
 }
 
-bool BoardPixels::bent() const {
-  for (int corner = 0; corner < corners_; ++corner)
-    if (place(corner).board != Printed(corner)) return true;
-  return false;
-}
-
 void BoardPixels::PrepareChange(bool keep_originals) {
   if (collected_.originals != Originals::kThese) return;
   if (keep_originals) lanes_.KeepOriginals();
@@ -234,7 +261,6 @@ void BoardPixels::PrepareChange(bool keep_originals) {
 int BoardPixels::Reuse(const Lens& lens, const BoardGeometry& geometry) {
   if (collected_.originals == Originals::kKept) lanes_.RestoreOriginals();
   origin_ = collected_.origin;
-  for (int corner = 0; corner < corners_; ++corner) SetBent(corner, Eigen::Vector2d::Zero());
   PlaceCorners(lens, geometry);
   return collected_.inside;
 }

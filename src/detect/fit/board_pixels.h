@@ -3,9 +3,11 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "detect/common/board_geometry.h"
 #include "detect/common/light.h"
+#include "detect/fit/bent_paper.h"
 #include "detect/fit/corner_pixels.h"
 #include "detect/fit/photometric_kernel.h"
 
@@ -13,7 +15,7 @@ namespace chequer {
 
 /// Where a corner lies, and how the image lies around it.
 struct CornerPlace {
-  Eigen::Vector2d board = Eigen::Vector2d::Zero();           ///< cells; where it was printed, if the paper is flat
+  Eigen::Vector2d board = Eigen::Vector2d::Zero();           ///< where it is printed, cells
   Eigen::Vector2d plane = Eigen::Vector2d::Zero();           ///< the same point on the plane
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();           ///< and in the image
   Eigen::Matrix2d plane_by_pixel = Eigen::Matrix2d::Zero();  ///< derivative there
@@ -34,9 +36,12 @@ class BoardPixels {
   static constexpr int kLaneCapacity = 400, kFewOfLane = 40;
 
   /// Returns how many corners have pixels. @param blur_px roughly, of the image. @param of_lane about so many pixels of
-  /// a lane: more are thinned out, inside cells first.
+  /// a lane: more are thinned out, inside cells first. @param paper if it is not flat: pixels are those that show the
+  /// bent board, their coordinates those at which flat paper, in its middle's plane, would show the same.
   int Collect(const LightReader& reader, const Lens& lens, MarkerSize size, const BoardGeometry& geometry,
-              double blur_px, int of_lane = kLaneCapacity);
+              double blur_px, int of_lane = kLaneCapacity, const std::optional<BentPaper>& paper = std::nullopt);
+  /// Where the point of the board is seen that their coordinates have at `board`, and its derivative.
+  BoardGeometry::Local SeenAt(const BoardGeometry& geometry, const Eigen::Vector2d& board) const;
   /// Whether the pixels, which are this board's, are as good as collected for that geometry.
   bool HoldFor(const Lens& lens, const BoardGeometry& geometry, double blur_px, int of_lane) const;
   /// Undoes what was done to them since they were collected, and places the corners. Returns as Collect().
@@ -49,12 +54,6 @@ class BoardPixels {
   /// Where the corners lie after the geometry has changed; the pixels stay with their corners.
   void PlaceCorners(const Lens& lens, const BoardGeometry& geometry);
 
-  /// A corner lies so far from where it is printed, until pixels are collected again; to be placed after that.
-  void SetBent(int corner, const Eigen::Vector2d& bent) {
-    places_[static_cast<std::size_t>(corner)].board = Printed(corner) + bent;
-  }
-  /// Whether any does.
-  bool bent() const;
   /// Where a corner is printed, cells.
   Eigen::Vector2d Printed(int corner) const {
     return CornerOnBoard(size_, corner / (size_.cols - 1), corner % (size_.cols - 1));
@@ -78,6 +77,7 @@ class BoardPixels {
 
  private:
   void RankCorners();
+  void TakeOutBend();
   void CollectCorner(const LightReader& reader, const LightReader::Rows& rows, int corner, const LocalPlane& plane,
                      double blur_px, int of_lane);
 
@@ -90,6 +90,7 @@ class BoardPixels {
     int of_lane = 0, inside = 0;
     Eigen::Vector2d origin = Eigen::Vector2d::Zero();
     Originals originals = Originals::kThese;
+    std::optional<BentPaper> paper;  ///< whose bend was taken out
   } collected_;
   std::array<CornerPlace, kMaxCorners> places_;
   std::array<int, kMaxCorners> rank_{};

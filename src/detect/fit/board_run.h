@@ -45,6 +45,7 @@ struct BoardRun {
   /// How the image samples the board.
   struct View {
     MarkerSize size;
+    double cell_ratio = 1;  ///< of a cell, height over width
     int channels = 1;
     int red_phase = -1;
     std::array<int, 4> channel_of_phase{};
@@ -100,7 +101,8 @@ struct BoardRun {
   Step step;
   Told told;
   FittedBoard result;
-  std::optional<BentPaper> bent;  ///< as the last fit found it
+  std::optional<BentPaper> bent;   ///< as the last fit found it
+  std::optional<BentPaper> paper;  ///< whose bend the pixels have had taken out
   FittedBoard without_ink;
   // Where inks may lie out of register; else empty.
   Eigen::Vector2d register_cells = Eigen::Vector2d::Zero();

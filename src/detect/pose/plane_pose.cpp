@@ -147,12 +147,12 @@ Parameters HomographyOfPose(const RigidTransform& camera_from_board, const Eigen
   return at.h;
 }
 
-std::optional<std::array<PlanePose, 2>> PlanePoses(const MeasuredHomography& measured, const Eigen::Vector2d& cell_m,
-                                                   double focal) {
-  const Eigen::Matrix3d& h = measured.geometry.plane_from_board();
+std::optional<std::array<RigidTransform, 2>> PosesAtCentre(const BoardGeometry& geometry, const Eigen::Vector2d& cell_m,
+                                                           double focal) {
+  const Eigen::Matrix3d& h = geometry.plane_from_board();
   // First-order behaviour of the homography at the board's origin, on the plane z = 1.
   const Eigen::Vector2d p = h.block<2, 1>(0, 2) / focal;
-  Eigen::Matrix2d jacobian = measured.geometry.PlaneByBoard({0, 0}) / focal;
+  Eigen::Matrix2d jacobian = geometry.PlaneByBoard({0, 0}) / focal;
   jacobian.col(1) *= cell_m.x() / cell_m.y();  // by squares of a cell's width
   if (!jacobian.allFinite() || !(jacobian.determinant() > 0)) return std::nullopt;
   // A camera that looks straight at the point sees the board by a 2 × 2 matrix A = γ R₂₂ (IPPE, section 3.2).
@@ -169,15 +169,22 @@ std::optional<std::array<PlanePose, 2>> PlanePoses(const MeasuredHomography& mea
   if (-r.col(0).dot(r.col(1)) < 0) b1 = -b1;
   // γ is the width of a cell over the distance along the line of sight.
   const Eigen::Vector3d translation = cell_m.x() / gamma * Eigen::Vector3d(p.x(), p.y(), 1).normalized();
-  const auto descend = [&](double sign) {
+  const auto pose = [&](double sign) {
     Eigen::Matrix3d rotation;
     rotation.col(0) << r(0, 0), r(1, 0), sign * b0;
     rotation.col(1) << r(0, 1), r(1, 1), sign * b1;
     rotation.col(2) = rotation.col(0).cross(rotation.col(1));
-    const RigidTransform start{Eigen::Quaterniond(Eigen::Matrix3d(to_sight * rotation)).normalized(), translation};
-    return Descent(start, measured, cell_m, focal);
+    return RigidTransform{Eigen::Quaterniond(Eigen::Matrix3d(to_sight * rotation)).normalized(), translation};
   };
-  std::array<Descent, 2> descents{descend(1), descend(-1)};
+  return std::array<RigidTransform, 2>{pose(1), pose(-1)};
+}
+
+std::optional<std::array<PlanePose, 2>> PlanePoses(const MeasuredHomography& measured, const Eigen::Vector2d& cell_m,
+                                                   double focal) {
+  const std::optional<std::array<RigidTransform, 2>> starts = PosesAtCentre(measured.geometry, cell_m, focal);
+  if (!starts) return std::nullopt;
+  std::array<Descent, 2> descents{Descent((*starts)[0], measured, cell_m, focal),
+                                  Descent((*starts)[1], measured, cell_m, focal)};
   for (Descent& descent : descents) descent.Step();
   std::size_t better = descents[1].promised_chi_square() < descents[0].promised_chi_square() ? 1 : 0;
   descents[better].Run();
