@@ -55,6 +55,12 @@ MarkerFamily FamilyWithIds(const RenderRequest& request, const char* why) {
   return family;
 }
 
+double LongestSide(const std::vector<MarkerFamily>& families) {
+  double side_m = 0;
+  for (const MarkerFamily& family : families) side_m = std::max(side_m, family.side_m);
+  return side_m;
+}
+
 /// A robot of the room and where its circle lies.
 struct RoomRobot {
   std::uint64_t id = 0;
@@ -71,7 +77,7 @@ class LabRoom {
       : camera_(std::move(camera)),
         families_(ChooseMarkerFamilies(request.markers, request.setup, true)),
         references_(LoadReferences(request.room).references),
-        print_(PlanMarkerPrint(request)),
+        print_(PlanMarkerPrint(request, LongestSide(families_))),
         seed_(request.seed),
         speed_m_s_(request.max_speed_m_s) {
     for (const Reference& reference : references_) {
@@ -208,14 +214,14 @@ MarkersAt PlanSheetViews(const RenderRequest& request, const CameraModel& camera
   const SheetLayout layout = LayOutSheet(sheet);
   const Eigen::Vector2d cell = sheet.CellM();
   // A sheet is printed at once: all of it is off alike.
-  const MarkerPrint print = PlanMarkerPrint(request);
+  const MarkerPrint print = PlanMarkerPrint(request, std::max(sheet.paper.width_m, sheet.paper.height_m));
   const SceneMarker one = MakeLabMarker(family, family.roster.front(), print, request.seed, {});
   const Eigen::Vector2d scale = one.print.scale.array() * one.CellSize() / family.CellM().array();
   std::vector<std::pair<std::uint64_t, RigidTransform>> boards;
   for (const PlacedMarker& placed : layout.pages.front()) {
     const double x = placed.x_m + cell.x() * family.code.size().cols / 2 - sheet.paper.width_m / 2;
     const double y = sheet.paper.height_m / 2 - placed.y_m - cell.y() * family.code.size().rows / 2;
-    boards.emplace_back(placed.id, FlatIn({scale.x() * x, scale.y() * y, 0}, 0));
+    boards.emplace_back(placed.id, OnBentPaper({scale.x() * x, scale.y() * y}, one.bend_per_m, one.bend_angle_rad));
   }
   return [=, fps = request.fps, seed = request.seed](std::chrono::duration<double> time) {
     const int view = static_cast<int>(std::lround(time.count() * fps));

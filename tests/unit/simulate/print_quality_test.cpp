@@ -63,6 +63,26 @@ TEST(Print, DeviatesAsItSays) {
   EXPECT_NEAR(std::sqrt(shift_square), 1e-4, 1e-5);
 }
 
+TEST(Print, BendsEachPrintItsOwnWayOrAsItIsSaid) {
+  PrintQuality quality;
+  quality.bend_radius_m = -0.5;
+  SceneMarker first = Marker(), same = Marker(), other = Marker(), said = Marker();
+  Print(quality, 3, first);
+  Print(quality, 3, same);
+  Print(quality, 4, other);
+  quality.bend_angle_rad = 1.5;
+  Print(quality, 3, said);
+  for (const SceneMarker* marker : {&first, &other, &said}) EXPECT_EQ(marker->bend_per_m, -2);
+  EXPECT_EQ(first.bend_angle_rad, same.bend_angle_rad);
+  EXPECT_NE(first.bend_angle_rad, other.bend_angle_rad);
+  EXPECT_EQ(said.bend_angle_rad, 1.5);
+  // Hollow: its rim is nearer to the viewer than its middle.
+  EXPECT_GT(said.PointAt(3, 0).z(), 0.0005);
+  EXPECT_EQ(said.PointAt(3, 3).z(), 0);
+  quality.bend_radius_m = 0.001;
+  EXPECT_THAT(quality.Check(), HasSubstr("0.01 to 1000"));
+}
+
 TEST(Print, LeavesTheTruthWhatWasMeant) {
   SceneMarker marker = Marker();
   const CameraModel camera = test::PlainCamera();
