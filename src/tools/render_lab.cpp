@@ -34,12 +34,15 @@ SceneMarker MakeLabMarker(const MarkerFamily& family, std::uint64_t id, const Ma
   SceneMarker marker;
   marker.board = MakeBoard(family.code, id);
   marker.side_m = family.side_m;
+  const Eigen::Vector2d cell_m = family.CellM(id);
+  if (family.printed_by_id_m.contains(id))
+    marker.side_m = std::max(marker.board.rows, marker.board.cols) * std::sqrt(cell_m.prod());
   marker.inks = print.inks;
   marker.ink_spread_cells = print.ink_spread_cells;
   marker.margin_cells = 1;
   Print(print.quality, seed, marker);
   // Of the size that was measured, the print is off by its own scale.
-  marker.print.scale.array() *= family.CellM().array() / marker.CellSize();
+  marker.print.scale.array() *= cell_m.array() / marker.CellSize();
   marker.camera_from_marker = camera_from_marker;
   return marker;
 }
@@ -141,7 +144,9 @@ class LabRoom {
         std::filesystem::exists(*request.setup->robots, unknown))
       roster = *request.setup->robots;
     if (!roster.empty()) {
-      for (const RosterRobot& robot : LoadRobotRoster(roster, families_).robots)
+      const RobotRoster known = LoadRobotRoster(roster, families_);
+      SetPrints(known, families_);
+      for (const RosterRobot& robot : known.robots)
         for (const RosterMarker& marker : robot.markers)
           robots_.push_back({.id = marker.id, .family = marker.family, .body_from_marker = marker.body_from_marker});
       return;
