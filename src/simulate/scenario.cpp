@@ -126,6 +126,7 @@ std::string ReadPrint(TomlTable& table, double side_m, PrintQuality& print) {
   table.ReadLength("register", print.register_m, NumberRange{0, 0.005});
   table.Read("fading", print.fading, NumberRange{0, 0.9});
   table.Read("dirt", print.dirt, NumberRange{0, 0.3});
+  table.Read("gloss", print.gloss, NumberRange{0, 5});
   ReadBend(table, side_m, print);
   return std::string(kind->ink);
 }

@@ -27,6 +27,8 @@ std::string CheckMarker(const SceneMarker& marker) {
   const double farthest = std::max(marker.print.blue_shift_m.norm(), marker.print.yellow_shift_m.norm());
   if (!(farthest <= 0.5 * marker.CellSize())) return "the print's inks must lie within half a cell of each other";
   if (!(std::abs(marker.bend_per_m) * marker.side_m <= 2)) return "the paper must bend by no more than 2 rad";
+  if (!(marker.highlight.strength >= 0 && marker.highlight.strength <= 5)) return "highlight must be from 0 to 5";
+  if (!(marker.highlight.sigma > 0)) return "the highlight's sigma must be above 0";
   if (!(marker.gradient >= 0 && marker.gradient <= 1)) return "gradient must be from 0 to 1";
   if (!marker.camera_from_marker.translation.allFinite()) return "its position is not finite";
   if (std::abs(marker.camera_from_marker.rotation.norm() - 1) > 1e-6) return "its orientation is not of length 1";

@@ -34,6 +34,13 @@ struct PrintErrors {
   bool in_register() const { return blue_shift_m.isZero() && yellow_shift_m.isZero(); }
 };
 
+/// The mirror image of a lamp on a glossy print: a Gaussian spot.
+struct Highlight {
+  double strength = 0;           ///< what it adds at its middle, over what the print's white reflects; 0..5
+  Eigen::Vector2d at{0.5, 0.5};  ///< fractions of the board from its top left: right, down
+  double sigma = 0.25;           ///< over the board's longer side, above 0
+};
+
 /// Largest SceneMarker::ink_spread_cells.
 inline constexpr double kMostInkSpreadCells = 0.4;
 
@@ -56,6 +63,7 @@ struct SceneMarker {
   /// Light falls from 1 at one rim of the board to 1 − gradient at the other; 0..1.
   double gradient = 0;
   double gradient_angle_rad = 0;  ///< where it falls to, in the image: 0 right, π/2 down
+  Highlight highlight;
   std::vector<Occluder> occluders;
   /// Paper that lies on a cylinder: 1 over its radius, 1/m, positive where its middle is nearest to the viewer, which
   /// is where the marker's frame stays; and the direction in which it bends, from the marker's x axis towards its y

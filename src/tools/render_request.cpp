@@ -143,6 +143,7 @@ PrintKind PlanPrint(const RenderRequest& request) {
   quality.register_m = request.register_m.value_or(quality.register_m);
   quality.fading = request.fading.value_or(quality.fading);
   quality.dirt = request.dirt.value_or(quality.dirt);
+  quality.gloss = request.gloss.value_or(quality.gloss);
   if (const std::string wrong = quality.Check(); !wrong.empty()) throw CLI::ValidationError(wrong);
   PlanBend(request, quality);
   return *kind;

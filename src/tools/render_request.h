@@ -47,8 +47,8 @@ struct RenderRequest {
   double fps = 60;
   std::string print = "ideal";       ///< a kind
   std::vector<double> print_scale;   ///< of width and height; empty: the kind's
-  std::optional<double> register_m;  ///< not set, as the two that follow: the kind's
-  std::optional<double> fading, dirt;
+  std::optional<double> register_m;  ///< not set, as the three that follow: the kind's
+  std::optional<double> fading, dirt, gloss;
   std::string bend;                      ///< a length, or 0; empty: the kind's
   std::optional<double> bend_angle_deg;  ///< not set: each print's own
   std::optional<std::string> ink;        ///< not set: the kind's

@@ -53,6 +53,7 @@ print_scale = [1.01, 1]
 register = "0.1mm"
 fading = 0.2
 dirt = 0.03
+gloss = 1.5
 bend = "-2m"
 bend_angle_deg = 90
 speed = 0.2
@@ -126,6 +127,7 @@ TEST(Scenario, ReadsEveryKey) {
   EXPECT_EQ(scenario.swarm.print.register_m, 1e-4);
   EXPECT_EQ(scenario.swarm.print.fading, 0.2);
   EXPECT_EQ(scenario.swarm.print.dirt, 0.03);
+  EXPECT_EQ(scenario.swarm.print.gloss, 1.5);
   EXPECT_EQ(scenario.swarm.print.bend_radius_m, -2);
   EXPECT_NEAR(scenario.swarm.print.bend_angle_rad.value(), M_PI / 2, 1e-12);
   EXPECT_EQ(scenario.swarm.arena_m->y(), 0.8);

@@ -213,6 +213,12 @@ TEST(PlanRender, PaperBendsAsAsked) {
   EXPECT_THAT(refused({"--bend", "1m", "--bend-angle", "400"}), AllOf(HasSubstr("--bend-angle"), HasSubstr("360")));
 }
 
+TEST(PlanRender, PrintsShineAsAsked) {
+  EXPECT_EQ(Plan({"--side", "0.1", "--gloss", "2"}).markers_at({})[0].highlight.strength, 2);
+  EXPECT_EQ(Plan({"--side", "0.1"}).markers_at({})[0].highlight.strength, 0);
+  EXPECT_THAT(Refusal({"--side", "0.1", "--gloss", "9"}), AllOf(HasSubstr("--gloss"), HasSubstr("5")));
+}
+
 TEST(PlanRender, SheetBendsAsAWhole) {
   const std::vector<std::string> sheet{"--marker", "6x6:secded:30mm", "--ids", "0-19",   "--sheet",  "--bend",
                                        "0.5m",     "--bend-angle",    "0",     "--size", "1280x960", "--focal",
