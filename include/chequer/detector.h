@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -58,22 +59,38 @@ struct MarkerFamily {
   /// Width and height of the whole board as measured on the print, where the printer stretched one of them; zeros:
   /// cells are square, of side_m.
   Eigen::Vector2d printed_m = Eigen::Vector2d::Zero();
+  /// The same of single markers, by id, where their prints are not as the others.
+  std::map<std::uint64_t, Eigen::Vector2d> printed_by_id_m{};
 
-  /// Width and height of a cell.
+  /// Width and height of a cell of that marker.
+  Eigen::Vector2d CellM(std::uint64_t id) const {
+    const auto print = printed_by_id_m.find(id);
+    return print == printed_by_id_m.end() ? CellM() : CellOf(print->second);
+  }
+  /// Width and height of a cell, of markers that are not in printed_by_id_m.
   Eigen::Vector2d CellM() const {
     const MarkerSize size = code.size();
     if (printed_m.isZero()) return Eigen::Vector2d::Constant(side_m / std::max(size.rows, size.cols));
-    return {printed_m.x() / size.cols, printed_m.y() / size.rows};
+    return CellOf(printed_m);
   }
-  /// Sets printed_m, and side_m to that of square cells of the same area. False, and nothing is set, where the cells
-  /// are not square to a fifth: no printer does that, and width and height are likely swapped, or not a board's.
+  /// Whether a board of that width and height has cells that are square to a fifth: no printer does worse, and width
+  /// and height are likely swapped, or not a board's.
+  bool IsPrint(const Eigen::Vector2d& width_and_height_m) const {
+    const Eigen::Vector2d cell = CellOf(width_and_height_m);
+    return cell.minCoeff() > 0 && cell.maxCoeff() <= 1.2 * cell.minCoeff();
+  }
+  /// Sets printed_m, and side_m to that of square cells of the same area. False, and nothing is set, where it is no
+  /// print.
   bool SetPrinted(const Eigen::Vector2d& width_and_height_m) {
+    if (!IsPrint(width_and_height_m)) return false;
     const MarkerSize size = code.size();
-    const Eigen::Vector2d cell(width_and_height_m.x() / size.cols, width_and_height_m.y() / size.rows);
-    if (!(cell.minCoeff() > 0 && cell.maxCoeff() <= 1.2 * cell.minCoeff())) return false;
     printed_m = width_and_height_m;
-    side_m = std::max(size.rows, size.cols) * std::sqrt(cell.prod());
+    side_m = std::max(size.rows, size.cols) * std::sqrt(CellOf(printed_m).prod());
     return true;
+  }
+  /// Width and height of a cell of a board of that width and height.
+  Eigen::Vector2d CellOf(const Eigen::Vector2d& width_and_height_m) const {
+    return {width_and_height_m.x() / code.size().cols, width_and_height_m.y() / code.size().rows};
   }
 };
 

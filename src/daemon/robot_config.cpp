@@ -62,6 +62,7 @@ void ReadRobots(TomlTable table, const std::filesystem::path& base, DaemonConfig
   if (table.Read("file", file)) {
     NeedCalibration(table, "file", config);
     frames.roster = LoadAt(table, "file", [&] { return LoadRobotRoster(base / file, config.detector.families); });
+    SetPrints(*frames.roster, config.detector.families);
   }
   const auto need_roster = [&](std::string_view key, bool asked) {
     if (asked && !frames.roster) table.Fail(key, "needs robots.file: which robots there are");

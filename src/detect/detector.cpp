@@ -441,6 +441,15 @@ Eigen::Vector2d Detector::Impl::RegisterOf(MarkerSize size) const {
   return cells;
 }
 
+Eigen::Vector2d Detector::Impl::CellOf(const Identity& identity, std::size_t board, bool agrees) const {
+  const MarkerFamily& family = options.families[static_cast<std::size_t>(identity.family)];
+  if (identity.id_decided) return family.CellM(identity.decoded->id);
+  if (!agrees || !SameSide(identity.family, frame->expected[board].family)) return family.CellM();
+  // It may be given the identity of the board that was expected there.
+  const RememberedBoard& expected = frame->expected[board];
+  return options.families[static_cast<std::size_t>(expected.family)].CellM(expected.id);
+}
+
 Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const Lens& lens, const FitOrder& order,
                                                 Worker& worker, Tracer& tracer) const {
   const std::size_t index = order.board;
@@ -487,8 +496,7 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
   std::optional<std::array<PlanePose, 2>> poses;
   BoardMeasurement measured;
   if (lens.calibrated()) {
-    measured = MeasurementOf(*fitted, options.families[static_cast<std::size_t>(identity.family)],
-                             options.print_tolerance, lens.focal());
+    measured = MeasurementOf(*fitted, CellOf(identity, index, outcome.agrees), options.print_tolerance, lens.focal());
     poses = PosesOf(measured);
     if (!poses) return refuse(Refusal::kNoPose);
   }

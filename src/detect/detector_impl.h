@@ -101,6 +101,9 @@ struct Detector::Impl {
     return options.families[static_cast<std::size_t>(a)].CellM() ==
            options.families[static_cast<std::size_t>(b)].CellM();
   }
+  /// Width and height of a board's cells: of the marker that it is, or that was followed there.
+  /// @param agrees whether it is as the board that was expected.
+  Eigen::Vector2d CellOf(const Identity& identity, std::size_t board, bool agrees) const;
   /// How well the place of a board is known before it is fitted.
   BoardFit::Start::Known KnownTo(std::size_t board) const {
     using Known = BoardFit::Start::Known;

@@ -14,9 +14,12 @@ std::string DetectorOptions::Check() const {
     return "max_luminance_overlap: must be from 0 to 0.5";
   if (!(max_saturation_overlap >= 0 && max_saturation_overlap <= 0.5))
     return "max_saturation_overlap: must be from 0 to 0.5";
-  for (const MarkerFamily& family : families)
-    if (MarkerFamily same = family; !family.printed_m.isZero() && !same.SetPrinted(family.printed_m))
+  for (const MarkerFamily& family : families) {
+    const bool each_is_print = std::all_of(family.printed_by_id_m.begin(), family.printed_by_id_m.end(),
+                                           [&](const auto& print) { return family.IsPrint(print.second); });
+    if (!each_is_print || !(family.printed_m.isZero() || family.IsPrint(family.printed_m)))
       return "marker width and height: must be above 0, and those of nearly square cells";
+  }
   if (!(print_tolerance.scale >= 0 && print_tolerance.scale <= 0.05))
     return "print tolerance: scale must be from 0 to 0.05";
   if (!(print_tolerance.register_m >= 0 && print_tolerance.register_m <= 0.005))

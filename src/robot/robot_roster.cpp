@@ -15,6 +15,7 @@ using MarkerKey = std::pair<int, std::uint64_t>;  ///< family and id
 
 constexpr NumberRange kMetres{-10, 10};
 constexpr NumberRange kHeight{0, 10};
+constexpr NumberRange kSide{0.001, 99};  // as in [[marker]]
 constexpr NumberRange kDegrees{-360, 360};
 constexpr double kRadPerDegree = std::numbers::pi / 180;
 
@@ -37,6 +38,21 @@ Eigen::Quaterniond ReadRotation(TomlTable& table) {
   return rotation.normalized();
 }
 
+/// Of a board as printed: width and height, or the longer side of a board of square cells.
+std::optional<Eigen::Vector2d> ReadPrinted(TomlTable& table, const MarkerFamily& family) {
+  if (!table.HoldsList("side")) {
+    double side_m = 0;
+    if (!table.ReadLength("side", side_m, kSide)) return std::nullopt;
+    const MarkerSize size = family.code.size();
+    return side_m / std::max(size.rows, size.cols) * Eigen::Vector2d(size.cols, size.rows);
+  }
+  std::vector<double> printed;
+  table.ReadLengths("side", printed, LengthRange{2, 2}, kSide);
+  const Eigen::Vector2d printed_m(printed[0], printed[1]);
+  if (!family.IsPrint(printed_m)) table.Fail("side", "must be [width, height] of a board of nearly square cells");
+  return printed_m;
+}
+
 /// The keys of a marker but its position.
 RosterMarker ReadMarker(TomlTable& table, std::span<const MarkerFamily> families) {
   RosterMarker marker;
@@ -44,10 +60,12 @@ RosterMarker ReadMarker(TomlTable& table, std::span<const MarkerFamily> families
   table.Read("family", marker.family, IntegerRange{0, 63});
   if (static_cast<std::size_t>(marker.family) >= families.size())
     table.Fail("family", "must be below " + std::to_string(families.size()) + ", the number of kinds that are sought");
-  const std::uint64_t largest = families[static_cast<std::size_t>(marker.family)].code.max_id();
+  const MarkerFamily& family = families[static_cast<std::size_t>(marker.family)];
+  const std::uint64_t largest = family.code.max_id();
   if (marker.id > largest)
     table.Fail("id", "is beyond " + std::to_string(largest) + ", the largest id of this kind of marker");
   marker.body_from_marker.rotation = ReadRotation(table);
+  marker.printed_m = ReadPrinted(table, family);
   return marker;
 }
 
@@ -80,7 +98,7 @@ RosterRobot ReadRobot(TomlTable& table, std::span<const MarkerFamily> families) 
       robot.markers.push_back(ReadMarker(marker_table, families));
       robot.markers.back().body_from_marker.translation = ReadPosition(marker_table);
     }
-    for (const char* key : {"id", "family", "position", "heading", "orientation"})
+    for (const char* key : {"id", "family", "side", "position", "heading", "orientation"})
       if (table.Has(key)) table.Fail(key, "belongs into [[robot.marker]], where a robot has two");
   }
   if (has_height) robot.body_height_m = height_m - robot.markers.front().body_from_marker.translation.z();
@@ -100,6 +118,7 @@ class Distinct {
     if (keys.size() != robot.markers.size()) table.Fail(at, "must have two different ids");
     if (const auto [other, is_new] = robots_.emplace(keys, robot.name); !is_new)
       table.Fail(at, "cannot tell '" + robot.name + "' from '" + other->second + "', which bears the same");
+    CheckPrints(table, robot);
     for (const MarkerKey& key : keys) {
       const bool alone = keys.size() == 1;
       const auto [other, is_new] = bearers_.emplace(key, Bearer{robot.name, alone});
@@ -110,6 +129,15 @@ class Distinct {
   }
 
  private:
+  /// A marker has one print: which robot bears it is not known before it is measured.
+  void CheckPrints(const TomlTable& table, const RosterRobot& robot) {
+    for (const RosterMarker& marker : robot.markers)
+      if (const auto [print, is_new] = prints_.emplace(KeyOf(marker), marker.printed_m);
+          print->second != marker.printed_m)
+        table.Fail(table.Has("id") ? "id" : "marker",
+                   "id " + std::to_string(marker.id) + " has another side on another robot; give both the same");
+  }
+
   struct Bearer {
     std::string name;
     bool alone = false;  ///< it is its only marker
@@ -117,6 +145,7 @@ class Distinct {
   std::set<std::string> names_;
   std::map<std::set<MarkerKey>, std::string> robots_;
   std::map<MarkerKey, Bearer> bearers_;
+  std::map<MarkerKey, std::optional<Eigen::Vector2d>> prints_;
 };
 
 RobotRoster ReadRoster(TomlFile file, std::span<const MarkerFamily> families) {
@@ -134,6 +163,14 @@ RobotRoster ReadRoster(TomlFile file, std::span<const MarkerFamily> families) {
 }
 
 }  // namespace
+
+void SetPrints(const RobotRoster& roster, std::span<MarkerFamily> families) {
+  for (MarkerFamily& family : families) family.printed_by_id_m.clear();
+  for (const RosterRobot& robot : roster.robots)
+    for (const RosterMarker& marker : robot.markers)
+      if (marker.printed_m)
+        families[static_cast<std::size_t>(marker.family)].printed_by_id_m[marker.id] = *marker.printed_m;
+}
 
 RobotRoster LoadRobotRoster(const std::filesystem::path& path, std::span<const MarkerFamily> families) {
   return ReadRoster(TomlFile::Load(path), families);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,6 +26,8 @@ namespace chequer {
 //                                  # above; left out: 0. Or, for a marker that does not lie flat:
 //   #orientation = [1, 0, 0, 0]    # of marker axes in the body's frame, w x y z
 //   family = 0                     # which [[marker]] of chequerd's configuration it is, counted from 0; left out: 0
+//   side = [0.1204, 0.1198]        # width and height of its board as printed, metres, or one length; left out: as in
+//                                  # that [[marker]]
 //
 //   [[robot]]                      # with two markers
 //   name = "bob"
@@ -48,6 +51,8 @@ struct RosterMarker {
   std::uint64_t id = 0;
   int family = 0;
   RigidTransform body_from_marker;
+  /// Width and height of its board, where its print is not as the others of the family.
+  std::optional<Eigen::Vector2d> printed_m{};
 };
 
 struct RosterRobot {
@@ -67,6 +72,9 @@ RobotRoster LoadRobotRoster(const std::filesystem::path& path, std::span<const M
 
 /// The same from a text. @param name stands for the file in messages.
 RobotRoster ParseRobotRoster(std::string_view text, const std::string& name, std::span<const MarkerFamily> families);
+
+/// Gives the families the prints that a roster measures, in place of those they had. @pre it was read for them.
+void SetPrints(const RobotRoster& roster, std::span<MarkerFamily> families);
 
 /// The text of a roster; ParseRobotRoster gives the same numbers back.
 std::string FormatRobotRoster(const RobotRoster& roster);

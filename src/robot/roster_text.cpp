@@ -25,6 +25,8 @@ std::string MarkerText(const RosterMarker& marker) {
   const Eigen::Quaterniond q = Canonical(marker.body_from_marker.rotation);
   std::string text = "id = " + std::to_string(marker.id) + "\n";
   if (marker.family != 0) text += "family = " + std::to_string(marker.family) + "\n";
+  if (const auto& printed = marker.printed_m)
+    text += "side = [" + Exact(printed->x()) + ", " + Exact(printed->y()) + "]\n";
   text += "position = [" + Exact(t.x()) + ", " + Exact(t.y()) + ", " + Exact(t.z()) + "]\n";
   if (q.w() == 1) return text;
   return text + "orientation = [" + Exact(q.w()) + ", " + Exact(q.x()) + ", " + Exact(q.y()) + ", " + Exact(q.z()) +

@@ -60,6 +60,7 @@ class FineRenderer {
         Eigen::Array4f top = row[static_cast<std::size_t>(x)];
         // Below this is what rounding leaves of sums that cancel.
         if (!(top[3] > 1e-5f)) continue;
+        if (layer.glow) top.head<3>() += top[3] * layer.glow->At(origin + Eigen::Vector2d(x + 0.5, y + 0.5) / scale);
         if (layer.fall > 0) {
           const double fallen = std::clamp(fall_y + layer.fall_direction.x() * (x + 0.5) / scale, 0.0, 1.0);
           top.head<3>() *= static_cast<float>(1 - layer.fall * fallen);

@@ -1,5 +1,6 @@
 #include "simulate/outline.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -97,7 +98,31 @@ void SetGradient(const SceneMarker& marker, const CameraModel& camera, Layer& la
   layer.fall_offset = -low / (high - low);
 }
 
+/// Of a lamp's size and place, so it stands still where the marker moves.
+void SetGlow(const SceneMarker& marker, const CameraModel& camera, Layer& layer) {
+  const Highlight& highlight = marker.highlight;
+  if (highlight.strength == 0) return;
+  const auto pixel = [&](const Eigen::Vector2d& cell) {
+    return camera.Project(marker.camera_from_marker * marker.PointAt(cell.x(), cell.y()));
+  };
+  const Eigen::Vector2d cells(marker.board.cols, marker.board.rows), at = highlight.at.cwiseProduct(cells);
+  Glow glow;
+  glow.peak = static_cast<float>(highlight.strength) * marker.inks.white.array();
+  glow.center = pixel(at);
+  Eigen::Matrix2d axes;  // of the spot
+  axes.col(0) = pixel(at + Eigen::Vector2d::UnitX()) - glow.center;
+  axes.col(1) = pixel(at + Eigen::Vector2d::UnitY()) - glow.center;
+  axes *= highlight.sigma * cells.maxCoeff();
+  glow.inverse_covariance = (axes * axes.transpose()).inverse();
+  layer.glow = glow;
+}
+
 }  // namespace
+
+Eigen::Array3f Glow::At(const Eigen::Vector2d& pixel) const {
+  const Eigen::Vector2d off = pixel - center;
+  return peak * static_cast<float>(std::exp(-0.5 * off.dot(inverse_covariance * off)));
+}
 
 std::vector<Layer> MakeLayers(const std::vector<SceneMarker>& markers, const CameraModel& camera) {
   std::vector<Layer> layers;
@@ -106,6 +131,7 @@ std::vector<Layer> MakeLayers(const std::vector<SceneMarker>& markers, const Cam
     const Projector projector(marker, camera);
     layers.push_back(projector.Draw(BoardRectangles(marker)));
     SetGradient(marker, camera, layers.back());
+    SetGlow(marker, camera, layers.back());
     for (const Occluder& occluder : marker.occluders) {
       layers.push_back(projector.Draw(OccluderRectangles(marker, occluder)));
       SetGradient(marker, camera, layers.back());
@@ -121,6 +147,7 @@ std::vector<Layer> MakeMovingLayers(const std::vector<MovingMarker>& markers, co
     const std::vector<Rectangle> seen = SeenRectangles(marker);
     const float share = 1.0f / static_cast<float>(moving.camera_from_marker.size());
     Layer layer = EmptyLayer();
+    if (IsDrawable(marker, camera)) SetGlow(marker, camera, layer);
     for (const RigidTransform& pose : moving.camera_from_marker) {
       marker.camera_from_marker = pose;
       if (IsDrawable(marker, camera)) Projector(marker, camera).Add(seen, share, layer);

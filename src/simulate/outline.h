@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "chequer/camera_model.h"
@@ -8,6 +9,15 @@
 #include "simulate/scene.h"
 
 namespace chequer {
+
+/// Light that a glossy surface adds: peak · exp(−½ dᵀ · inverse_covariance · d), d from its middle, pixels.
+struct Glow {
+  Eigen::Array3f peak = Eigen::Array3f::Zero();
+  Eigen::Vector2d center{0, 0};
+  Eigen::Matrix2d inverse_covariance = Eigen::Matrix2d::Identity();
+
+  Eigen::Array3f At(const Eigen::Vector2d& pixel) const;
+};
 
 /// Something flat that is drawn over what lies below it: the outlines of all its cells in pixels of the (distorted)
 /// frame.
@@ -19,6 +29,7 @@ struct Layer {
   double fall = 0;
   double fall_offset = 0;
   Eigen::Vector2d fall_direction{0, 0};  ///< per pixel
+  std::optional<Glow> glow{};
 };
 
 /// The layers of markers from below to above. Markers that are not drawable are left out.

@@ -20,6 +20,13 @@ struct PrintQuality {
   double dot_gain_m = 0;  ///< by which dark cells grow on each side, metres, 0..0.005
   double fading = 0;      ///< share by which inks are nearer to white, 0..0.9
   double dirt = 0;        ///< share of the board that dark specks occlude, 0..0.3
+  /// What the mirror image of a lamp adds at its middle, over what white paper reflects, 0..5; each print has its own
+  /// place and size of it.
+  double gloss = 0;
+  /// Radius of the cylinder that the paper lies on, metres, 0.01..1000; negative where it is hollow; 0: flat.
+  double bend_radius_m = 0;
+  /// In which it bends, from the marker's x axis towards its y axis; where it is not set, each print has its own.
+  std::optional<double> bend_angle_rad{};
 
   /// Empty, or what is wrong and what would be right.
   std::string Check() const;
@@ -33,7 +40,8 @@ struct PrintKind {
 };
 
 /// "ideal" (the default), "office" (any office printer: 0.25 % of scale, 0.03 mm between inks), "laser", "inkjet",
-/// "inkjet-worn" (used for months: paled, with specks). Nothing if there is no kind of that name.
+/// "inkjet-worn" (used for months: paled, with specks, hollow as paper is that dries on its printed side). Nothing if
+/// there is no kind of that name.
 std::optional<PrintKind> NamedPrint(std::string_view name);
 
 /// All names that NamedPrint knows, comma-separated, for messages.

@@ -6,6 +6,7 @@
 #include "capture/size_text.h"
 #include "chequer/camera_file.h"
 #include "core/file.h"
+#include "core/number_text.h"
 #include "core/toml_reader.h"
 #include "simulate/scenario_phases.h"
 
@@ -100,8 +101,20 @@ void ReadCamera(TomlTable table, const std::filesystem::path& folder, std::uint6
   camera.auto_exposure = exposure;
 }
 
+void ReadBend(TomlTable& table, double side_m, PrintQuality& print) {
+  const bool has_bend = table.ReadLength("bend", print.bend_radius_m, NumberRange{-1000, 1000});
+  const double least_m = std::max(side_m, 0.01);
+  if (print.bend_radius_m != 0 && std::abs(print.bend_radius_m) < least_m)
+    table.Fail(has_bend ? "bend" : "print", "must be 0 (flat), or a radius of at least " + ExactText(least_m) +
+                                                " m, the marker's side; negative where the paper is hollow");
+  double angle_deg = 0;
+  if (!table.Read("bend_angle_deg", angle_deg, NumberRange{-360, 360})) return;
+  if (print.bend_radius_m == 0) table.Fail("bend_angle_deg", "needs paper that bends: bend = \"1m\", say");
+  print.bend_angle_rad = angle_deg * M_PI / 180;
+}
+
 /// A kind of print, and what is different from it. Returns the name of its inks.
-std::string ReadPrint(TomlTable& table, PrintQuality& print) {
+std::string ReadPrint(TomlTable& table, double side_m, PrintQuality& print) {
   std::string name = "ideal";
   table.Read("print", name);
   const auto kind = NamedPrint(name);
@@ -113,6 +126,8 @@ std::string ReadPrint(TomlTable& table, PrintQuality& print) {
   table.ReadLength("register", print.register_m, NumberRange{0, 0.005});
   table.Read("fading", print.fading, NumberRange{0, 0.9});
   table.Read("dirt", print.dirt, NumberRange{0, 0.3});
+  table.Read("gloss", print.gloss, NumberRange{0, 5});
+  ReadBend(table, side_m, print);
   return std::string(kind->ink);
 }
 
@@ -132,7 +147,7 @@ void ReadMarkers(TomlTable& table, ScenarioSwarm& swarm) {
   table.ReadLength("side", swarm.side_m, NumberRange{0.001, 99});
   table.Read("first_id", swarm.first_id, kId);
   table.Read("margin_cells", swarm.margin_cells, NumberRange{0, 20});
-  ink = ReadPrint(table, swarm.print);
+  ink = ReadPrint(table, swarm.side_m, swarm.print);
   table.Read("ink", ink);
   const auto inks = NamedInks(ink);
   if (!inks) table.Fail("ink", "must be one of " + InkNames());

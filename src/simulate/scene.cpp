@@ -27,6 +27,8 @@ std::string CheckMarker(const SceneMarker& marker) {
   const double farthest = std::max(marker.print.blue_shift_m.norm(), marker.print.yellow_shift_m.norm());
   if (!(farthest <= 0.5 * marker.CellSize())) return "the print's inks must lie within half a cell of each other";
   if (!(std::abs(marker.bend_per_m) * marker.side_m <= 2)) return "the paper must bend by no more than 2 rad";
+  if (!(marker.highlight.strength >= 0 && marker.highlight.strength <= 5)) return "highlight must be from 0 to 5";
+  if (!(marker.highlight.sigma > 0)) return "the highlight's sigma must be above 0";
   if (!(marker.gradient >= 0 && marker.gradient <= 1)) return "gradient must be from 0 to 1";
   if (!marker.camera_from_marker.translation.allFinite()) return "its position is not finite";
   if (std::abs(marker.camera_from_marker.rotation.norm() - 1) > 1e-6) return "its orientation is not of length 1";
@@ -37,18 +39,31 @@ std::string CheckMarker(const SceneMarker& marker) {
   return marker.inks.Check();
 }
 
+bool FacesCamera(const RigidTransform& camera_from_paper) {
+  const Eigen::Vector3d normal = camera_from_paper.rotation * Eigen::Vector3d::UnitZ();
+  return normal.dot(camera_from_paper.translation) < 0;
+}
+
 }  // namespace
 
-Eigen::Vector3d SceneMarker::PointAt(double col, double row) const {
-  const Eigen::Vector2d cell = CellSize() * print.scale;
-  const double x = (col - 0.5 * board.cols) * cell.x();
-  const Eigen::Vector2d flat(mirrored ? -x : x, (0.5 * board.rows - row) * cell.y());
-  if (bend_per_m == 0) return {flat.x(), flat.y(), 0};
+RigidTransform OnBentPaper(const Eigen::Vector2d& flat_m, double bend_per_m, double bend_angle_rad) {
+  if (bend_per_m == 0) return {Eigen::Quaterniond::Identity(), {flat_m.x(), flat_m.y(), 0}};
   // The way along the cylinder is as long as that along the paper.
   const Eigen::Vector2d direction(std::cos(bend_angle_rad), std::sin(bend_angle_rad));
-  const double way = direction.dot(flat), angle = bend_per_m * way;
-  const Eigen::Vector2d bent = flat + (std::sin(angle) / bend_per_m - way) * direction;
-  return {bent.x(), bent.y(), (std::cos(angle) - 1) / bend_per_m};
+  const double way = direction.dot(flat_m), angle = bend_per_m * way;
+  const Eigen::Vector2d bent = flat_m + (std::sin(angle) / bend_per_m - way) * direction;
+  return {RotationFromVector({-angle * direction.y(), angle * direction.x(), 0}),
+          {bent.x(), bent.y(), (std::cos(angle) - 1) / bend_per_m}};
+}
+
+Eigen::Vector2d SceneMarker::FlatPointAt(double col, double row) const {
+  const Eigen::Vector2d cell = CellSize() * print.scale;
+  const double x = (col - 0.5 * board.cols) * cell.x();
+  return {mirrored ? -x : x, (0.5 * board.rows - row) * cell.y()};
+}
+
+Eigen::Vector3d SceneMarker::PointAt(double col, double row) const {
+  return OnBentPaper(FlatPointAt(col, row), bend_per_m, bend_angle_rad).translation;
 }
 
 std::string Scene::Check() const {
@@ -60,13 +75,15 @@ std::string Scene::Check() const {
 
 bool IsDrawable(const SceneMarker& marker, const CameraModel& camera) {
   const RigidTransform& pose = marker.camera_from_marker;
-  const Eigen::Vector3d normal = pose.rotation * Eigen::Vector3d::UnitZ();
-  if (!(normal.dot(pose.translation) < 0)) return false;
+  if (!FacesCamera(pose)) return false;
   const double rim = std::max(marker.margin_cells, marker.ink_spread_cells);
   const Board& board = marker.board;
   for (const double row : {-rim, board.rows + rim})
     for (const double col : {-rim, board.cols + rim}) {
-      const Eigen::Vector3d corner = pose * marker.PointAt(col, row);
+      const RigidTransform at =
+          pose * OnBentPaper(marker.FlatPointAt(col, row), marker.bend_per_m, marker.bend_angle_rad);
+      const Eigen::Vector3d& corner = at.translation;
+      if (!FacesCamera(at)) return false;
       // 1 mm: nearer than any lens, and far enough from 0 for the division.
       if (!(corner.z() > 1e-3)) return false;
       const Eigen::Vector2d normalized = corner.head<2>() / corner.z();

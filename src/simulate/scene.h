@@ -34,8 +34,20 @@ struct PrintErrors {
   bool in_register() const { return blue_shift_m.isZero() && yellow_shift_m.isZero(); }
 };
 
+/// The mirror image of a lamp on a glossy print: a Gaussian spot.
+struct Highlight {
+  double strength = 0;           ///< what it adds at its middle, over what the print's white reflects; 0..5
+  Eigen::Vector2d at{0.5, 0.5};  ///< fractions of the board from its top left: right, down
+  double sigma = 0.25;           ///< over the board's longer side, above 0
+};
+
 /// Largest SceneMarker::ink_spread_cells.
 inline constexpr double kMostInkSpreadCells = 0.4;
+
+/// Where a place of flat paper lies once the paper bends, and how: the paper's x and y there, z out of its face, in the
+/// frame of its middle. A print with its middle at that place, and the same bend, lies on the same cylinder.
+/// @param bend_per_m, bend_angle_rad as SceneMarker has them.
+RigidTransform OnBentPaper(const Eigen::Vector2d& flat_m, double bend_per_m, double bend_angle_rad);
 
 /// A marker that stands in the scene.
 struct SceneMarker {
@@ -51,12 +63,16 @@ struct SceneMarker {
   /// Light falls from 1 at one rim of the board to 1 − gradient at the other; 0..1.
   double gradient = 0;
   double gradient_angle_rad = 0;  ///< where it falls to, in the image: 0 right, π/2 down
+  Highlight highlight;
   std::vector<Occluder> occluders;
-  /// Paper that lies on a cylinder: 1 over its radius, 1/m, positive where its middle is nearest to the viewer, which is
-  /// where the marker's frame stays; and the direction in which it bends, from the marker's x axis towards its y axis.
+  /// Paper that lies on a cylinder: 1 over its radius, 1/m, positive where its middle is nearest to the viewer, which
+  /// is where the marker's frame stays; and the direction in which it bends, from the marker's x axis towards its y
+  /// axis.
   double bend_per_m = 0, bend_angle_rad = 0;
 
   double CellSize() const { return board.CellSize(side_m); }
+  /// The place of the paper, were it flat, of what is that many cells right and down of the board's top left.
+  Eigen::Vector2d FlatPointAt(double col, double row) const;
   /// The point of the marker frame where what is that many cells right and down of the board's top left was printed.
   Eigen::Vector3d PointAt(double col, double row) const;
 };
@@ -70,7 +86,7 @@ struct Scene {
   std::string Check() const;
 };
 
-/// Whether a marker can be drawn: it is seen from its printed side, all of it lies in front of the camera and where the
+/// Whether a marker can be drawn: all of it is seen from its printed side, lies in front of the camera and where the
 /// lens model is valid. It may lie outside the frame.
 bool IsDrawable(const SceneMarker& marker, const CameraModel& camera);
 

@@ -141,6 +141,7 @@ void RunRobots(RobotsRequest& request) {
     roster = LoadEdited(request.out, options.families);
   else if (!request.roster.empty())
     roster = LoadRobotRoster(request.roster, options.families);
+  SetPrints(roster, options.families);
   const Heights heights = Watch(request, options, world);
   if (merges) fmt::print("{} was edited: its robots keep their names and places, others are added\n", request.out);
   roster = WithHeights(std::move(roster), heights);

@@ -8,6 +8,7 @@
 
 #include "chequer/camera_file.h"
 #include "core/suggestion.h"
+#include "robot/robot_roster.h"
 #include "setup/print_table.h"
 #include "tools/setup_option.h"
 
@@ -32,6 +33,15 @@ PrintTolerance ChoosePrintTolerance(const std::string& typed, const std::optiona
         "--print-tolerance",
         fmt::format("'{}' is not known; it must be {}, at most 0.05 and 5mm", typed, kPrintToleranceForms));
   return *tolerance;
+}
+
+/// Gives the configuration's families the prints that its roster measures.
+void TakePrints(const DetectOptions& request, std::vector<MarkerFamily>& families) {
+  const auto& setup = request.setup;
+  std::error_code unknown;
+  const bool typed = request.markers.names_kind || request.markers.side_m;
+  if (typed || !setup || !setup->robots || !std::filesystem::exists(*setup->robots, unknown)) return;
+  SetPrints(LoadRobotRoster(*setup->robots, families), families);
 }
 
 }  // namespace
@@ -72,6 +82,7 @@ DetectorOptions MakeDetectorOptions(const DetectOptions& request) {
   CheckRange("--threads", request.threads, 1, 64);
   DetectorOptions options;
   options.families = ChooseMarkerFamilies(request.markers, request.setup, !request.calibration.empty());
+  if (!request.calibration.empty()) TakePrints(request, options.families);
   options.color_space = ChooseColorSpace(request.color_space, request.setup);
   options.print_tolerance = ChoosePrintTolerance(request.print_tolerance, request.setup);
   options.threads = request.threads;
@@ -97,7 +108,7 @@ void CheckCalibrationFits(const DetectorOptions& detector, const DetectOptions& 
 }
 
 void AddDetectOptions(CLI::App& command, DetectOptions& request) {
-  AddSetupOption(command, request.config, "camera file and markers");
+  AddSetupOption(command, request.config, "camera file, markers and the sides of the roster");
   AddMarkerOptions(command, request.markers);
   command.add_option("--calibration", request.calibration, "Camera file; without it poses are left out")
       ->type_name("FILE");

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tools/columns.h"
@@ -49,7 +50,7 @@ std::string JsonLine(const ImageReport& report) {
   json["work"] = report.work;
   json["markers"] = Json::array();
   for (const MarkerPose& marker : report.markers) json["markers"].push_back(Marker(marker));
-  return Dump(json);
+  return Dump(std::move(json));
 }
 
 std::string Table(const ImageReport& report) {

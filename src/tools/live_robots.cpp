@@ -27,7 +27,7 @@ std::string PrefixOf(const std::string& channel) {
 }
 
 std::string Optional(const std::optional<double>& value, int digits) {
-  return value ? fmt::format("{:>8.{}f}", *value, digits) : fmt::format("{:>8}", "-");
+  return value ? fmt::format("{:>8}", FixedText(*value, digits)) : fmt::format("{:>8}", "-");
 }
 
 }  // namespace
@@ -74,9 +74,10 @@ std::string LiveRobots::Text(MonotonicTime now, int max_lines) {
     if (!all_fit && lines >= max_lines - 1) return false;
     const Eigen::Vector3d& t = row.pose.translation;
     const auto yaw_rate = row.yaw_rate_rad_s ? std::optional(*row.yaw_rate_rad_s * kDegreesPerRadian) : std::nullopt;
-    text += fmt::format("{:>{}} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.1f} {} {} {:>8.2f}{}{}\n", NameOf(key.name, key.id),
-                        width, t.x(), t.y(), t.z(), HeadingRad(row.pose.rotation) * kDegreesPerRadian,
-                        Optional(row.speed_m_s, 3), Optional(yaw_rate, 1),
+    text += fmt::format("{:>{}} {:>8} {:>8} {:>8} {:>8} {} {} {:>8.2f}{}{}\n", NameOf(key.name, key.id), width,
+                        FixedText(t.x(), 4), FixedText(t.y(), 4), FixedText(t.z(), 4),
+                        FixedText(HeadingRad(row.pose.rotation) * kDegreesPerRadian, 1), Optional(row.speed_m_s, 3),
+                        Optional(yaw_rate, 1),
                         std::chrono::duration<double>(now - row.arrived + row.age_at_arrival).count(),
                         row.coasting ? "  coasting" : "", row.off_floor ? "  off the floor" : "");
     ++lines;

@@ -23,7 +23,8 @@ std::string Row(std::uint64_t id, std::size_t id_width, const MarkerPose& pose, 
   std::string place = fmt::format("{:>9} {:>9} {:>9} {:>8}", "-", "-", "-", "-");
   if (pose.has_pose) {
     const Eigen::Vector3d& t = pose.camera_from_marker.translation;
-    place = fmt::format("{:>9.4f} {:>9.4f} {:>9.4f} {:>8.1f}", t.x(), t.y(), t.z(), HeadingDegrees(pose));
+    place = fmt::format("{:>9} {:>9} {:>9} {:>8}", FixedText(t.x(), 4), FixedText(t.y(), 4), FixedText(t.z(), 4),
+                        FixedText(HeadingDegrees(pose), 1));
   }
   return fmt::format("{:>{}} {} {:>8.1f} {:>8.2f}\n", id, id_width, place, rate_hz, age_s);
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/printable.h"
 #include "tools/marker_json.h"
@@ -53,18 +54,19 @@ Json StagesJson(const std::vector<StageLatency>& stages) {
 
 std::string MarkerText(const MarkerPose& marker) {
   const std::string id = marker.id ? std::to_string(*marker.id) : "?";
-  if (!marker.has_pose) return fmt::format("{} ({:.1f}, {:.1f}) px", id, marker.center_px.x(), marker.center_px.y());
+  if (!marker.has_pose)
+    return fmt::format("{} ({}, {}) px", id, FixedText(marker.center_px.x(), 1), FixedText(marker.center_px.y(), 1));
   const Eigen::Vector3d& position = marker.camera_from_marker.translation;
-  return fmt::format("{} ({:.3f}, {:.3f}, {:.3f}) m {:.1f} deg", id, position.x(), position.y(), position.z(),
-                     HeadingDegrees(marker));
+  return fmt::format("{} ({}, {}, {}) m {} deg", id, FixedText(position.x(), 3), FixedText(position.y(), 3),
+                     FixedText(position.z(), 3), FixedText(HeadingDegrees(marker), 1));
 }
 
 std::string CsvPose(const MarkerPose& marker) {
   if (!marker.has_pose) return ",,,,,,,";
   const Eigen::Vector3d& t = marker.camera_from_marker.translation;
   const Eigen::Quaterniond q = Canonical(marker.camera_from_marker.rotation);
-  return fmt::format("{},{},{},{},{},{},{},{:.3f}", t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z(),
-                     HeadingDegrees(marker));
+  return fmt::format("{},{},{},{},{},{},{},{}", PlainZero(t.x()), PlainZero(t.y()), PlainZero(t.z()), PlainZero(q.w()),
+                     PlainZero(q.x()), PlainZero(q.y()), PlainZero(q.z()), FixedText(HeadingDegrees(marker), 3));
 }
 
 }  // namespace
@@ -76,6 +78,12 @@ std::string CsvField(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : clean) quoted.append(c == '"' ? 2 : 1, c);
   return quoted + "\"";
+}
+
+std::string FixedText(double number, int digits) {
+  std::string text = fmt::format("{:.{}f}", number, digits);
+  if (text.front() == '-' && text.find_first_not_of("-0.") == std::string::npos) text.erase(0, 1);
+  return text;
 }
 
 double HeadingDegrees(const MarkerPose& marker) {
@@ -100,7 +108,7 @@ std::string JsonLine(const std::string& channel, const PosesMessage& message) {
   json["height"] = message.image_height;
   json["markers"] = Json::array();
   for (const MarkerPose& marker : message.markers) json["markers"].push_back(MarkerJson(marker));
-  return Dump(json);
+  return Dump(std::move(json));
 }
 
 std::string JsonLine(const std::string& channel, const StatusMessage& message) {
@@ -134,7 +142,7 @@ std::string JsonLine(const std::string& channel, const StatusMessage& message) {
   json["drops"] = CountsJson(message.drops);
   json["stages"] = StagesJson(message.stages);
   json["detections"] = CountsJson(message.detections);
-  return Dump(json);
+  return Dump(std::move(json));
 }
 
 std::string PlainLine(const PosesMessage& message) {

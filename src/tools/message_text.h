@@ -9,6 +9,11 @@ namespace chequer {
 
 inline constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
+/// A number with so many digits behind the point, for people; what rounds to zero has no sign.
+std::string FixedText(double number, int digits);
+/// The same number, but for the sign of a zero.
+inline double PlainZero(double number) { return number == 0 ? 0.0 : number; }
+
 /// Direction of a marker's x axis in the x-y plane of the frame of reference, degrees from x towards y, −180..180: for
 /// a camera that looks down on robots, their heading in the image. @pre marker.has_pose.
 double HeadingDegrees(const MarkerPose& marker);

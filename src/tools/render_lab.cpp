@@ -34,12 +34,15 @@ SceneMarker MakeLabMarker(const MarkerFamily& family, std::uint64_t id, const Ma
   SceneMarker marker;
   marker.board = MakeBoard(family.code, id);
   marker.side_m = family.side_m;
+  const Eigen::Vector2d cell_m = family.CellM(id);
+  if (family.printed_by_id_m.contains(id))
+    marker.side_m = std::max(marker.board.rows, marker.board.cols) * std::sqrt(cell_m.prod());
   marker.inks = print.inks;
   marker.ink_spread_cells = print.ink_spread_cells;
   marker.margin_cells = 1;
   Print(print.quality, seed, marker);
   // Of the size that was measured, the print is off by its own scale.
-  marker.print.scale.array() *= family.CellM().array() / marker.CellSize();
+  marker.print.scale.array() *= cell_m.array() / marker.CellSize();
   marker.camera_from_marker = camera_from_marker;
   return marker;
 }
@@ -53,6 +56,12 @@ MarkerFamily FamilyWithIds(const RenderRequest& request, const char* why) {
   MarkerFamily family = ChooseMarkerFamilies(request.markers, request.setup, true).front();
   if (family.roster.empty()) throw CLI::ValidationError("--ids", why);
   return family;
+}
+
+double LongestSide(const std::vector<MarkerFamily>& families) {
+  double side_m = 0;
+  for (const MarkerFamily& family : families) side_m = std::max(side_m, family.side_m);
+  return side_m;
 }
 
 /// A robot of the room and where its circle lies.
@@ -71,7 +80,7 @@ class LabRoom {
       : camera_(std::move(camera)),
         families_(ChooseMarkerFamilies(request.markers, request.setup, true)),
         references_(LoadReferences(request.room).references),
-        print_(PlanMarkerPrint(request)),
+        print_(PlanMarkerPrint(request, LongestSide(families_))),
         seed_(request.seed),
         speed_m_s_(request.max_speed_m_s) {
     for (const Reference& reference : references_) {
@@ -135,7 +144,9 @@ class LabRoom {
         std::filesystem::exists(*request.setup->robots, unknown))
       roster = *request.setup->robots;
     if (!roster.empty()) {
-      for (const RosterRobot& robot : LoadRobotRoster(roster, families_).robots)
+      const RobotRoster known = LoadRobotRoster(roster, families_);
+      SetPrints(known, families_);
+      for (const RosterRobot& robot : known.robots)
         for (const RosterMarker& marker : robot.markers)
           robots_.push_back({.id = marker.id, .family = marker.family, .body_from_marker = marker.body_from_marker});
       return;
@@ -208,14 +219,14 @@ MarkersAt PlanSheetViews(const RenderRequest& request, const CameraModel& camera
   const SheetLayout layout = LayOutSheet(sheet);
   const Eigen::Vector2d cell = sheet.CellM();
   // A sheet is printed at once: all of it is off alike.
-  const MarkerPrint print = PlanMarkerPrint(request);
+  const MarkerPrint print = PlanMarkerPrint(request, std::max(sheet.paper.width_m, sheet.paper.height_m));
   const SceneMarker one = MakeLabMarker(family, family.roster.front(), print, request.seed, {});
   const Eigen::Vector2d scale = one.print.scale.array() * one.CellSize() / family.CellM().array();
   std::vector<std::pair<std::uint64_t, RigidTransform>> boards;
   for (const PlacedMarker& placed : layout.pages.front()) {
     const double x = placed.x_m + cell.x() * family.code.size().cols / 2 - sheet.paper.width_m / 2;
     const double y = sheet.paper.height_m / 2 - placed.y_m - cell.y() * family.code.size().rows / 2;
-    boards.emplace_back(placed.id, FlatIn({scale.x() * x, scale.y() * y, 0}, 0));
+    boards.emplace_back(placed.id, OnBentPaper({scale.x() * x, scale.y() * y}, one.bend_per_m, one.bend_angle_rad));
   }
   return [=, fps = request.fps, seed = request.seed](std::chrono::duration<double> time) {
     const int view = static_cast<int>(std::lround(time.count() * fps));

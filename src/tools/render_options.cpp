@@ -58,6 +58,25 @@ void AddPrintOptions(CLI::App& command, RenderRequest& request) {
   command.add_option("--dirt", request.dirt, "Share of each board under dark specks")
       ->check(IsWithin(0, 0.3))
       ->group(group);
+  command
+      .add_option(
+          "--gloss", request.gloss,
+          "The mirror image of a lamp on each print: what it adds at its middle, over what white paper reflects. "
+          "Toner has to 1, laminated paper more [0]")
+      ->check(IsWithin(0, 5))
+      ->group(group);
+  command
+      .add_option("--bend", request.bend,
+                  "Radius of the cylinder that the paper lies on, such as 1m; -1m where it is hollow, 0 where it is "
+                  "flat. Poses are of a marker's middle; a sheet bends as a whole")
+      ->type_name("RADIUS")
+      ->group(group);
+  command
+      .add_option("--bend-angle", request.bend_angle_deg,
+                  "In which the paper bends, degrees from a marker's x axis towards its y axis [each print its own]")
+      ->check(IsWithin(-360, 360))
+      ->type_name("DEG")
+      ->group(group);
   command.add_option("--ink", request.ink, "Of the print, if not the kind's: " + InkNames())->group(group);
 }
 

@@ -121,6 +121,20 @@ std::vector<SizedBoard> PeerBoards(const RenderRequest& request, int count) {
   return prints;
 }
 
+/// What --bend says, in place of the kind's.
+void PlanBend(const RenderRequest& request, PrintQuality& quality) {
+  constexpr const char* kForm = " must be 0 (flat), or a radius such as 1m, from 0.01 to 1000 m; -1m is hollow";
+  if (!request.bend.empty()) {
+    const auto radius_m = ParseLength(request.bend);
+    if (!radius_m) Refuse("--bend", "'" + request.bend + "'" + kForm);
+    quality.bend_radius_m = *radius_m;
+    if (!quality.Check().empty()) Refuse("--bend", "'" + request.bend + "'" + kForm);
+  }
+  if (!request.bend_angle_deg) return;
+  if (quality.bend_radius_m == 0) Refuse("--bend-angle", "needs paper that bends: --bend RADIUS, such as 1m");
+  quality.bend_angle_rad = Radians(*request.bend_angle_deg);
+}
+
 PrintKind PlanPrint(const RenderRequest& request) {
   auto kind = NamedPrint(request.print);
   if (!kind) Refuse("--print", UnknownWord("known", request.print, WordsOf(PrintKindNames())));
@@ -129,7 +143,9 @@ PrintKind PlanPrint(const RenderRequest& request) {
   quality.register_m = request.register_m.value_or(quality.register_m);
   quality.fading = request.fading.value_or(quality.fading);
   quality.dirt = request.dirt.value_or(quality.dirt);
+  quality.gloss = request.gloss.value_or(quality.gloss);
   if (const std::string wrong = quality.Check(); !wrong.empty()) throw CLI::ValidationError(wrong);
+  PlanBend(request, quality);
   return *kind;
 }
 
@@ -142,8 +158,14 @@ InkSet PlanInks(const RenderRequest& request) {
 
 }  // namespace
 
-MarkerPrint PlanMarkerPrint(const RenderRequest& request) {
-  return {PlanInks(request), request.ink_spread_cells, PlanPrint(request).quality};
+MarkerPrint PlanMarkerPrint(const RenderRequest& request, double widest_m) {
+  const PrintQuality quality = PlanPrint(request).quality;
+  if (quality.bend_radius_m != 0 && std::abs(quality.bend_radius_m) < widest_m)
+    Refuse("--bend",
+           fmt::format("must be 0 (flat), or a radius of at least {:g} m, the longest side of what is printed "
+                       "in one piece, not {:g} m",
+                       widest_m, quality.bend_radius_m));
+  return {PlanInks(request), request.ink_spread_cells, quality};
 }
 
 namespace {
@@ -164,10 +186,11 @@ RenderJob PlanOne(const RenderRequest& request, RenderJob job, SizedBoard print)
   SceneMarker marker;
   marker.board = std::move(print.board);
   marker.side_m = print.side_m;
-  marker.inks = PlanInks(request);
+  const MarkerPrint how = PlanMarkerPrint(request, print.side_m);
+  marker.inks = how.inks;
   marker.margin_cells = request.margin_cells;
-  marker.ink_spread_cells = request.ink_spread_cells;
-  Print(PlanPrint(request).quality, request.seed, marker);
+  marker.ink_spread_cells = how.ink_spread_cells;
+  Print(how.quality, request.seed, marker);
   const Eigen::Vector3d position =
       request.position.empty() ? Eigen::Vector3d(0, 0, request.distance_m) : ParsePosition(request.position);
   marker.camera_from_marker =
@@ -191,10 +214,11 @@ RenderJob PlanSwarm(const RenderRequest& request, RenderJob job, std::vector<Siz
   options.height_spread_m = std::min(0.1, 0.1 * request.distance_m);
   options.max_tilt_rad = request.tilt_deg > 0 ? Radians(request.tilt_deg) : options.max_tilt_rad;
   options.max_speed_m_s = request.max_speed_m_s;
-  options.inks = PlanInks(request);
+  const MarkerPrint how = PlanMarkerPrint(request, *std::max_element(options.sides_m.begin(), options.sides_m.end()));
+  options.inks = how.inks;
   options.margin_cells = request.margin_cells;
-  options.ink_spread_cells = request.ink_spread_cells;
-  options.print = PlanPrint(request).quality;
+  options.ink_spread_cells = how.ink_spread_cells;
+  options.print = how.quality;
   const auto swarm = std::make_shared<const Swarm>(options, request.seed);
   // Shared, as std::function copies what it holds.
   job.markers_at = [swarm](std::chrono::duration<double> time) { return swarm->At(time); };

@@ -47,9 +47,11 @@ struct RenderRequest {
   double fps = 60;
   std::string print = "ideal";       ///< a kind
   std::vector<double> print_scale;   ///< of width and height; empty: the kind's
-  std::optional<double> register_m;  ///< not set, as the two that follow: the kind's
-  std::optional<double> fading, dirt;
-  std::optional<std::string> ink;  ///< not set: the kind's
+  std::optional<double> register_m;  ///< not set, as the three that follow: the kind's
+  std::optional<double> fading, dirt, gloss;
+  std::string bend;                      ///< a length, or 0; empty: the kind's
+  std::optional<double> bend_angle_deg;  ///< not set: each print's own
+  std::optional<std::string> ink;        ///< not set: the kind's
   double margin_cells = 0;
   double ink_spread_cells = 0;
   std::string background = "plain";  ///< a kind, or an image file
@@ -99,8 +101,9 @@ struct MarkerPrint {
   double ink_spread_cells = 0;
   PrintQuality quality;
 };
+/// @param widest_m the longest side of what is printed in one piece: it must not bend by more than 1 rad.
 /// Throws CLI::ValidationError naming the option.
-MarkerPrint PlanMarkerPrint(const RenderRequest& request);
+MarkerPrint PlanMarkerPrint(const RenderRequest& request, double widest_m);
 
 /// Throws CLI::ValidationError naming the option, what is wrong and what would be right; std::runtime_error where a
 /// file cannot be read or where a swarm finds no room.

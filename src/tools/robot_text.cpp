@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "core/printable.h"
 #include "tools/message_json.h"
 #include "tools/message_text.h"
@@ -86,15 +88,21 @@ constexpr const char* kPoseColumns = "x_m,y_m,z_m,qw,qx,qy,qz,heading_deg";
 std::string CsvBody(const RigidTransform& pose) {
   const Eigen::Vector3d& t = pose.translation;
   const Eigen::Quaterniond q = Canonical(pose.rotation);
-  return fmt::format("{},{},{},{},{},{},{},{:.4f}", t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z(),
-                     HeadingRad(pose.rotation) * kDegreesPerRadian);
+  return fmt::format("{},{},{},{},{},{},{},{}", PlainZero(t.x()), PlainZero(t.y()), PlainZero(t.z()), PlainZero(q.w()),
+                     PlainZero(q.x()), PlainZero(q.y()), PlainZero(q.z()),
+                     FixedText(HeadingRad(pose.rotation) * kDegreesPerRadian, 4));
 }
 
 std::string CsvFloor(const std::optional<FloorPose>& floor) {
   if (!floor) return ",,,,,,";
-  return fmt::format("{},{},{:.4f},{},{:.3f},{:.1f},{}", floor->position.x(), floor->position.y(),
-                     floor->heading_rad * kDegreesPerRadian, floor->height_error_m, floor->tilt_rad * kDegreesPerRadian,
-                     floor->chi_square, floor->off_floor ? 1 : 0);
+  return fmt::format("{},{},{},{},{},{},{}", PlainZero(floor->position.x()), PlainZero(floor->position.y()),
+                     FixedText(floor->heading_rad * kDegreesPerRadian, 4), PlainZero(floor->height_error_m),
+                     FixedText(floor->tilt_rad * kDegreesPerRadian, 3), FixedText(floor->chi_square, 1),
+                     floor->off_floor ? 1 : 0);
+}
+
+std::string PlaceText(const Eigen::Vector3d& place_m) {
+  return fmt::format("({}, {}, {})", FixedText(place_m.x(), 4), FixedText(place_m.y(), 4), FixedText(place_m.z(), 4));
 }
 
 /// Who a track is for people: its name, else its id.
@@ -106,7 +114,7 @@ std::string JsonLine(const std::string& channel, const RobotsMessage& message) {
   Json json = HeaderJson("robots", channel, message.header);
   json["robots"] = Json::array();
   for (const RobotPose& robot : message.robots) json["robots"].push_back(RobotJson(robot));
-  return Dump(json);
+  return Dump(std::move(json));
 }
 
 std::string JsonLine(const std::string& channel, const TracksMessage& message) {
@@ -115,7 +123,7 @@ std::string JsonLine(const std::string& channel, const TracksMessage& message) {
   json["valid_monotonic_us"] = Microseconds(message.valid_monotonic);
   json["tracks"] = Json::array();
   for (const TrackState& track : message.tracks) json["tracks"].push_back(TrackJson(track));
-  return Dump(json);
+  return Dump(std::move(json));
 }
 
 std::string PlainLine(const RobotsMessage& message) {
@@ -126,11 +134,11 @@ std::string PlainLine(const RobotsMessage& message) {
     const bool on_floor = robot.floor && !robot.floor->off_floor;
     const double heading = on_floor ? robot.floor->heading_rad : HeadingRad(robot.frame_from_body.rotation);
     if (on_floor)
-      text += fmt::format("  {} ({:.4f}, {:.4f}) m {:.2f} deg", Printable(robot.name), robot.floor->position.x(),
-                          robot.floor->position.y(), heading * kDegreesPerRadian);
+      text += fmt::format("  {} ({}, {}) m {} deg", Printable(robot.name), FixedText(robot.floor->position.x(), 4),
+                          FixedText(robot.floor->position.y(), 4), FixedText(heading * kDegreesPerRadian, 2));
     else
-      text += fmt::format("  {} ({:.4f}, {:.4f}, {:.4f}) m {:.2f} deg{}", Printable(robot.name), t.x(), t.y(), t.z(),
-                          heading * kDegreesPerRadian, robot.floor ? " off the floor" : "");
+      text += fmt::format("  {} {} m {} deg{}", Printable(robot.name), PlaceText(t),
+                          FixedText(heading * kDegreesPerRadian, 2), robot.floor ? " off the floor" : "");
   }
   return text;
 }
@@ -141,9 +149,9 @@ std::string PlainLine(const TracksMessage& message) {
   for (const TrackState& track : message.tracks) {
     const Eigen::Vector3d& t = track.frame_from_body.translation;
     text +=
-        fmt::format("  {} ({:.4f}, {:.4f}, {:.4f}) m {:.2f} deg {:.3f} m/s {:.1f} deg/s{}", NameOf(track.key), t.x(),
-                    t.y(), t.z(), HeadingRad(track.frame_from_body.rotation) * kDegreesPerRadian, track.velocity.norm(),
-                    track.angular_velocity.z() * kDegreesPerRadian, track.coasting ? " coasting" : "");
+        fmt::format("  {} {} m {} deg {:.3f} m/s {} deg/s{}", NameOf(track.key), PlaceText(t),
+                    FixedText(HeadingRad(track.frame_from_body.rotation) * kDegreesPerRadian, 2), track.velocity.norm(),
+                    FixedText(track.angular_velocity.z() * kDegreesPerRadian, 1), track.coasting ? " coasting" : "");
   }
   return text;
 }
@@ -178,10 +186,11 @@ std::string CsvRows(const std::string& channel, const TracksMessage& message) {
   if (message.tracks.empty()) return frame + std::string(19, ',') + "\n";
   std::string rows;
   for (const TrackState& track : message.tracks)
-    rows += fmt::format("{},{},{},{},{},{},{},{:.4f},{},{},{},{},{}\n", frame, CsvField(track.key.robot), track.key.id,
-                        CsvBody(track.frame_from_body), track.velocity.x(), track.velocity.y(), track.velocity.z(),
-                        track.angular_velocity.z() * kDegreesPerRadian, track.age.count(), track.since_seen.count(),
-                        track.coasting ? 1 : 0, track.poses_used, track.poses_refused);
+    rows += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", frame, CsvField(track.key.robot), track.key.id,
+                        CsvBody(track.frame_from_body), PlainZero(track.velocity.x()), PlainZero(track.velocity.y()),
+                        PlainZero(track.velocity.z()), FixedText(track.angular_velocity.z() * kDegreesPerRadian, 4),
+                        track.age.count(), track.since_seen.count(), track.coasting ? 1 : 0, track.poses_used,
+                        track.poses_refused);
   return rows;
 }
 

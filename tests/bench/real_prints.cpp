@@ -60,6 +60,7 @@ Condition Parse(const std::string& text) {
     else if (!part.empty() && part != "ideal")
       throw CLI::ValidationError("condition", "'" + part + "' is not known");
   }
+  if (condition.bend_per_m > 0) condition.print.bend_radius_m = 0;  // instead of the kind's
   return condition;
 }
 

@@ -54,6 +54,12 @@ TEST(PlanCommand, TakesCameraAndMarkersOfAConfiguration) {
   EXPECT_THAT(plan.output, AllOf(HasSubstr("8x8 golay of 160 mm"), HasSubstr("cells are 10.0 px"), HasSubstr("1280")));
 }
 
+TEST(PlanCommand, SaysWhichCameraItAssumes) {
+  EXPECT_THAT(Plan({"--help"}).output, HasSubstr("nothing is said has 1920 x 1080 pixels"));
+  EXPECT_THAT(Plan({"--side", "40mm", "--distance", "1m"}).output,
+              HasSubstr("1920 x 1080 pixels with a focal length of 1440 px"));
+}
+
 TEST(PlanCommand, SaysWhatIsMissing) {
   EXPECT_EQ(Plan({"--side", "40mm"}).status, 2);
   EXPECT_THAT(Plan({"--side", "40mm"}).output, HasSubstr("--distance"));

@@ -63,9 +63,8 @@ void CarryIdentity(int family, std::uint64_t id, const DetectorOptions& options,
   Set(marker, Warning::kIdCarried);
 }
 
-BoardMeasurement MeasurementOf(const FittedBoard& fitted, const MarkerFamily& family, const PrintTolerance& tolerance,
-                               double focal_px) {
-  const Eigen::Vector2d cell_m = family.CellM();
+BoardMeasurement MeasurementOf(const FittedBoard& fitted, const Eigen::Vector2d& cell_m,
+                               const PrintTolerance& tolerance, double focal_px) {
   BoardMeasurement measured;
   measured.plane_from_board = fitted.geometry.plane_from_board();
   measured.information = fitted.information;

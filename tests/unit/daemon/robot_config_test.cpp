@@ -75,6 +75,12 @@ TEST_F(RobotConfig, ReadsLengthsWithUnits) {
   EXPECT_EQ(at, Eigen::Vector3d(0.02, 0, 0.105));
 }
 
+TEST_F(RobotConfig, GivesTheDetectorTheSidesOfTheRoster) {
+  std::ofstream(folder_ / "robots.toml") << "[[robot]]\nname = \"alice\"\nid = 3\nheight = 0.1\nside = [0.1, 0.102]\n";
+  const DaemonConfig config = Parse(kRobots);
+  EXPECT_EQ(config.detector.families.at(0).printed_by_id_m.at(3), Eigen::Vector2d(0.1, 0.102));
+}
+
 TEST_F(RobotConfig, ReadsEverything) {
   const FramePublisherOptions options =
       Parse(kWorld + "frames = \"both\"\ndrift_limit = 0.01\ndrift_window = 3.5\n" + kRobots +

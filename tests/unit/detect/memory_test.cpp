@@ -347,6 +347,8 @@ TEST(Memory, CarriesTheIdentityOfABoardThatIsOccluded) {
   const Image plain = frame.Draw(), occluded = Occluded(frame, 0.4);
   DetectorOptions options = OptionsFor(frame);
   options.carry_s = 0.1;
+  MarkerFamily& family = options.families[0];
+  family.printed_by_id_m[3] = {1.02 * family.side_m, family.side_m};
   for (const MarkerPose& marker : Detector(options).Detect(occluded.view()))
     ASSERT_FALSE(marker.id) << "too little shows";
   Follower follower(options);
@@ -359,6 +361,7 @@ TEST(Memory, CarriesTheIdentityOfABoardThatIsOccluded) {
       EXPECT_EQ(marker.id, 3u);
       EXPECT_TRUE(marker.Has(Warning::kIdCarried));
       EXPECT_FALSE(marker.Has(Warning::kIdUndecided));
+      EXPECT_EQ(marker.measurement.cell_m, family.CellM(3).x()) << "as wide as that board";
       ++carried;
     }
   }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -76,6 +77,30 @@ Errors ErrorsOf(const PrintQuality& quality, const PrintTolerance& tolerance, in
   EXPECT_EQ(errors.normalised.poses(), 4 * frames);
   errors.depth_square /= errors.normalised.poses();
   return errors;
+}
+
+TEST(PrintOfOneMarker, IsOfItsIdAlone) {
+  // One of four is 2 % too wide and 1 % too low, which the detector knows; the others are as they should be.
+  test::KnownFrame frame = FourPrints({}, 500);
+  SceneMarker& odd = frame.scene.markers[2];
+  odd.print.scale = {1.02, 0.99};
+  DetectorOptions options;
+  options.camera = frame.options.camera;
+  options.families = {{.code = kSecded, .side_m = kSideM, .roster = {}}};
+  options.families[0].printed_by_id_m[odd.board.id] = kSideM * odd.print.scale;
+  const std::vector<MarkerPose> poses = Detector(options).Detect(frame.Draw().view());
+  ASSERT_EQ(poses.size(), 4u);
+  for (const MarkerPose& found : poses) {
+    const auto truth = std::find_if(frame.scene.markers.begin(), frame.scene.markers.end(),
+                                    [&](const SceneMarker& marker) { return marker.board.id == found.id; });
+    ASSERT_NE(truth, frame.scene.markers.end());
+    // With the side of the others, its depth is off by 6 mm; noise makes 0.07 mm.
+    EXPECT_NEAR(found.camera_from_marker.translation.z(), truth->camera_from_marker.translation.z(), 4e-4);
+    EXPECT_FALSE(found.Has(Warning::kPoorFit));
+    EXPECT_NEAR(found.measurement.cell_m, (found.id == odd.board.id ? 1.02 : 1) * kSideM / 6, 1e-12);
+  }
+  options.families[0].printed_by_id_m[odd.board.id] = {kSideM, 2 * kSideM};
+  EXPECT_NE(options.Check(), "");
 }
 
 TEST(PrintTolerance, PosesOfPrintsWithinItAreHonest) {

@@ -67,6 +67,36 @@ TEST(RobotRoster, ReadsAPair) {
   EXPECT_NEAR(roster.robots[0].body_height_m, 0.05, 1e-12);
 }
 
+TEST(RobotRoster, ReadsTheSidesOfPrints) {
+  std::vector<MarkerFamily> families = Families();
+  families[0].printed_by_id_m[99] = {0.1, 0.1};  // of an earlier roster
+  const RobotRoster roster = Parse(
+      "[[robot]]\nname = \"a\"\nid = 1\nheight = 0.3\nside = [\"120.4mm\", 0.1198]\n"
+      "[[robot]]\nname = \"b\"\n"
+      "[[robot.marker]]\nid = 2\nposition = [0, 0, 0.2]\nside = \"100mm\"\nfamily = 1\n"
+      "[[robot.marker]]\nid = 3\nposition = [0.1, 0, 0.2]\n");
+  SetPrints(roster, families);
+  ASSERT_EQ(families[0].printed_by_id_m.size(), 1u);
+  EXPECT_TRUE(families[0].printed_by_id_m.at(1).isApprox(Eigen::Vector2d(0.1204, 0.1198)));
+  EXPECT_TRUE(families[0].CellM(1).isApprox(Eigen::Vector2d(0.1204 / 6, 0.1198 / 6)));
+  EXPECT_TRUE(families[0].CellM(3).isApprox(Eigen::Vector2d(0.02, 0.02))) << "as the others";
+  EXPECT_TRUE(families[1].CellM(2).isApprox(Eigen::Vector2d(0.0125, 0.0125))) << "one length: square cells";
+}
+
+TEST(RobotRoster, RefusesSidesThatNoPrintHas) {
+  const std::string alice = "[[robot]]\nname = \"alice\"\nid = 17\nheight = 0.12\n";
+  EXPECT_THAT(ErrorOf(alice + "side = [0.12, 0.2]\n"), AllOf(StartsWith("robots.toml:5"), HasSubstr("side"),
+                                                             HasSubstr("[width, height]"), HasSubstr("nearly square")));
+  EXPECT_THAT(ErrorOf(alice + "side = 120\n"), AllOf(StartsWith("robots.toml:5"), HasSubstr("from 0.001 to 99")));
+  EXPECT_THAT(ErrorOf(alice + "side = [0.12]\n"), AllOf(StartsWith("robots.toml:5"), HasSubstr("side")));
+  EXPECT_THAT(ErrorOf(kPair + std::string("side = 0.1\n[[robot]]\nname = \"dave\"\n[[robot.marker]]\nid = 4\nposition "
+                                          "= [0, 0, 0]\n[[robot.marker]]\nid = 5\nposition = [0.1, 0, 0]\n")),
+              AllOf(HasSubstr("id 4 has another side"), HasSubstr("robots.toml:1")));
+  EXPECT_THAT(ErrorOf("[[robot]]\nname = \"a\"\nside = 0.1\n[[robot.marker]]\nid = 1\nposition = [0, 0, 0]\n"
+                      "[[robot.marker]]\nid = 2\nposition = [0, 0, 1]\n"),
+              AllOf(StartsWith("robots.toml:3"), HasSubstr("belongs into [[robot.marker]]")));
+}
+
 TEST(RobotRoster, ErrorsNameFileLineAndKey) {
   EXPECT_THAT(ErrorOf("[[robot]]\nname = \"a\"\nid = -1\nheight = 0.1\n"),
               AllOf(StartsWith("robots.toml:3"), HasSubstr("id")));
@@ -128,7 +158,7 @@ TEST(RobotRoster, IsReadBackAsItWasWritten) {
   const RobotRoster before = Parse(
       "[[robot]]\nname = \"a \\\"b\\\\\"\nid = 17\nheight = 0.3\nposition = [0.02, -0.01, 0.1]\nheading = 77.7\nfamily "
       "= 1\n"
-      "[[robot]]\nname = \"c\"\nid = 5\nheight = 0.12\n" +
+      "[[robot]]\nname = \"c\"\nid = 5\nheight = 0.12\nside = [\"120.4mm\", 0.1198]\n" +
       std::string(kPair));
   const std::string text = FormatRobotRoster(before);
   const RobotRoster after = Parse(text);
@@ -142,6 +172,7 @@ TEST(RobotRoster, IsReadBackAsItWasWritten) {
       const RosterMarker &read = after.robots[i].markers[j], &written = before.robots[i].markers[j];
       EXPECT_EQ(read.id, written.id);
       EXPECT_EQ(read.family, written.family);
+      EXPECT_EQ(read.printed_m, written.printed_m);
       EXPECT_EQ(read.body_from_marker.translation, written.body_from_marker.translation);
       EXPECT_LT(read.body_from_marker.rotation.angularDistance(written.body_from_marker.rotation), 1e-12);
     }

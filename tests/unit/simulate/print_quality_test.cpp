@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "simulate/board_rectangles.h"
+#include "simulate/render.h"
 #include "simulate/truth.h"
 #include "support/scenes.h"
 
@@ -61,6 +62,55 @@ TEST(Print, DeviatesAsItSays) {
   EXPECT_NEAR(mean, 1.01, 0.0005);
   EXPECT_NEAR(std::sqrt(scale_square), 0.002, 0.0002);
   EXPECT_NEAR(std::sqrt(shift_square), 1e-4, 1e-5);
+}
+
+TEST(Print, GlossAddsALampsLightToPaperAndInkAlike) {
+  PrintQuality quality;
+  quality.gloss = 1.5;
+  SceneMarker marker = Marker();
+  Print(quality, 3, marker);
+  EXPECT_EQ(marker.highlight.strength, 1.5);
+  marker.highlight.at = {0.5, 0.5};
+  marker.highlight.sigma = 0.25;
+  SceneMarker matt = marker;
+  matt.highlight.strength = 0;
+  RenderOptions options;
+  options.camera = test::PlainCamera();
+  const LinearImage glossy = RenderLight({{marker}, {}}, options), plain = RenderLight({{matt}, {}}, options);
+  const auto added = [&](const Eigen::Vector2d& cell) {
+    const Eigen::Vector2d pixel =
+        options.camera.Project(marker.camera_from_marker * marker.PointAt(cell.x(), cell.y()));
+    const int x = static_cast<int>(std::lround(pixel.x())), y = static_cast<int>(std::lround(pixel.y()));
+    return static_cast<double>(glossy.Pixel(x, y)[1] - plain.Pixel(x, y)[1]);
+  };
+  // The middle, and a standard deviation away along a row and along a column: over light and dark cells.
+  const double white = static_cast<double>(marker.inks.white.y());
+  EXPECT_NEAR(added({3, 3}), 1.5 * white, 0.02);
+  EXPECT_NEAR(added({4.5, 3}), 1.5 * white * std::exp(-0.5), 0.03);
+  EXPECT_NEAR(added({3, 1.5}), 1.5 * white * std::exp(-0.5), 0.03);
+  EXPECT_NEAR(added({-2, 3}), 0, 1e-6) << "beside the print";
+  quality.gloss = 6;
+  EXPECT_THAT(quality.Check(), HasSubstr("gloss must be from 0 to 5"));
+}
+
+TEST(Print, BendsEachPrintItsOwnWayOrAsItIsSaid) {
+  PrintQuality quality;
+  quality.bend_radius_m = -0.5;
+  SceneMarker first = Marker(), same = Marker(), other = Marker(), said = Marker();
+  Print(quality, 3, first);
+  Print(quality, 3, same);
+  Print(quality, 4, other);
+  quality.bend_angle_rad = 1.5;
+  Print(quality, 3, said);
+  for (const SceneMarker* marker : {&first, &other, &said}) EXPECT_EQ(marker->bend_per_m, -2);
+  EXPECT_EQ(first.bend_angle_rad, same.bend_angle_rad);
+  EXPECT_NE(first.bend_angle_rad, other.bend_angle_rad);
+  EXPECT_EQ(said.bend_angle_rad, 1.5);
+  // Hollow: its rim is nearer to the viewer than its middle.
+  EXPECT_GT(said.PointAt(3, 0).z(), 0.0005);
+  EXPECT_EQ(said.PointAt(3, 3).z(), 0);
+  quality.bend_radius_m = 0.001;
+  EXPECT_THAT(quality.Check(), HasSubstr("0.01 to 1000"));
 }
 
 TEST(Print, LeavesTheTruthWhatWasMeant) {

@@ -48,6 +48,14 @@ first_id = 20
 margin_cells = 1
 ink = "matte"
 ink_spread_cells = 0.1
+print = "office"
+print_scale = [1.01, 1]
+register = "0.1mm"
+fading = 0.2
+dirt = 0.03
+gloss = 1.5
+bend = "-2m"
+bend_angle_deg = 90
 speed = 0.2
 acceleration = 2
 gap = 0.03
@@ -115,6 +123,13 @@ TEST(Scenario, ReadsEveryKey) {
   EXPECT_EQ(scenario.camera.auto_exposure->longest_ms, 10);
   EXPECT_EQ(scenario.swarm.size, (MarkerSize{7, 6}));
   EXPECT_EQ(scenario.swarm.first_id, 20u);
+  EXPECT_EQ(scenario.swarm.print.scale, Eigen::Vector2d(1.01, 1));
+  EXPECT_EQ(scenario.swarm.print.register_m, 1e-4);
+  EXPECT_EQ(scenario.swarm.print.fading, 0.2);
+  EXPECT_EQ(scenario.swarm.print.dirt, 0.03);
+  EXPECT_EQ(scenario.swarm.print.gloss, 1.5);
+  EXPECT_EQ(scenario.swarm.print.bend_radius_m, -2);
+  EXPECT_NEAR(scenario.swarm.print.bend_angle_rad.value(), M_PI / 2, 1e-12);
   EXPECT_EQ(scenario.swarm.arena_m->y(), 0.8);
   EXPECT_EQ(scenario.phases[0].frames, 25);
   EXPECT_EQ(scenario.phases[0].name, "tubes");
@@ -160,6 +175,10 @@ TEST(Scenario, RefusesWhatDoesNotGoTogether) {
   EXPECT_THAT(ErrorIn("[camera]\nsize = \"640\"\n" + phase), HasSubstr("WIDTHxHEIGHT"));
   EXPECT_THAT(ErrorIn("[swarm]\nsize = \"3x3\"\nvariant = \"golay\"\n" + phase), HasSubstr("variant"));
   EXPECT_THAT(ErrorIn("[swarm]\nrobots = 5\nfirst_id = 2045\n" + phase), HasSubstr("first_id"));
+  EXPECT_THAT(ErrorIn("[swarm]\nside = 0.2\nbend = \"-10cm\"\n" + phase),
+              AllOf(HasSubstr("s.toml:3"), HasSubstr("bend"), HasSubstr("at least 0.2 m")));
+  EXPECT_THAT(ErrorIn("[swarm]\nbend = 2000\n" + phase), AllOf(HasSubstr("bend"), HasSubstr("1000")));
+  EXPECT_THAT(ErrorIn("[swarm]\nbend_angle_deg = 10\n" + phase), AllOf(HasSubstr("bend_angle_deg"), HasSubstr("bend")));
   EXPECT_THAT(ErrorIn("[camera]\nbackground = \"lawn.png\"\n" + phase), HasSubstr("lawn.png"));
   EXPECT_THAT(ErrorInPhase("kind = \"gap\"\nframes = 3\n"), HasSubstr("must have a frame"));
   EXPECT_THAT(ErrorIn("[[phase]]\nkind = \"calm\"\nframes = 100000\n" + phase), HasSubstr("100000 frames in all"));

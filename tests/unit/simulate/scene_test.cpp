@@ -63,6 +63,34 @@ TEST(IsDrawable, OnlyWhatIsInFrontAndSeenFromItsFace) {
   EXPECT_FALSE(IsDrawable(Marker(FacingPose({0, 0, 0.02}, 0, 1.4)), camera)) << "a corner behind the camera";
 }
 
+TEST(OnBentPaper, KeepsLengthsAlongThePaper) {
+  // A quarter of a cylinder along y: what lay there ends as far down as the cylinder's axis, and looks along y.
+  const double radius = 0.2, way = radius * M_PI / 2;
+  const RigidTransform end = OnBentPaper({0.03, way}, 1 / radius, M_PI / 2);
+  EXPECT_LT((end.translation - Eigen::Vector3d(0.03, radius, -radius)).norm(), 1e-12);
+  EXPECT_LT((end.rotation * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitY()).norm(), 1e-12);
+  EXPECT_LT((end.rotation * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitX()).norm(), 1e-12);
+  const RigidTransform hollow = OnBentPaper({0.03, way}, -1 / radius, M_PI / 2);
+  EXPECT_LT((hollow.translation - Eigen::Vector3d(0.03, radius, radius)).norm(), 1e-12);
+}
+
+TEST(OnBentPaper, PutsAPrintOnTheCylinderOfTheWholeSheet) {
+  // A point of a print that lies off the sheet's middle: bent with the sheet, or about the print's own middle.
+  const double bend = 1 / 0.3, angle = 0.7;
+  const Eigen::Vector2d print(0.05, -0.08), point(0.02, 0.03);
+  const Eigen::Vector3d with_sheet = OnBentPaper(print + point, bend, angle).translation;
+  const Eigen::Vector3d by_print = OnBentPaper(print, bend, angle) * OnBentPaper(point, bend, angle).translation;
+  EXPECT_LT((with_sheet - by_print).norm(), 1e-12);
+}
+
+TEST(IsDrawable, NotWherePaperBendsAwayFromTheCamera) {
+  SceneMarker marker = Marker(FacingPose({0, 0, 1}, 0, 0.8));
+  EXPECT_TRUE(IsDrawable(marker, Pinhole()));
+  marker.bend_per_m = 2 / marker.side_m;  // by 1 rad from the middle to each side
+  marker.bend_angle_rad = M_PI / 2;
+  EXPECT_FALSE(IsDrawable(marker, Pinhole()));
+}
+
 TEST(IsDrawable, NotBeyondTheFoldOfTheLens) {
   CameraModel camera = PublicationCamera();
   camera.distortion = {-0.5, 0, 0, 0, 0};  // turns back at r = sqrt(2/3)

@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <regex>
 #include <sstream>
 
 #include "core/printable.h"
@@ -148,6 +149,39 @@ TEST(PlainLine, NamesMarkersAndPlaces) {
   message.markers[0].id.reset();
   message.markers[0].has_pose = false;
   EXPECT_THAT(PlainLine(message), HasSubstr("? (320.5, 240.2) px"));
+}
+
+TEST(FixedText, HasNoSignWhereItRoundsToZero) {
+  EXPECT_EQ(FixedText(-0.0, 1), "0.0");
+  EXPECT_EQ(FixedText(-0.00004, 4), "0.0000");
+  EXPECT_EQ(FixedText(-0.0, 0), "0");
+  EXPECT_EQ(FixedText(-0.00006, 4), "-0.0001");
+  EXPECT_EQ(FixedText(-10.0, 0), "-10");
+  EXPECT_EQ(FixedText(std::numeric_limits<double>::infinity(), 2), "inf");
+}
+
+/// "-0" that no digit but zeros follows: in no form does a line have it.
+constexpr const char* kMinusZero = "(^|[^0-9e])-0(\\.0*)?([^0-9.]|$)";
+
+TEST(Lines, HaveNoMinusBeforeAZero) {
+  PosesMessage poses = SamplePoses(1);
+  MarkerPose& marker = poses.markers[0];
+  // Turned by nothing, or by less than is printed, the other way round.
+  marker.camera_from_marker = {Eigen::Quaterniond(1, -0.0, 0, -1e-9), {-0.0, -1e-7, 2}};
+  marker.covariance(0, 1) = -0.0;
+  RobotsMessage robots = test::SampleRobots(1);
+  robots.robots[0].frame_from_body = marker.camera_from_marker;
+  robots.robots[0].floor->position = {-0.0, -1e-9};
+  robots.robots[0].floor->heading_rad = robots.robots[0].floor->tilt_rad = -0.0;
+  robots.robots[0].floor->off_floor = false;
+  TracksMessage tracks = test::SampleTracks(1);
+  tracks.tracks[0].frame_from_body = marker.camera_from_marker;
+  tracks.tracks[0].velocity.setConstant(-0.0);
+  tracks.tracks[0].angular_velocity.setConstant(-0.0);
+  for (const std::string& line :
+       {PlainLine(poses), PlainLine(robots), PlainLine(tracks), JsonLine("C", poses), JsonLine("C", robots),
+        JsonLine("C", tracks), CsvRows("C", poses), CsvRows("C", robots), CsvRows("C", tracks)})
+    EXPECT_FALSE(std::regex_search(line, std::regex(kMinusZero))) << line;
 }
 
 TEST(PlainLine, NamesTheTrouble) {

@@ -192,6 +192,51 @@ TEST(PlanRender, SheetIsOnePrintWithAllOfItOffAlike) {
   EXPECT_NEAR(apart(printed) / apart(meant), 1.01, 1e-9);  // two of a row
 }
 
+TEST(PlanRender, PaperBendsAsAsked) {
+  const auto one = Plan({"--side", "0.1", "--bend", "-50cm", "--bend-angle", "90"}).markers_at({});
+  EXPECT_DOUBLE_EQ(one[0].bend_per_m, -2);
+  EXPECT_NEAR(one[0].bend_angle_rad, std::numbers::pi / 2, 1e-12);
+  const auto swarm = Plan({"--side", "0.1", "--swarm", "4", "--print", "inkjet-worn"}).markers_at({});
+  EXPECT_LT(swarm[0].bend_per_m, 0);
+  EXPECT_NE(swarm[0].bend_angle_rad, swarm[1].bend_angle_rad) << "each its own way";
+  EXPECT_EQ(Plan({"--side", "0.1", "--print", "inkjet-worn", "--bend", "0"}).markers_at({})[0].bend_per_m, 0);
+  const auto refused = [](const std::vector<std::string>& last) {
+    std::vector<std::string> arguments{"--side", "0.1"};
+    arguments.insert(arguments.end(), last.begin(), last.end());
+    return Refusal(arguments);
+  };
+  EXPECT_THAT(refused({"--bend", "much"}),
+              AllOf(HasSubstr("--bend"), HasSubstr("'much'"), HasSubstr("0.01 to 1000 m")));
+  EXPECT_THAT(refused({"--bend", "2000"}), AllOf(HasSubstr("--bend"), HasSubstr("0.01 to 1000 m")));
+  EXPECT_THAT(refused({"--bend", "9cm"}), AllOf(HasSubstr("--bend"), HasSubstr("at least 0.1 m")));
+  EXPECT_THAT(refused({"--bend-angle", "90"}), AllOf(HasSubstr("--bend-angle"), HasSubstr("--bend RADIUS")));
+  EXPECT_THAT(refused({"--bend", "1m", "--bend-angle", "400"}), AllOf(HasSubstr("--bend-angle"), HasSubstr("360")));
+}
+
+TEST(PlanRender, PrintsShineAsAsked) {
+  EXPECT_EQ(Plan({"--side", "0.1", "--gloss", "2"}).markers_at({})[0].highlight.strength, 2);
+  EXPECT_EQ(Plan({"--side", "0.1"}).markers_at({})[0].highlight.strength, 0);
+  EXPECT_THAT(Refusal({"--side", "0.1", "--gloss", "9"}), AllOf(HasSubstr("--gloss"), HasSubstr("5")));
+}
+
+TEST(PlanRender, SheetBendsAsAWhole) {
+  const std::vector<std::string> sheet{"--marker", "6x6:secded:30mm", "--ids", "0-19",   "--sheet",  "--bend",
+                                       "0.5m",     "--bend-angle",    "0",     "--size", "1280x960", "--focal",
+                                       "1100"};
+  const auto markers = Plan(sheet).markers_at({});
+  ASSERT_EQ(markers.size(), 20u);
+  // Neighbours of a row are 44 mm of paper apart, hence turned by that over the radius; those of a column not.
+  const auto turned = [&](std::size_t i) {
+    return markers[0].camera_from_marker.rotation.angularDistance(markers[i].camera_from_marker.rotation);
+  };
+  EXPECT_NEAR(turned(1), 0.044 / 0.5, 1e-9);
+  EXPECT_NEAR(turned(4), 0, 1e-9);
+  EXPECT_NEAR((markers[0].camera_from_marker.translation - markers[1].camera_from_marker.translation).norm(),
+              2 * 0.5 * std::sin(0.044 / 0.5 / 2), 1e-9);
+  EXPECT_THAT(Refusal({"--marker", "6x6:secded:30mm", "--ids", "0-19", "--sheet", "--bend", "0.2m"}),
+              AllOf(HasSubstr("--bend"), HasSubstr("0.297 m")));
+}
+
 TEST(PlanRender, RoomHasItsReferencesOnTheFloorAndRobotsThatDrive) {
   const test::TemporaryDirectory folder;
   const std::string room = folder / "room.toml";
