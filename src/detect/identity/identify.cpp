@@ -270,8 +270,8 @@ bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8
       cells_->colours[cell] = ColourOf(cells_->light[cell], white, IsDark(row, col), options_.color_space);
       cells_->ink[cell] = cells_->colours[cell].saturation;
     }
-  cells_->classes[0] = ClassOf(size, border, false);
-  cells_->classes[1] = options_.color_space == ColorSpace::kLab ? MeasureBlue(size, border) : ClassOf(size, border, true);
+  const bool lab = options_.color_space == ColorSpace::kLab;
+  cells_->classes = {ClassOf(size, border, false), lab ? MeasureBlue(size, border) : ClassOf(size, border, true)};
   return cells_->classes[0].usable || cells_->classes[1].usable;
 }
 
@@ -301,7 +301,8 @@ Identifier::Class Identifier::ClassOf(MarkerSize size, const std::vector<std::ui
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
-      if (IsDark(row, col) == dark && IsBorder(size, row, col) && !cells_->occluded[cell] && cells_->half_lit[cell] == 1)
+      if (IsDark(row, col) != dark || !IsBorder(size, row, col)) continue;
+      if (!cells_->occluded[cell] && cells_->half_lit[cell] == 1)
         groups[border[cell]].Add(cells_->ink[cell]);
     }
   const Gaussian plain = groups[0].Get(), inked = groups[1].Get();
@@ -329,7 +330,8 @@ Identifier::Class Identifier::ClassOf(MarkerSize size, const std::vector<std::ui
     }
   const Gaussian kernel = off.Get();
   if (kernel.count < kFewestOfSpread) return c;
-  const double square = kernel.mean * kernel.mean + kernel.deviation * kernel.deviation * (kernel.count - 1) / kernel.count;
+  const double square =
+      kernel.mean * kernel.mean + kernel.deviation * kernel.deviation * (kernel.count - 1) / kernel.count;
   c.deviation = std::max(c.deviation, std::sqrt(square));
   return c;
 }

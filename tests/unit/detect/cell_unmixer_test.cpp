@@ -168,8 +168,8 @@ test::KnownFrame DimBoards(std::uint64_t seed) {
     for (double x = 36; x < 300; x += 56) {
       const Eigen::Vector3d at(0.12 / 36 * (x - 160 + random.Uniform()), 0.12 / 36 * (y - 120 + random.Uniform()), 2);
       const auto id = static_cast<std::uint64_t>(random.Below(2048));
-      SceneMarker marker = test::MarkerOf(
-          code, id, FacingPose(at, random.Uniform(0, 6.28), random.Uniform(0, 0.5), random.Uniform(0, 6.28)));
+      const double axis = random.Uniform(0, 6.28), tilt = random.Uniform(0, 0.5), heading = random.Uniform(0, 6.28);
+      SceneMarker marker = test::MarkerOf(code, id, FacingPose(at, heading, tilt, axis));
       marker.inks = NamedInks(print.ink).value();
       Print(print.quality, random.Bits(), marker);
       frame.scene.markers.push_back(std::move(marker));
@@ -182,6 +182,37 @@ TEST(SmallCells, AreReadInLowLightAndNoneWrongly) {
   Reads reads;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) reads.Add(DimBoards(seed), detector);
   EXPECT_GE(reads.read, 0.91 * reads.boards);
+}
+
+TEST(SmallCells, AreFoundAtSteepSlants) {
+  // Cells of 6 × 2 to 3 px: windows in them hold their neighbours' colours, and black looks like blue.
+  DetectorOptions options;
+  options.camera = test::PlainCamera(160, 120);
+  options.families[0].side_m = 0.12;
+  Detector detector(options);
+  for (const PixelFormat format : {PixelFormat::kBgr8, PixelFormat::kBayerRg8}) {
+    int found = 0, boards = 0;
+    for (std::uint64_t seed = 1; seed <= 80; ++seed, ++boards) {
+      Random random(seed);
+      test::KnownFrame frame;
+      frame.seed = seed;
+      frame.options.camera = *options.camera;
+      frame.options.format = format;
+      const Eigen::Vector3d at(0.01 * random.Uniform(), 0.01 * random.Uniform(), 0.12 / 36 * options.camera->fx);
+      const auto id = static_cast<std::uint64_t>(random.Below(2048));
+      const double axis = random.Uniform(0, 6.28), tilt = random.Uniform(1.1, 1.22), heading = random.Uniform(0, 6.28);
+      SceneMarker marker = test::MarkerOf(MarkerCode({6, 6}, Variant::kSecded), id, FacingPose(at, heading, tilt, axis));
+      marker.margin_cells = 1;
+      frame.scene.markers.push_back(std::move(marker));
+      const Image image = frame.Draw();
+      for (const MarkerPose& seen : detector.Detect(image.view())) {
+        EXPECT_EQ(seen.id.value_or(id), id)
+            << PixelFormatName(format) << ", seed " << seed;
+        ++found;
+      }
+    }
+    EXPECT_GE(found, 0.9 * boards) << PixelFormatName(format);
+  }
 }
 
 TEST(CellUnmixer, WindowsDoWhereWholeSamplesFit) {
