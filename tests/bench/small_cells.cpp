@@ -224,7 +224,7 @@ int main(int argc, char** argv) {
   app.add_option("--gain", variation.gain, "Exposure and white balance are off by factors up to e^+-GAIN")->capture_default_str();
   app.add_option("--full-well", variation.full_well, "Electrons at full scale")->capture_default_str();
   app.add_option("--exposure", variation.exposure, "1: paper is at 85 % of full scale")->capture_default_str();
-  app.add_option("--moving", variation.moving, "Share of the frames with motion, in any direction")->capture_default_str();
+  app.add_option("--moving", variation.moving, "Share of the frames with motion, any way")->capture_default_str();
   app.add_option("--motion", variation.motion_px, "Of those, the longest, pixels")->capture_default_str();
   app.add_option("--print", variation.print, "Kind of the prints, such as inkjet-worn");
   app.add_option("--blur", variation.blur_px, "Of the lens, pixels")->capture_default_str();

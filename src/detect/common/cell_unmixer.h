@@ -23,8 +23,9 @@ struct CellMesh {
 /// Reads cells that are too small for windows within them. Each sample of the image is the mean of the cells under its
 /// footprint (the pixels that share it, and the blur): the cells' codes are the least-squares solution of that, one
 /// system for all channels with the same footprint. Full colour has footprints of one pixel, subsampled chroma of
-/// 2 × 1 or 2 × 2; of a mosaic, the blur of interpolation is to be a part of the mesh's. As light mixes and codes do not, a second step solves for what the first leaves of the samples when
-/// its cells are mixed as light. Every run begins anew; only memory is kept.
+/// 2 × 1 or 2 × 2; what a mosaic's interpolation blurs is a part of the mesh's blur. As light mixes and codes do not, a
+/// second step solves for what the first leaves of the samples when its cells are mixed as light. Every run begins anew;
+/// only memory is kept.
 class CellUnmixer {
  public:
   /// Whether windows within cells of that width hold whole samples of every channel that neighbours do not reach: then
