@@ -51,9 +51,16 @@ void ExpectAsMuch(std::span<const FitTask> done, std::uint64_t took, std::span<F
 /// @param spent on the image so far. @param at_least_one whether the first is granted its least in any case.
 std::size_t GrantRound(const WorkPlan& plan, std::uint64_t spent, bool at_least_one, std::span<FitTask> tasks);
 
+/// Of tasks, the first ones that are unclear, or those that are not.
+inline std::span<FitTask> FirstAlike(std::span<FitTask> tasks) {
+  const auto end = std::find_if(tasks.begin(), tasks.end(),
+                                [&](const FitTask& task) { return task.unclear != tasks.front().unclear; });
+  return tasks.first(static_cast<std::size_t>(end - tasks.begin()));
+}
+
 /// Runs tasks in rounds for as long as the budget lasts: run(round) does the tasks of a round and returns when all are
 /// done; spent() is what the image took so far. Returns how many were run. Rounds begin with one task and grow, as each
-/// shows what is to be expected of the next.
+/// shows what is to be expected of the next; and begin anew where tasks are clear that were not before: they take more.
 /// @param at_least_one is run, in any case: so that there is an end to waiting however small the budget is.
 template <class Spent, class Run>
 std::size_t RunInRounds(const WorkPlan& plan, bool at_least_one, std::span<FitTask> tasks, const Spent& spent,
@@ -61,7 +68,9 @@ std::size_t RunInRounds(const WorkPlan& plan, bool at_least_one, std::span<FitTa
   std::size_t done = 0, at_once = plan.limited() ? kFewAtOnce : tasks.size();
   for (; done < tasks.size(); at_once *= 2) {
     const std::uint64_t before = spent();
-    const std::span<FitTask> next = tasks.subspan(done, std::min(at_once, tasks.size() - done));
+    if (plan.limited() && done > 0 && tasks[done].unclear != tasks[done - 1].unclear) at_once = kFewAtOnce;
+    std::span<FitTask> next = tasks.subspan(done, std::min(at_once, tasks.size() - done));
+    if (plan.limited()) next = FirstAlike(next);
     const std::size_t granted = GrantRound(plan, before, at_least_one && done == 0, next);
     if (granted == 0) break;
     run(next.first(granted));

@@ -13,6 +13,8 @@
 
 #include "chequer/detect_trace.h"
 #include "chequer/detector.h"
+#include "simulate/print_quality.h"
+#include "simulate/processing.h"
 #include "simulate/random.h"
 #include "simulate/render.h"
 #include "simulate/truth.h"
@@ -29,7 +31,14 @@ struct Delivery {
   PixelFormat format = PixelFormat::kBgr8;
   std::optional<int> jpeg_quality{};
   YuvRange range = YuvRange::kFull;
+  ProcessingOptions processing{};
 };
+
+/// A webcam's preset.
+Delivery Webcam(const char* name) {
+  const CameraPreset preset = FindCameraPreset(name).value();
+  return {name, preset.format, preset.jpeg_quality, YuvRange::kFull, preset.processing};
+}
 
 std::vector<Delivery> Deliveries() {
   return {{"png", PixelFormat::kBgr8},
@@ -40,7 +49,10 @@ std::vector<Delivery> Deliveries() {
           {"mjpeg-90", PixelFormat::kYuv422p, 90},
           {"mjpeg-75", PixelFormat::kYuv422p, 75},
           {"mjpeg-60", PixelFormat::kYuv422p, 60},
-          {"mjpeg-60-420", PixelFormat::kYuv420p, 60}};
+          {"mjpeg-60-420", PixelFormat::kYuv420p, 60},
+          Webcam("webcam-yuyv"),
+          Webcam("webcam-nv12"),
+          Webcam("webcam-mjpeg")};
 }
 
 /// What the scenes vary in.
@@ -50,6 +62,9 @@ struct Variation {
   double full_well = 10000;
   bool full_colour = true;  ///< the sensor has three colours a pixel; else a mosaic
   double blur_px = 0.6;
+  double exposure = 1;
+  double moving = 0, motion_px = 6;  ///< share of frames with motion, and the longest
+  std::string print;                 ///< kind, or ideal ones of two inks
 };
 
 struct Count {
@@ -76,10 +91,19 @@ Scene SceneOf(double side_px, const Variation& variation, const MarkerCode& code
           FacingPose({u / kFocalPx * depth, v / kFocalPx * depth, depth}, random.Uniform(0, 2 * std::numbers::pi),
                      random.Uniform(variation.least_tilt_deg, variation.most_tilt_deg) * std::numbers::pi / 180,
                      random.Uniform(0, 2 * std::numbers::pi));
+      if (!variation.print.empty()) {
+        const PrintKind kind = NamedPrint(variation.print).value();
+        marker.inks = NamedInks(kind.ink).value();
+        Print(kind.quality, random.Bits(), marker);
+      }
       scene.markers.push_back(std::move(marker));
     }
-  options.sensor.exposure = std::exp(random.Uniform(-variation.gain, variation.gain));
+  options.sensor.exposure = variation.exposure * std::exp(random.Uniform(-variation.gain, variation.gain));
   for (double& factor : options.sensor.white_balance) factor = std::exp(random.Uniform(-variation.gain, variation.gain));
+  if (variation.moving > 0) {
+    options.motion_px = random.Uniform() < variation.moving ? random.Uniform(0, variation.motion_px) : 0;
+    options.motion_angle_rad = random.Uniform(0, 2 * std::numbers::pi);
+  }
   return scene;
 }
 
@@ -160,6 +184,7 @@ void Run(double side_px, const std::vector<Delivery>& deliveries, const Variatio
       options.format = deliveries[i].format;
       options.jpeg_quality = deliveries[i].jpeg_quality;
       options.yuv_range = deliveries[i].range;
+      options.processing = deliveries[i].processing;
       const Image image = Capture(light, options, noise);
       DetectTrace trace;
       detector.Detect(image.view(), markers, missed ? &trace : nullptr);
@@ -198,6 +223,10 @@ int main(int argc, char** argv) {
   app.add_option("--tilt", variation.most_tilt_deg, "At most, degrees")->capture_default_str();
   app.add_option("--gain", variation.gain, "Exposure and white balance are off by factors up to e^+-GAIN")->capture_default_str();
   app.add_option("--full-well", variation.full_well, "Electrons at full scale")->capture_default_str();
+  app.add_option("--exposure", variation.exposure, "1: paper is at 85 % of full scale")->capture_default_str();
+  app.add_option("--moving", variation.moving, "Share of the frames with motion, any way")->capture_default_str();
+  app.add_option("--motion", variation.motion_px, "Of those, the longest, pixels")->capture_default_str();
+  app.add_option("--print", variation.print, "Kind of the prints, such as inkjet-worn");
   app.add_option("--blur", variation.blur_px, "Of the lens, pixels")->capture_default_str();
   app.add_flag("--mosaic", mosaic, "A sensor with one colour a pixel");
   app.add_flag("--missed", missed, "What became of each board that was not found");

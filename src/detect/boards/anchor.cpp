@@ -15,6 +15,8 @@ constexpr double kLeastCorners = 0.38;
 constexpr double kLeastOfMost = 0.8;
 /// With less of the border to be seen than that share, two lines of cells may be occluded.
 constexpr double kAllButTwoLines = 0.66;
+/// Below that width, windows in cells hold half of their neighbours' colours, by blur and interpolation.
+constexpr double kSmallCellPx = 4;
 /// Units that a window takes, at most and with its share of what comes before.
 constexpr std::uint64_t kUnitsOfWindow = 30;
 
@@ -66,7 +68,9 @@ void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool tur
       Refuse(placement, Refusal::kNoYellow, 0, 0);
       continue;
     }
-    if (!(ShowsEnough(placement) && JudgeBorder(placement)) && !JudgeCovered(placement)) continue;
+    if (!(ShowsEnough(placement) && (JudgeBorder(placement) || JudgeUnmixed(placement, reader))) &&
+        !JudgeCovered(placement))
+      continue;
     // The border's period is four cells: turned by half a turn and two cells off, a board with two lines occluded looks
     // the same, but one of its sides lies inside the board in truth.
     if (placement.border_seen < kAllButTwoLines * BorderLength(size) && HasCornersOnItsSides(window)) {
@@ -216,6 +220,7 @@ bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members,
   if (grid_->shared) {
     const double side = PlaceByHomography(all.x + all.cols / 2 - 1, all.y + all.rows / 2 - 1).side;
     grid_->mixed = !CellUnmixer::WindowsAreClear(reader, side, CellMesh{}.blur_px);
+    grid_->small = !grid_->mixed && side < kSmallCellPx;
   }
   for (int pattern = 0; pattern < static_cast<int>(sought_.patterns.size()); ++pattern) {
     const MarkerSize size = sought_.patterns[static_cast<std::size_t>(pattern)].size;

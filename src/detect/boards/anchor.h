@@ -107,6 +107,7 @@ class BoardFinder {
     // By what its border was judged.
     Eigen::Vector3f white = Eigen::Vector3f::Ones();
     std::array<double, 2> threshold{};  ///< saturation, of light and dark cells
+    bool inks_alike = false;            ///< as they should differ, but by too little
   };
   /// A cell of the lattice.
   struct CellSample {
@@ -153,6 +154,8 @@ class BoardFinder {
   int ShowingBesides(const Placement& placement) const;
   bool ShowsEnough(const Placement& placement);
   bool JudgeBorder(Placement& placement);
+  /// Judges a border anew whose inks were alike, by cells that were solved for together, if they are small.
+  bool JudgeUnmixed(Placement& placement, const LightReader& reader);
   /// Whether a cell of the footprint, row by row, shows and is not covered.
   bool IsVisible(const Placement& placement, std::size_t cell) const;
   float SaturationOf(const Placement& placement, std::size_t cell, bool dark) const;
@@ -210,6 +213,7 @@ class BoardFinder {
     /// Of a grid that fits into a board, all windows have this homography; else cells are placed by their neighbours.
     bool shared = false;
     bool mixed = false;  ///< then, whether windows in single cells would hold other cells' chroma
+    bool small = false;  ///< else, whether they may hold so much of it that inks look alike
     std::vector<PointPair> shared_pairs;  ///< its corners
     /// Cells of the lattice, sampled when they are asked for.
     Lattice::Window cell_window;

@@ -124,6 +124,7 @@ bool BoardFinder::JudgeBorder(Placement& placement) {
     const double error = std::sqrt((plain.deviation * plain.deviation + 0.25) / plain.count +
                                    (inked.deviation * inked.deviation + 0.25) / inked.count);
     const double separation = (inked.mean - plain.mean) / error;
+    placement.inks_alike = separation > 0;
     if (separation < strict * kLeastOfEach)
       return Refuse(placement, Refusal::kInksAlike, separation, strict * kLeastOfEach);
     apart += separation;
@@ -131,6 +132,7 @@ bool BoardFinder::JudgeBorder(Placement& placement) {
   }
   if (apart < strict * kLeastSeparation)
     return Refuse(placement, Refusal::kInksAlike, apart, strict * kLeastSeparation);
+  placement.inks_alike = false;
   int matches = 0;
   for (const BorderCell& cell : grid_->border)
     matches += (cell.saturation > placement.threshold[cell.dark]) == cell.saturated;
@@ -139,6 +141,13 @@ bool BoardFinder::JudgeBorder(Placement& placement) {
   placement.score = 2 * matches - placement.border_seen + 0.25 * seen;
   const double least_matches = (lines ? 1 : kLeastMatches) * placement.border_seen;
   return matches >= least_matches || Refuse(placement, Refusal::kBorderDiffers, matches, least_matches);
+}
+
+bool BoardFinder::JudgeUnmixed(Placement& placement, const LightReader& reader) {
+  if (!placement.inks_alike || !grid_->small) return false;
+  UnmixCells(reader);
+  MarkVisible(placement.corners, reader);
+  return ShowsEnough(placement) && JudgeBorder(placement);
 }
 
 }  // namespace chequer

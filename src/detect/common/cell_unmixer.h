@@ -23,8 +23,9 @@ struct CellMesh {
 /// Reads cells that are too small for windows within them. Each sample of the image is the mean of the cells under its
 /// footprint (the pixels that share it, and the blur): the cells' codes are the least-squares solution of that, one
 /// system for all channels with the same footprint. Full colour has footprints of one pixel, subsampled chroma of
-/// 2 × 1 or 2 × 2. As light mixes and codes do not, a second step solves for what the first leaves of the samples when
-/// its cells are mixed as light. Every run begins anew; only memory is kept.
+/// 2 × 1 or 2 × 2; what a mosaic's interpolation blurs is a part of the mesh's blur. As light mixes and codes do not, a
+/// second step solves for what the first leaves of the samples when its cells are mixed as light. Every run begins anew;
+/// only memory is kept.
 class CellUnmixer {
  public:
   /// Whether windows within cells of that width hold whole samples of every channel that neighbours do not reach: then
@@ -33,7 +34,7 @@ class CellUnmixer {
 
   /// Writes the light (R, G, B) of each cell, row by row, the rim's too. False, and nothing is written, where too few of
   /// the cells' samples lie in the image.
-  /// @pre light.size() = rows × cols; the image has all colours in each pixel (no Bayer).
+  /// @pre light.size() = rows × cols.
   bool Solve(const LightReader& reader, const CellMesh& mesh, std::span<Eigen::Vector3f> light);
   /// How many the last Solve() looked at.
   std::size_t pixels() const { return pixels_.size(); }

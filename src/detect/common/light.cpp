@@ -41,6 +41,21 @@ int StepOf(PixelFormat format) {
   }
 }
 
+/// Of a pixel of a mosaic, bilinearly.
+LightReader::Codes InterpolatedAt(const ImageView& image, const LightReader& reader, int x, int y) {
+  LightReader::Codes sum = LightReader::Codes::Zero(), weight = sum;
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int at_x = x + dx, at_y = y + dy;
+      if (at_x < 0 || at_y < 0 || at_x >= image.width() || at_y >= image.height()) continue;
+      const int channel = reader.ChannelOf(at_x & 1, at_y & 1);
+      const float share = static_cast<float>((2 - dx * dx) * (2 - dy * dy));
+      sum[channel] += share * image.row(at_y)[at_x];
+      weight[channel] += share;
+    }
+  return sum / weight.max(1);
+}
+
 }  // namespace
 
 LightReader::LightReader(const ImageView& image, const std::array<float, 256>& table)
@@ -69,6 +84,10 @@ LightReader::Codes LightReader::CodesAt(int x, int y) const {
     case PixelFormat::kBgr8: return Codes(row[3 * x + 2], row[3 * x + 1], row[3 * x]);
     case PixelFormat::kRgb8: return Codes(row[3 * x], row[3 * x + 1], row[3 * x + 2]);
     case PixelFormat::kMono8: return Codes::Constant(row[x]);
+    case PixelFormat::kBayerRg8:
+    case PixelFormat::kBayerGr8:
+    case PixelFormat::kBayerGb8:
+    case PixelFormat::kBayerBg8: return InterpolatedAt(image_, *this, x, y);
     default: {
       const auto [luma, u, v] = YuvAt(x, y);
       return Codes(static_cast<float>(luma), static_cast<float>(u), static_cast<float>(v));

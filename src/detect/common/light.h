@@ -65,7 +65,7 @@ class LightReader {
     int cols = 1, rows = 1;
   };
   Sharing chroma_sharing() const;
-  /// Of an image with all colours in each pixel; where pixels share a sample, the same for all of them.
+  /// Where pixels share a sample, the same for all of them; where each has one colour, of its neighbours for the others.
   /// @pre the pixel lies in the image.
   Codes CodesAt(int x, int y) const;
   /// Light of codes, between those of whole ones, and the other way round: of what the image's range holds, within it.

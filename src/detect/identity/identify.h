@@ -56,6 +56,15 @@ class Identifier {
   Reading ReadingOf(MarkerSize size, Cell cell) const;
 
  private:
+  /// Of light or dark cells: means of unsaturated and saturated border cells, and the spread about them.
+  struct Class {
+    double plain = 0, inked = 0, deviation = 0;
+    bool usable = false;
+
+    /// Of one cell, as a share of the means' distance. @pre usable.
+    double spread() const { return deviation / (inked - plain); }
+  };
+
   void ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
   /// Where windows within the cells would be too small: reads them all at once. False where that fails.
   bool ReadSmallCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
@@ -71,28 +80,22 @@ class Identifier {
   /// Hides what lies over the board: cells that look wrong, and those between them. Whether there are more now.
   bool HideWrong(MarkerSize size);
   bool MeasureSaturation(MarkerSize size, const std::vector<std::uint8_t>& border);
+  /// Writes of dark cells what tells blue from black, and what the border says of it.
+  Class MeasureBlue(MarkerSize size, const std::vector<std::uint8_t>& border);
+  Class ClassOf(MarkerSize size, const std::vector<std::uint8_t>& border, bool dark) const;
   /// Light cells of colours that the board does not have belong to what lies over it. Whether there are some.
   bool HideOffColour(MarkerSize size, const std::vector<std::uint8_t>& border);
-  /// Spreads that the border shows too small, as the kernel's cells lie farther from the nearer mean: JPEG leaves other
-  /// errors in each pattern of inks, and the border's is regular. They decide a cell for less than it deserves, never for
-  /// more.
-  void WidenByKernel(MarkerSize size);
   void Decode(MarkerSize size, Identity& identity);
   /// Whether the cells that show would be as right on a board that lies otherwise.
   bool MayLieElsewhere(MarkerSize size, const std::vector<std::uint8_t>& border);
   void MeasureOverlaps(MarkerSize size, Identity& identity) const;
 
-  /// Of light or dark cells: means of unsaturated and saturated border cells, and the spread about them.
-  struct Class {
-    double plain = 0, inked = 0, deviation = 0;
-    bool usable = false;
-  };
   /// What is known of one board, by cell where nothing else is said.
   struct Cells {
     std::vector<Eigen::Vector3f> light, middles, unmixed;
     std::size_t mixed_pixels = 0;
     std::vector<CellColour> colours;
-    std::vector<float> ink;  ///< what tells saturated cells from others: of dark ones BlueOf()
+    std::vector<float> ink;  ///< what tells saturated cells from others
     std::vector<std::uint8_t> occluded;
     std::vector<float> half_lit;  ///< by how much less of its light may have come than was taken for it
     Eigen::Vector3f white = Eigen::Vector3f::Zero();  ///< light of the border's white cells

@@ -301,6 +301,18 @@ TEST(FitSchedule, LearnsFromTheFirstWhatTheOthersTake) {
   }
 }
 
+TEST(FitSchedule, BeginsAnewWithTasksThatAreClearAsTheyTakeMore) {
+  std::vector<FitTask> tasks;
+  for (std::size_t board = 0; board < 62; ++board)
+    tasks.push_back({.board = board, .unclear = board < 31, .most = 20'000, .expected = 10'000, .least = 1'000});
+  std::uint64_t spent = 0;
+  const std::size_t done = RunInRounds(
+      WorkPlan(100'000), false, tasks, [&] { return spent; },
+      [&](std::span<const FitTask> round) { spent += round.size() * (round[0].unclear ? 100 : 10'000); });
+  EXPECT_GT(done, 36u);
+  EXPECT_LE(spent, 110'000u);
+}
+
 TEST(FitSchedule, BeginsWithThoseThatSayNothingUnlessOthersHaveWaitedLonger) {
   std::vector<FitTask> tasks = Tasks({30, 20, 10, 40, 5});
   tasks[3].waited = kUnclearFirst + 1;
