@@ -149,6 +149,7 @@ void Detector::Impl::AnchorGrids(const LightReader& reader, const Lens& lens, Tr
     frame->work.Add(finder.work());
     if (finder.left_undone()) Defer(BoxOf(grids[i]));
     stats.refused_border += !found;
+    if (!found && frame->regions.MayBeCut(BoxOf(grids[i]), frame->region)) frame->cut.push_back(BoxOf(grids[i]));
     tracer.EndGrid(frame->grids.Of(grids[i]), found);
   }
 }
@@ -252,6 +253,7 @@ void Detector::Impl::SearchIn(const ImageView& image, SearchRegion region, const
   const ImageView part = whole ? image : Crop(image, region.x, region.y, region.width, region.height);
   if (part.width() < kLeastSide || part.height() < kLeastSide) return;
   const double pixels = static_cast<double>(region.area());
+  frame->region = region;
   tracer.StartSearch();
   const int peaks = FindCorners(part, frame->pyramid, frame->corners, tracer.refused_peaks(),
                                 frame->plan.MostPeaks(pixels), {region.x, region.y, &frame->known});

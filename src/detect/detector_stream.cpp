@@ -213,10 +213,13 @@ bool Detector::Impl::IsAnotherPicture() const {
 
 void Detector::Impl::ChooseRegions(const StreamFrame* stream, const Lens& lens) {
   // Where most boards are lost, it is another picture: a cut, or a camera that was turned.
-  if (!stream || !stream->memory.filled || stream->memory.since_search + frame->frames_on >= options.search_every ||
-      2 * frame->lost > frame->expected.size() || 2 * frame->missing > frame->expected.size()) {
+  if (!stream || !stream->memory.filled || options.search_every == 1 || 2 * frame->lost > frame->expected.size() ||
+      2 * frame->missing > frame->expected.size()) {
     frame->regions.AddAll();
   } else {
+    const int bands = Bands();
+    for (int band = 0; band < bands; ++band)
+      if (stream->memory.HasTurn(band, bands, options.search_every, frame->frames_on)) frame->regions.AddBand(band, bands);
     for (const OpenPlace& place : stream->memory.open) {
       PixelBox box = place.box;
       box.Widen(kLostReach);
@@ -283,11 +286,11 @@ void Detector::Impl::Remember(const StreamFrame& stream, const Lens& lens) {
       frame->open.push_back(frame->boards[i].box);
     }
   }
-  state.Learn({.now = stream.captured,
-               .frames_on = frame->frames_on,
-               .searched_all = frame->regions.is_all(),
-               .open = frame->open},
-              frame->read);
+  MemoryState::Lesson lesson{
+      .now = stream.captured, .frames_on = frame->frames_on, .open = frame->open, .cut = frame->cut};
+  for (int band = 0; band < Bands(); ++band)
+    lesson.searched[static_cast<std::size_t>(band)] = frame->regions.HasBand(band, Bands());
+  state.Learn(lesson, frame->read);
 }
 
 bool Detector::Impl::TellsTraits(std::size_t board) const {
