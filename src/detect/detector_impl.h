@@ -151,6 +151,11 @@ struct Detector::Impl {
                           Tracer& tracer);
   /// Hands the motion and the dot gain of the first of these boards on to the others of the image.
   void ShareTraits(std::span<const FitTask> round);
+  /// Whether the middle of a board lies on one of the boards from `first` to before `past` that was read and needs no
+  /// other fit.
+  bool WasReadAt(std::size_t board, std::size_t first, std::size_t past) const;
+  /// Whether it lies on a board that was expected and waits for another fit.
+  bool WaitsAt(std::size_t board) const;
   /// Fits once more, by all that may be in their way, boards for which the plain fit does not do.
   void Refine(const LightReader& reader, const Lens& lens, Tracer& tracer);
   /// To fit a board plainly.

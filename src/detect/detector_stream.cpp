@@ -30,6 +30,9 @@ constexpr double kMostOffCells = 0.4;
 /// Where boards show less of their contrast in the last frame, in the median, they may all lie elsewhere: half a cell
 /// off leaves none of it. Also where the light changes, which costs the search.
 constexpr float kContrastOfExpected = 0.8f;
+/// A board that shows less of it is not where it was expected: half a cell off leaves none. One that moved while the
+/// shutter was open shows more, and is missed by the plain fit alone.
+constexpr double kContrastThatIsThere = 0.25;
 /// What that search takes, in places of a second look.
 constexpr std::uint64_t kPlacesOfShift = 60;
 
@@ -197,7 +200,8 @@ void Detector::Impl::JudgeExpected(const StreamFrame& stream, bool finally, Trac
       outcome.accepted = false;
       tracer.Refuse(i, Refusal::kCellsHidden);
     }
-    frame->missing += !finally && !outcome.accepted;
+    const bool shows = SampledContrast(frame->boards[i]) > kContrastThatIsThere * board.contrast;
+    frame->missing += !finally && !outcome.accepted && !shows;
     if (finally || read || carried || outcome.wants_more) continue;
     ++frame->lost;
     PixelBox box = frame->boards[i].box;

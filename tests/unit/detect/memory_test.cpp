@@ -360,6 +360,27 @@ TEST(Memory, SearchesAllOfAnotherPicture) {
   }
 }
 
+TEST(Memory, TakesAKnockForNoOtherPicture) {
+  std::string knocked = kDriving;
+  knocked += "[[phase]]\nkind = \"knock\"\nmax_px = 12\nframes = 20\n";
+  const test::StreamFrames stream{std::string_view(knocked)};
+  DetectorOptions options = stream.Options();
+  options.budget = 100'000;
+  Follower follower(options);
+  test::StreamScore score;
+  int searched_all = 0;
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const test::StreamFrame frame = stream.Frame(i);
+    const Detected& found = follower.Next(frame.image.view());
+    if (stream.phase(i) != "knock") continue;
+    score += test::ScoreFrame(found.markers, frame.truth);
+    searched_all += found.stats.searched_px == std::int64_t{frame.image.width()} * frame.image.height();
+  }
+  EXPECT_LE(searched_all, 3);
+  EXPECT_EQ(score.wrong + score.twice, 0);
+  EXPECT_GT(score.Recall(), 0.8);
+}
+
 TEST(Memory, EndsWithGapsSizesAndTimesThatGoBack) {
   const Image image = WithMarker(3).Draw();
   const std::int64_t all = std::int64_t{image.width()} * image.height();
