@@ -63,6 +63,15 @@ double FarthestOff(const AnchoredBoard& board, const Eigen::Matrix3d& plane_from
   return farthest;
 }
 
+/// Whether a part of the box lies in one of the regions.
+bool AnyReaches(std::span<const SearchRegion> regions, const PixelBox& box) {
+  return std::any_of(regions.begin(), regions.end(), [&](const SearchRegion& region) {
+    const float left = static_cast<float>(region.x), top = static_cast<float>(region.y);
+    return box.right >= left && box.left <= left + static_cast<float>(region.width) && box.bottom >= top &&
+           box.top <= top + static_cast<float>(region.height);
+  });
+}
+
 }  // namespace
 
 void Detector::Impl::ExpectBoards(const StreamFrame& stream, const LightReader& reader, const Lens& lens) {
@@ -233,7 +242,8 @@ void Detector::Impl::ChooseRegions(const StreamFrame* stream, const Lens& lens) 
   }
   if (frame->regions.regions().empty()) return;
   for (std::size_t i = 0; i < frame->expected.size(); ++i)
-    if (WasRead(i)) frame->known.Add(OutlineOf(frame->boards[i].size, frame->outcomes[i].plane_from_board, lens));
+    if (WasRead(i) && AnyReaches(frame->regions.regions(), frame->boards[i].box))
+      frame->known.Add(OutlineOf(frame->boards[i].size, frame->outcomes[i].plane_from_board, lens));
 }
 
 Eigen::Vector2d Detector::Impl::ShiftOfCamera(const Lens& lens) const {
