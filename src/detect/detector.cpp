@@ -149,6 +149,7 @@ void Detector::Impl::AnchorGrids(const LightReader& reader, const Lens& lens, Tr
     frame->work.Add(finder.work());
     if (finder.left_undone()) Defer(BoxOf(grids[i]));
     stats.refused_border += !found;
+    if (!found && frame->regions.MayBeCut(BoxOf(grids[i]), frame->region)) frame->cut.push_back(BoxOf(grids[i]));
     tracer.EndGrid(frame->grids.Of(grids[i]), found);
   }
 }
@@ -252,6 +253,7 @@ void Detector::Impl::SearchIn(const ImageView& image, SearchRegion region, const
   const ImageView part = whole ? image : Crop(image, region.x, region.y, region.width, region.height);
   if (part.width() < kLeastSide || part.height() < kLeastSide) return;
   const double pixels = static_cast<double>(region.area());
+  frame->region = region;
   tracer.StartSearch();
   const int peaks = FindCorners(part, frame->pyramid, frame->corners, tracer.refused_peaks(),
                                 frame->plan.MostPeaks(pixels), {region.x, region.y, &frame->known});
@@ -394,13 +396,29 @@ void Detector::Impl::FitBoards(std::size_t first, const LightReader& reader, con
   for (std::size_t i = done; i < tasks.size(); ++i) Defer(tasks[i]);
 }
 
+bool Detector::Impl::WasReadAt(std::size_t board, std::size_t first, std::size_t past) const {
+  for (std::size_t i = first; i < past; ++i) {
+    const Outcome& outcome = frame->outcomes[i];
+    if (outcome.accepted && outcome.marker.id && !outcome.wants_more && LiesOn(frame->boards[board], frame->boards[i]))
+      return true;
+  }
+  return false;
+}
+
+bool Detector::Impl::WaitsAt(std::size_t board) const {
+  for (std::size_t i = 0; i < frame->expected.size(); ++i)
+    if (frame->outcomes[i].wants_more && LiesOn(frame->boards[board], frame->boards[i])) return true;
+  return false;
+}
+
 void Detector::Impl::Refine(const LightReader& reader, const Lens& lens, Tracer& tracer) {
   std::vector<FitTask>& tasks = frame->tasks;
-  // What was expected in another picture is not worth a look.
-  const std::size_t gone = IsAnotherPicture() ? frame->expected.size() : 0;
+  // What was expected in another picture is not worth a look, nor is what was found since then and read.
+  const std::size_t expected = frame->expected.size(), gone = IsAnotherPicture() ? expected : 0;
   std::erase_if(tasks, [&](const FitTask& task) {
     const Outcome& outcome = frame->outcomes[task.board];
-    return !outcome.wants_more || (task.board < gone && !outcome.accepted);
+    return !outcome.wants_more || (task.board < gone && !outcome.accepted) ||
+           (task.board < expected && WasReadAt(task.board, expected, frame->boards.size()));
   });
   for (FitTask& task : tasks) {
     const Outcome& outcome = frame->outcomes[task.board];
@@ -408,8 +426,26 @@ void Detector::Impl::Refine(const LightReader& reader, const Lens& lens, Tracer&
     task.least = kLeastOfPlain * outcome.work.units();
     task.most = task.expected = kMostOfPlain * outcome.work.units();
   }
-  SortByWorth(tasks);
-  const std::size_t done = FitInRounds(reader, lens, false, tasks, tracer);
+  // Of a board that was expected and found again, only one needs to be fitted.
+  const auto twins = std::partition(tasks.begin(), tasks.end(), [&](const FitTask& task) {
+    return task.board < expected || gone > 0 || !WaitsAt(task.board);
+  });
+  const std::size_t first = static_cast<std::size_t>(twins - tasks.begin());
+  SortByWorth(std::span(tasks).first(first));
+  std::size_t done = FitInRounds(reader, lens, false, std::span(tasks).first(first), tracer);
+  const auto lasts = [&] { return tasks[first].expected <= frame->plan.Left(frame->work.units()); };
+  if (done == first && first < tasks.size() && (first == 0 || lasts())) {
+    tasks.erase(std::remove_if(tasks.begin() + static_cast<std::ptrdiff_t>(first), tasks.end(),
+                               [&](const FitTask& task) {
+                                 const bool read = WasReadAt(task.board, 0, expected);
+                                 if (read) frame->outcomes[task.board].accepted = false;
+                                 if (read) tracer.Refuse(task.board, Refusal::kSeenTwice);
+                                 return read;
+                               }),
+                tasks.end());
+    SortByWorth(std::span(tasks).subspan(first));
+    done += FitInRounds(reader, lens, false, std::span(tasks).subspan(first), tracer);
+  }
   for (std::size_t i = done; i < tasks.size(); ++i) {
     Outcome& outcome = frame->outcomes[tasks[i].board];
     if (outcome.accepted) outcome.marker.covariance *= kPlainCovariance;

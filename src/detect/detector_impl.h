@@ -86,8 +86,10 @@ struct Detector::Impl {
   void JudgeExpected(const StreamFrame& stream, bool finally, Tracer& tracer);
   /// Most of what was expected is not there, and as much was found elsewhere.
   bool IsAnotherPicture() const;
-  /// What is searched for boards: the whole image in its turn, else the places that are open.
+  /// What is searched for boards: the places that are open, and bands of the image in their turn.
   void ChooseRegions(const StreamFrame* stream, const Lens& lens);
+  /// That the image is searched in by turns.
+  int Bands() const { return std::min(options.search_every, SearchRegions::kMostBands); }
   void SearchIn(const ImageView& image, SearchRegion region, const LightReader& reader, const Lens& lens,
                 Tracer& tracer);
   /// How far the camera moved since the last frame, image pixels. What moved all boards by as much may have been either
@@ -152,6 +154,11 @@ struct Detector::Impl {
                           Tracer& tracer);
   /// Hands the motion and the dot gain of the first of these boards on to the others of the image.
   void ShareTraits(std::span<const FitTask> round);
+  /// Whether the middle of a board lies on one of the boards from `first` to before `past` that was read and needs no
+  /// other fit.
+  bool WasReadAt(std::size_t board, std::size_t first, std::size_t past) const;
+  /// Whether it lies on a board that was expected and waits for another fit.
+  bool WaitsAt(std::size_t board) const;
   /// Fits once more, by all that may be in their way, boards for which the plain fit does not do.
   void Refine(const LightReader& reader, const Lens& lens, Tracer& tracer);
   /// To fit a board plainly.
@@ -218,6 +225,7 @@ struct Detector::Impl {
     SearchRegions regions;
     KnownTiles known;
     std::vector<PixelBox> open;  ///< what is to be searched in the next frame in any case
+    std::vector<PixelBox> cut;   ///< grids at the ends of regions, which may go on beyond them
     std::vector<RememberedBoard> read;
     std::vector<float> shares;
     float contrast_share = 1;  ///< of what the expected boards showed in the last frame, in the median
@@ -228,7 +236,8 @@ struct Detector::Impl {
     GridLinker linker;
     Grids grids;
     std::vector<AnchoredBoard> boards;
-    std::size_t boards_before = 0;  ///< of the region that is searched
+    SearchRegion region;            ///< that is searched
+    std::size_t boards_before = 0;  ///< of that region
     std::vector<Outcome> outcomes;  ///< by board
     std::vector<FitTask> tasks;
     std::optional<ImageTraits> traits;  ///< once a board has told them

@@ -30,6 +30,9 @@ constexpr double kMostOffCells = 0.4;
 /// Where boards show less of their contrast in the last frame, in the median, they may all lie elsewhere: half a cell
 /// off leaves none of it. Also where the light changes, which costs the search.
 constexpr float kContrastOfExpected = 0.8f;
+/// A board that shows less of it is not where it was expected: half a cell off leaves none. One that moved while the
+/// shutter was open shows more, and is missed by the plain fit alone.
+constexpr double kContrastThatIsThere = 0.25;
 /// What that search takes, in places of a second look.
 constexpr std::uint64_t kPlacesOfShift = 60;
 
@@ -58,6 +61,15 @@ double FarthestOff(const AnchoredBoard& board, const Eigen::Matrix3d& plane_from
   double farthest = 0;
   for (std::size_t i = 0; i < expected.size(); ++i) farthest = std::max(farthest, (expected[i] - fitted[i]).norm());
   return farthest;
+}
+
+/// Whether a part of the box lies in one of the regions.
+bool AnyReaches(std::span<const SearchRegion> regions, const PixelBox& box) {
+  return std::any_of(regions.begin(), regions.end(), [&](const SearchRegion& region) {
+    const float left = static_cast<float>(region.x), top = static_cast<float>(region.y);
+    return box.right >= left && box.left <= left + static_cast<float>(region.width) && box.bottom >= top &&
+           box.top <= top + static_cast<float>(region.height);
+  });
 }
 
 }  // namespace
@@ -197,7 +209,8 @@ void Detector::Impl::JudgeExpected(const StreamFrame& stream, bool finally, Trac
       outcome.accepted = false;
       tracer.Refuse(i, Refusal::kCellsHidden);
     }
-    frame->missing += !finally && !outcome.accepted;
+    const bool shows = SampledContrast(frame->boards[i]) > kContrastThatIsThere * board.contrast;
+    frame->missing += !finally && !outcome.accepted && !shows;
     if (finally || read || carried || outcome.wants_more) continue;
     ++frame->lost;
     PixelBox box = frame->boards[i].box;
@@ -213,10 +226,13 @@ bool Detector::Impl::IsAnotherPicture() const {
 
 void Detector::Impl::ChooseRegions(const StreamFrame* stream, const Lens& lens) {
   // Where most boards are lost, it is another picture: a cut, or a camera that was turned.
-  if (!stream || !stream->memory.filled || stream->memory.since_search + frame->frames_on >= options.search_every ||
-      2 * frame->lost > frame->expected.size() || 2 * frame->missing > frame->expected.size()) {
+  if (!stream || !stream->memory.filled || options.search_every == 1 || 2 * frame->lost > frame->expected.size() ||
+      2 * frame->missing > frame->expected.size()) {
     frame->regions.AddAll();
   } else {
+    const int bands = Bands();
+    for (int band = 0; band < bands; ++band)
+      if (stream->memory.HasTurn(band, bands, options.search_every, frame->frames_on)) frame->regions.AddBand(band, bands);
     for (const OpenPlace& place : stream->memory.open) {
       PixelBox box = place.box;
       box.Widen(kLostReach);
@@ -226,7 +242,8 @@ void Detector::Impl::ChooseRegions(const StreamFrame* stream, const Lens& lens) 
   }
   if (frame->regions.regions().empty()) return;
   for (std::size_t i = 0; i < frame->expected.size(); ++i)
-    if (WasRead(i)) frame->known.Add(OutlineOf(frame->boards[i].size, frame->outcomes[i].plane_from_board, lens));
+    if (WasRead(i) && AnyReaches(frame->regions.regions(), frame->boards[i].box))
+      frame->known.Add(OutlineOf(frame->boards[i].size, frame->outcomes[i].plane_from_board, lens));
 }
 
 Eigen::Vector2d Detector::Impl::ShiftOfCamera(const Lens& lens) const {
@@ -283,11 +300,11 @@ void Detector::Impl::Remember(const StreamFrame& stream, const Lens& lens) {
       frame->open.push_back(frame->boards[i].box);
     }
   }
-  state.Learn({.now = stream.captured,
-               .frames_on = frame->frames_on,
-               .searched_all = frame->regions.is_all(),
-               .open = frame->open},
-              frame->read);
+  MemoryState::Lesson lesson{
+      .now = stream.captured, .frames_on = frame->frames_on, .open = frame->open, .cut = frame->cut};
+  for (int band = 0; band < Bands(); ++band)
+    lesson.searched[static_cast<std::size_t>(band)] = frame->regions.HasBand(band, Bands());
+  state.Learn(lesson, frame->read);
 }
 
 bool Detector::Impl::TellsTraits(std::size_t board) const {

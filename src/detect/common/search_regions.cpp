@@ -7,7 +7,12 @@ namespace chequer {
 namespace {
 
 /// Of the image: with more of it in regions, the whole is searched, which costs little more and needs no merging.
-constexpr double kMostInRegions = 0.5;
+constexpr double kMostInRegions = 0.6;
+/// Rows that bands share with the next: corners at their ends are found with what lies around them, and rows begin at
+/// whole pixels of the coarsest level.
+constexpr int kSharedRows = 16, kWholeRows = 4;
+/// A grid may go on beyond a region's end that is nearer than so much of its side.
+constexpr float kNearEnd = 0.5f;
 
 bool Overlap(const SearchRegion& a, const SearchRegion& b) {
   return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
@@ -35,6 +40,27 @@ void SearchRegions::Add(const PixelBox& box) {
   const int left = inside(std::floor(box.left), width_), right = inside(std::ceil(box.right) + 1, width_),
             top = inside(std::floor(box.top), height_), bottom = inside(std::ceil(box.bottom) + 1, height_);
   if (left < right && top < bottom) regions_.push_back({left, top, right - left, bottom - top});
+}
+
+SearchRegion SearchRegions::BandOf(int band, int bands) const {
+  const int top = band * height_ / bands - kSharedRows, bottom = (band + 1) * height_ / bands + kSharedRows;
+  const int first = std::max(top, 0) / kWholeRows * kWholeRows;
+  return {0, first, width_, std::min(bottom, height_) - first};
+}
+
+void SearchRegions::AddBand(int band, int bands) { regions_.push_back(BandOf(band, bands)); }
+
+bool SearchRegions::HasBand(int band, int bands) const {
+  const SearchRegion wanted = BandOf(band, bands);
+  return std::any_of(regions_.begin(), regions_.end(), [&](const SearchRegion& region) {
+    return region.width == width_ && region.y <= wanted.y && region.y + region.height >= wanted.y + wanted.height;
+  });
+}
+
+bool SearchRegions::MayBeCut(const PixelBox& box, const SearchRegion& region) const {
+  const float near = kNearEnd * box.Side(), above = box.top - static_cast<float>(region.y),
+              below = static_cast<float>(region.y + region.height) - box.bottom;
+  return (region.y > 0 && above < near) || (region.y + region.height < height_ && below < near);
 }
 
 std::int64_t SearchRegions::area() const {

@@ -19,19 +19,30 @@ struct SearchRegion {
 /// The parts of an image that are searched for boards.
 class SearchRegions {
  public:
+  /// In one of so many bands, two rows of a board's corners lie at least, wherever and however large it is.
+  static constexpr int kMostBands = 4;
+
   void Start(int width, int height);
   /// The whole image.
   void AddAll();
   /// What of the box lies in the image.
   void Add(const PixelBox& box);
+  /// One of kMostBands bands of rows, or of fewer, that the image is cut into, and what overlaps with the next.
+  void AddBand(int band, int bands);
+  /// Whether that band lies in one of the regions.
+  bool HasBand(int band, int bands) const;
   /// Makes one of regions that overlap, and the whole image of many.
   void Merge();
   const std::vector<SearchRegion>& regions() const { return regions_; }
   std::int64_t area() const;
   /// Whether it is the whole image.
   bool is_all() const { return area() == std::int64_t{width_} * height_; }
+  /// Whether a box in that region may be a part of what lies beyond its upper or lower end in the image.
+  bool MayBeCut(const PixelBox& box, const SearchRegion& region) const;
 
  private:
+  SearchRegion BandOf(int band, int bands) const;
+
   int width_ = 0, height_ = 0;
   std::vector<SearchRegion> regions_;
 };

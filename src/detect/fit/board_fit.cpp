@@ -17,7 +17,7 @@ constexpr int kMaxPasses = 8;
 constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
 /// The same of a board that was predicted: a prediction may be farther off than what was found, with levels that were
 /// sampled as far off.
-constexpr double kSettledPredictedPx = 0.025;
+constexpr double kSettledPredictedPx = 0.04, kSettledPredictedBlur = 0.03;
 /// Where a step moved corners farther, they are placed anew before the next one.
 constexpr double kFollowSettlingPx = 0.03;
 /// A blur so much above what the pixels were chosen for asks for others.
@@ -46,8 +46,8 @@ constexpr double kReachBlurs = 2.2;
 constexpr double kLargeCellPx = 12;
 /// Of a rough fit's pixels, what its unknowns leave to tell the noise, at least.
 constexpr double kLeastLeft = 0.2;
-/// Steps towards a predicted board end once they move it less, …
-constexpr double kStillFromPredictionPx = 0.1;
+/// Steps towards a predicted board end once they move it less, blurs: they leave errors of third order, 0.02 px, …
+constexpr double kStillFromPrediction = 0.4;
 constexpr int kMostFromPrediction = 4;
 /// … and where it has moved farther from where its pixels were chosen, they are chosen anew: those at the rim are
 /// chosen by where the board is thought to lie, and a start that is 0.1 px off changes a pose by 0.1 standard
@@ -414,7 +414,9 @@ ModelEquations::CornerShift BoardFit::PlainShiftOf(int corner) const {
 bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
   run_->light.fades = true;
-  const double settled_px = start.known == Start::Known::kFound ? kSettledPx : kSettledPredictedPx;
+  const bool found = start.known == Start::Known::kFound;
+  const double settled_px = found ? kSettledPx : kSettledPredictedPx,
+               settled_blur = found ? kSettledBlur : kSettledPredictedBlur;
   bool edges_sought = false;
   for (int pass = 1; pass < kMaxPasses; ++pass) {
     if (run_->step.corner_px > kFollowSettlingPx) pixels_.PlaceCorners(lens, run_->model.geometry);
@@ -428,14 +430,13 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     const bool follows = uneven ? pass < kPassesOfLight : again;
     // The image's first board tells its edges; what they explain is no noise.
     // They are not told from a board that still lies elsewhere.
-    const bool lies = start.known == Start::Known::kFound
-                          ? pass == 1
-                          : noise_known && !edges_sought && run_->step.corner_px < kStillForEdgesPx;
+    const bool lies = found ? pass == 1
+                            : noise_known && !edges_sought && run_->step.corner_px < kStillForEdgesPx;
     const bool told = lies && !start.image && TellEdges(lens);
     edges_sought = edges_sought || lies;
-    const bool told_late = told && start.known != Start::Known::kFound;
+    const bool told_late = told && !found;
     if (noise_known && !told_late && !changed && !follows && run_->step.corner_px < settled_px &&
-        run_->step.blur_share < kSettledBlur) {
+        run_->step.blur_share < settled_blur) {
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
       if (!start.image && sums == LaneSums::kNoise)
         EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
@@ -539,7 +540,8 @@ bool BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start&
 }
 
 bool BoardFit::LeavePrediction(const LightReader& reader, const Lens& lens, LaneSums sums) {
-  for (int step = 1; step < kMostFromPrediction && run_->step.corner_px > kStillFromPredictionPx; ++step) {
+  const double still_px = kStillFromPrediction * run_->model.blur_px;
+  for (int step = 1; step < kMostFromPrediction && run_->step.corner_px > still_px; ++step) {
     pixels_.PlaceCorners(lens, run_->model.geometry);
     SetPlaces();
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;

@@ -39,7 +39,8 @@ std::size_t DetectorMemory::bytes() const {
 void MemoryState::Clear() {
   filled = false;
   interval_s = 0;
-  since_search = 0;
+  since_start = 0;
+  since_search = {};
   boards.clear();
   open.clear();
 }
@@ -63,10 +64,18 @@ const RememberedBoard* MemoryState::Find(int family, std::uint64_t id) const {
   return found == boards.end() ? nullptr : &*found;
 }
 
+bool MemoryState::HasTurn(int band, int bands, int every, int frames_on) const {
+  const int turn = (since_start + frames_on) % every;
+  if (turn * bands / every == band && turn * bands % every < bands) return true;
+  return since_search[static_cast<std::size_t>(band)] + frames_on >= 2 * every;
+}
+
 void MemoryState::Learn(const Lesson& lesson, std::vector<RememberedBoard>& read) {
   filled = true;
   captured = lesson.now;
-  since_search = lesson.searched_all ? 0 : since_search + lesson.frames_on;
+  since_start += lesson.frames_on;
+  for (std::size_t band = 0; band < since_search.size(); ++band)
+    since_search[band] = lesson.searched[band] ? 0 : since_search[band] + lesson.frames_on;
   if (read.size() > DetectorMemory::kMostBoards) read.resize(DetectorMemory::kMostBoards);
   boards.swap(read);
   // What was open before stays so for a time, unless it has been read by now or is open anew.
@@ -83,6 +92,9 @@ void MemoryState::Learn(const Lesson& lesson, std::vector<RememberedBoard>& read
   });
   for (const PixelBox& box : lesson.open)
     if (open.size() < DetectorMemory::kMostBoards) open.push_back({box, captured});
+  const FrameTime for_a_frame = captured - std::chrono::duration_cast<FrameTime>(std::chrono::duration<double>(kOpenS));
+  for (const PixelBox& box : lesson.cut)
+    if (open.size() < DetectorMemory::kMostBoards) open.push_back({box, for_a_frame});
 }
 
 void RememberedBoard::Move(const RememberedBoard* last, const Eigen::Matrix3d& last_place, const Eigen::Matrix3d& now,

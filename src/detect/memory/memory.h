@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <limits>
@@ -11,6 +12,7 @@
 #include "chequer/marker.h"
 #include "detect/common/fixed_vector.h"
 #include "detect/common/light.h"
+#include "detect/common/search_regions.h"
 
 namespace chequer {
 
@@ -64,8 +66,10 @@ struct MemoryState {
   /// The shortest time between two frames so far; 0: not known.
   double interval_s = 0;
   int width = 0, height = 0;
-  /// Frames since the last one that was searched as a whole.
-  int since_search = 0;
+  /// Frames since the last one that was searched as a whole because nothing was known of it.
+  int since_start = 0;
+  /// By band of the image (SearchRegions): frames since it was searched.
+  std::array<int, SearchRegions::kMostBands> since_search{};
   std::vector<RememberedBoard> boards;
   std::vector<OpenPlace> open;
 
@@ -73,8 +77,9 @@ struct MemoryState {
   struct Lesson {
     FrameTime now{};
     int frames_on = 1;               ///< since the last frame
-    bool searched_all = false;       ///< the whole of it
-    std::span<const PixelBox> open;  ///< see OpenPlace
+    std::array<bool, SearchRegions::kMostBands> searched{};  ///< which bands
+    std::span<const PixelBox> open;                          ///< see OpenPlace
+    std::span<const PixelBox> cut;  ///< may be parts of something: searched in the next frame alone
   };
 
   /// Keeps the vectors' memory.
@@ -84,6 +89,10 @@ struct MemoryState {
   int Continue(FrameTime now, int frame_width, int frame_height);
   /// Null where no such board was read in the last frame.
   const RememberedBoard* Find(int family, std::uint64_t id) const;
+  /// Whether that one of `bands` bands has its turn in the next frame, `frames_on` after the last one. Each has one in
+  /// `every` frames. Those between are other workers' who do not tell in time; what they may have dropped is searched
+  /// after twice as many.
+  bool HasTurn(int band, int bands, int every, int frames_on) const;
   /// Becomes what is known after a frame. @param read its boards; swapped with those before.
   void Learn(const Lesson& lesson, std::vector<RememberedBoard>& read);
 };

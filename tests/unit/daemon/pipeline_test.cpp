@@ -109,8 +109,8 @@ TEST_F(PipelineTest, BeginsFramesWithTheMemoryOfTheLastOneWhereAskedTo) {
     std::vector<int> taught;
     Start(Frames(1, 3) + std::vector{kEnd}, [&] {
       return [&](const ImageView& image, DetectedFrame& found) {
-        taught.push_back(found.memory ? found.memory->state().since_search : -1);
-        if (found.memory) found.memory->state().since_search = static_cast<int>(test::SequenceIn(image));
+        taught.push_back(found.memory ? found.memory->state().since_start : -1);
+        if (found.memory) found.memory->state().since_start = static_cast<int>(test::SequenceIn(image));
       };
     });
     pipeline_->Join();

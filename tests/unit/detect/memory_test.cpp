@@ -153,13 +153,14 @@ TEST(Memory, FollowsBoardsWithoutASearch) {
   Follower follower(options);
   Detector cold(options);
   test::StreamScore score;
-  int unsearched = 0, poses = 0;
+  int mostly_unsearched = 0, poses = 0;
   double square = 0;
   for (std::size_t i = 0; i < stream.size(); ++i) {
     const test::StreamFrame frame = stream.Frame(i);
     const Detected& found = follower.Next(frame.image.view());
     score += test::ScoreFrame(found.markers, frame.truth);
-    unsearched += found.stats.searched_px == 0;
+    const std::int64_t all = std::int64_t{frame.image.width()} * frame.image.height();
+    mostly_unsearched += found.stats.searched_px < all * 4 / 10;
     for (const MarkerPose& expected : cold.Detect(frame.image.view()))
       for (const MarkerPose& marker : found.markers) {
         if (!marker.id || marker.id != expected.id) continue;
@@ -170,7 +171,7 @@ TEST(Memory, FollowsBoardsWithoutASearch) {
   }
   EXPECT_EQ(score.read, score.expected);
   EXPECT_EQ(score.wrong + score.twice, 0);
-  EXPECT_EQ(unsearched, 7) << "all but the first and every fourth";
+  EXPECT_EQ(mostly_unsearched, static_cast<int>(stream.size()) - 1) << "all but the first";
   EXPECT_EQ(poses, score.expected);
   // Some of these small boards are fitted with all terms, which end a fit farther from its optimum.
   EXPECT_LT(std::sqrt(square / poses), 0.4) << "standard deviations between poses with and without memory";
@@ -252,7 +253,71 @@ TEST(Memory, FindsNewBoardsInTheirTurn) {
     follower.Next(empty.view());
     int frames = 1;
     while (follower.Next(image.view()).markers.empty() && frames < 10) ++frames;
-    EXPECT_EQ(frames, every);
+    EXPECT_LE(frames, every);
+  }
+}
+
+TEST(Memory, FindsNewBoardsWhereverTheyLieAndHoweverLargeTheyAre) {
+  const Image empty = Empty().Draw();
+  for (const double height_m : {-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3})
+    for (const double nearer : {1.0, 0.3}) {
+      test::KnownFrame frame = WithMarker(3);
+      Eigen::Vector3d& at = frame.scene.markers[0].camera_from_marker.translation;
+      at.y() = height_m;
+      at *= nearer;
+      const Image image = frame.Draw();
+      DetectorOptions options = OptionsFor(frame);
+      Detector whole(options);
+      if (whole.Detect(image.view()).empty()) continue;
+      for (int before = 1; before <= 4; ++before) {
+        Follower follower(options);
+        for (int i = 0; i < before; ++i) follower.Next(empty.view());
+        int frames = 1;
+        while (follower.Next(image.view()).markers.empty() && frames < 10) ++frames;
+        EXPECT_LE(frames, 4) << height_m << " m off, " << nearer << " of the distance, after " << before << " frames";
+      }
+    }
+}
+
+TEST(Memory, SearchesAsMuchInEveryFrame) {
+  const Image image = WithMarker(3).Draw();
+  const std::int64_t all = std::int64_t{image.width()} * image.height();
+  for (const int every : {1, 2, 4, 5, 16}) {
+    DetectorOptions options = OptionsFor(WithMarker(3));
+    options.search_every = every;
+    Follower follower(options);
+    follower.Next(image.view());
+    std::int64_t sum = 0;
+    for (int i = 0; i < every; ++i) {
+      const std::int64_t searched = follower.Next(image.view()).stats.searched_px;
+      EXPECT_LE(searched, every == 1 ? all : every == 2 ? all * 6 / 10 : all * 4 / 10) << "every " << every;
+      sum += searched;
+    }
+    EXPECT_GE(sum, all) << "every " << every;
+    EXPECT_LE(sum, all * 14 / 10) << "every " << every;
+  }
+}
+
+TEST(Memory, SearchesWhatOthersMayHaveDroppedAfterTwiceTheTime) {
+  MemoryState state;
+  const FrameTime start(1);
+  std::vector<RememberedBoard> none;
+  state.Continue(start, 640, 480);
+  MemoryState::Lesson lesson;
+  lesson.now = start;
+  lesson.searched.fill(true);
+  state.Learn(lesson, none);
+  lesson.frames_on = 2;
+  std::array<int, 4> since{};
+  // Of two frames, one is always another's.
+  for (int frame = 0; frame < 40; ++frame) {
+    for (int band = 0; band < 4; ++band) {
+      const std::size_t i = static_cast<std::size_t>(band);
+      lesson.searched[i] = state.HasTurn(band, 4, 4, 2);
+      since[i] = lesson.searched[i] ? 0 : since[i] + 2;
+      EXPECT_LE(since[i], 8) << "band " << band;
+    }
+    state.Learn(lesson, none);
   }
 }
 
@@ -295,16 +360,37 @@ TEST(Memory, SearchesAllOfAnotherPicture) {
   }
 }
 
+TEST(Memory, TakesAKnockForNoOtherPicture) {
+  std::string knocked = kDriving;
+  knocked += "[[phase]]\nkind = \"knock\"\nmax_px = 12\nframes = 20\n";
+  const test::StreamFrames stream{std::string_view(knocked)};
+  DetectorOptions options = stream.Options();
+  options.budget = 100'000;
+  Follower follower(options);
+  test::StreamScore score;
+  int searched_all = 0;
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const test::StreamFrame frame = stream.Frame(i);
+    const Detected& found = follower.Next(frame.image.view());
+    if (stream.phase(i) != "knock") continue;
+    score += test::ScoreFrame(found.markers, frame.truth);
+    searched_all += found.stats.searched_px == std::int64_t{frame.image.width()} * frame.image.height();
+  }
+  EXPECT_LE(searched_all, 3);
+  EXPECT_EQ(score.wrong + score.twice, 0);
+  EXPECT_GT(score.Recall(), 0.8);
+}
+
 TEST(Memory, EndsWithGapsSizesAndTimesThatGoBack) {
   const Image image = WithMarker(3).Draw();
   const std::int64_t all = std::int64_t{image.width()} * image.height();
   Follower follower(OptionsFor(WithMarker(3)));
   EXPECT_EQ(follower.Next(image.view()).stats.searched_px, all);
-  EXPECT_EQ(follower.Next(image.view()).stats.searched_px, 0);
+  EXPECT_LT(follower.Next(image.view()).stats.searched_px, all / 2);
   EXPECT_EQ(follower.Next(image.view(), 300ms).stats.searched_px, all);
-  EXPECT_EQ(follower.Next(image.view()).stats.searched_px, 0);
+  EXPECT_LT(follower.Next(image.view()).stats.searched_px, all / 2);
   EXPECT_EQ(follower.Next(image.view(), -1ms).stats.searched_px, all);
-  EXPECT_EQ(follower.Next(image.view()).stats.searched_px, 0);
+  EXPECT_LT(follower.Next(image.view()).stats.searched_px, all / 2);
   int x = 0, y = 0, width = image.width() - 40, height = image.height();
   follower.Next(Crop(image.view(), x, y, width, height));
   EXPECT_EQ(follower.detector().stats().searched_px, std::int64_t{width} * height);
