@@ -536,7 +536,8 @@ bool BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start&
   const bool settled =
       run_->terms.look_farther ? SettleModelByAll(reader, lens, start) : Settle(lens, start, true);
   if (settled) Finish(lens);
-  return settled;
+  // A bend that is taken out and not found again would be taken for known.
+  return settled && run_->bent;
 }
 
 bool BoardFit::LeavePrediction(const LightReader& reader, const Lens& lens, LaneSums sums) {
