@@ -3,8 +3,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <barrier>
+#include <atomic>
 #include <ctime>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <vector>
@@ -14,14 +15,17 @@
 namespace chequer {
 namespace {
 
-constexpr int kWidth = 360, kHeight = 270;
+/// Two boards.
+constexpr int kWidth = 180, kHeight = 90;
 /// Cells, and from one board to the next, px.
 constexpr int kCellPx = 9, kPitchPx = 90;
 /// How far the boards moved during the exposure, px. A budget counts where boards need the model with all terms; a unit
 /// of that takes longer than one of sharp boards.
 constexpr int kMotionPx = 6;
-/// The first run finds the memory that later ones have, and does not count.
-constexpr int kRuns = 7;
+/// Runs that count, and the time of a thread after which those that there are have to do: an emulated machine takes
+/// seconds for the first.
+constexpr std::size_t kRuns = 25;
+constexpr double kMostSeconds = 0.4;
 
 struct Colour {
   int blue, green, red;
@@ -75,18 +79,41 @@ double ThreadSeconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// What this thread does in a second: the median of a few runs, each begun when all others begin theirs. The fastest
-/// would tell what a thread does while the others rest, which frames never see.
-double SpeedOfThread(const Image& floor, std::barrier<>& together) {
+/// What all threads know of each other. Nobody waits for anybody: each works on until all have measured.
+struct Measuring {
+  explicit Measuring(std::size_t count) : threads(static_cast<int>(count)) {}
+  const int threads;
+  std::atomic<int> working{0}, done{0};
+};
+
+/// What this thread does in a second: the median of a few runs while all others run, too. The fastest would tell what a
+/// thread does while the others rest, which frames never see. @param stop asked for where others could not be started.
+double SpeedOfThread(const Image& floor, Measuring& all, const std::stop_token& stop) {
   Detector detector{DetectorOptions{}};
   std::vector<MarkerPose> markers;
   std::vector<double> seconds;
-  for (int run = 0; run < kRuns; ++run) {
-    together.arrive_and_wait();
+  double spent_s = 0;
+  const auto run = [&] {
     const double start_s = ThreadSeconds();
     detector.Detect(floor.view(), markers);
-    if (run > 0) seconds.push_back(ThreadSeconds() - start_s);
+    const double run_s = ThreadSeconds() - start_s;
+    spent_s += run_s;
+    return run_s;
+  };
+  // It finds the memory that later ones have, and counts only where there is no time for others.
+  const double first_s = run();
+  ++all.working;
+  for (bool done = false; !stop.stop_requested();) {
+    if (!done && (seconds.size() >= kRuns || spent_s >= kMostSeconds)) {
+      done = true;
+      ++all.done;
+    }
+    if (all.done == all.threads) break;
+    const bool counts = all.working == all.threads;
+    const double run_s = run();
+    if (counts) seconds.push_back(run_s);
   }
+  if (seconds.empty()) seconds.push_back(first_s);
   const auto median = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
   std::nth_element(seconds.begin(), median, seconds.end());
   return static_cast<double>(detector.stats().work) / std::max(*median, 1e-6);
@@ -98,11 +125,12 @@ double MeasureSpeed(int workers) {
   const Image floor = DrawFloor(DetectorOptions{}.families[0].code);
   std::vector<double> speeds(static_cast<std::size_t>(std::max(workers, 1)));
   {
-    std::barrier together(std::ssize(speeds));
+    Measuring all(speeds.size());
+    // Where one cannot be started, those that were are asked to stop as they are destroyed.
     std::vector<std::jthread> others;
     for (std::size_t i = 1; i < speeds.size(); ++i)
-      others.emplace_back([&, i] { speeds[i] = SpeedOfThread(floor, together); });
-    speeds[0] = SpeedOfThread(floor, together);
+      others.emplace_back([&, i](const std::stop_token& stop) { speeds[i] = SpeedOfThread(floor, all, stop); });
+    speeds[0] = SpeedOfThread(floor, all, {});
   }
   const double speed = *std::min_element(speeds.begin(), speeds.end());
   spdlog::info("this machine does {:.1f} million units of work a second", 1e-6 * speed);

@@ -5,12 +5,14 @@
 
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "chequer/detector.h"
 #include "daemon/machine_speed.h"
 #include "daemon/service.h"
 #include "support/log_capture.h"
+#include "support/no_room_for_threads.h"
 #include "support/recording_publisher.h"
 #include "support/scripted_source.h"
 
@@ -54,6 +56,13 @@ TEST(MachineSpeed, IsMeasuredOnAFrameWithWork) {
   for (const int workers : {1, 3}) EXPECT_GT(MeasureSpeed(workers), 0);
   EXPECT_THAT(log.lines(), testing::SizeIs(2));
   EXPECT_THAT(log.lines(), testing::Each(HasSubstr("million units of work a second")));
+}
+
+/// Threads that were started may not wait for those that were not.
+TEST(MachineSpeed, FailsWhereThreadsCannotBeStarted) {
+  test::LogCapture log;
+  const test::NoRoomForThreads none;
+  EXPECT_THROW(MeasureSpeed(2), std::system_error);
 }
 
 /// What the detectors of a service were given for three frames of a camera of 50 frames a second.
