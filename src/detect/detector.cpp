@@ -299,10 +299,16 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   }
   ChooseRegions(stream, lens);
   for (const SearchRegion& region : frame->regions.regions()) SearchIn(image, region, reader, lens, tracer);
-  tracer.EndSearch();
   if (expected == 0) FindMosaic(image, table, lens, measured);
   FitBoards(expected, measured, lens, tracer);
   if (frame->plan.limited()) Refine(measured, lens, tracer);
+  if (frame->plan.limited() && ChooseGivenUp(lens)) {
+    const std::size_t known = frame->boards.size();
+    for (const SearchRegion& region : frame->given_up.regions()) SearchIn(image, region, reader, lens, tracer);
+    FitBoards(known, measured, lens, tracer);
+    Refine(measured, lens, tracer);
+  }
+  tracer.EndSearch();
   if (stream) JudgeExpected(*stream, true, tracer);
   RefuseTwins(tracer);
   stats.boards = static_cast<int>(frame->boards.size());
@@ -417,7 +423,7 @@ void Detector::Impl::Refine(const LightReader& reader, const Lens& lens, Tracer&
   const std::size_t expected = frame->expected.size(), gone = IsAnotherPicture() ? expected : 0;
   std::erase_if(tasks, [&](const FitTask& task) {
     const Outcome& outcome = frame->outcomes[task.board];
-    return !outcome.wants_more || (task.board < gone && !outcome.accepted) ||
+    return !outcome.wants_more || outcome.deferred || (task.board < gone && !outcome.accepted) ||
            (task.board < expected && WasReadAt(task.board, expected, frame->boards.size()));
   });
   for (FitTask& task : tasks) {

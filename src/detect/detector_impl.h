@@ -88,6 +88,10 @@ struct Detector::Impl {
   bool IsAnotherPicture() const;
   /// What is searched for boards: the places that are open, and bands of the image in their turn.
   void ChooseRegions(const StreamFrame* stream, const Lens& lens);
+  /// What was read lies there, in the regions: nothing else does.
+  void MarkKnown(const SearchRegions& regions, const Lens& lens);
+  /// Where boards were expected, were not searched for, and no fit found them: they lie elsewhere. False if nowhere.
+  bool ChooseGivenUp(const Lens& lens);
   /// That the image is searched in by turns.
   int Bands() const { return std::min(options.search_every, SearchRegions::kMostBands); }
   void SearchIn(const ImageView& image, SearchRegion region, const LightReader& reader, const Lens& lens,
@@ -217,12 +221,14 @@ struct Detector::Impl {
   /// What is known of one image.
   struct Frame {
     std::size_t missing = 0;                ///< of the boards that were expected, those that no fit has found there yet
-    std::size_t lost = 0;                   ///< of the boards that were expected, those that are searched around
+    std::size_t lost = 0;                   ///< of them, those that are searched around
     std::vector<RememberedBoard> expected;  ///< the first of the boards, one each
     int frames_on = 1;                      ///< since the last frame of the stream
     FrameTime last_captured{};
     Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  ///< of all boards, from where they were expected
+    std::vector<std::size_t> searched_around;  ///< of the boards that were expected, those that are lost
     SearchRegions regions;
+    SearchRegions given_up;  ///< searched after all fits
     KnownTiles known;
     std::vector<PixelBox> open;  ///< what is to be searched in the next frame in any case
     std::vector<PixelBox> cut;   ///< grids at the ends of regions, which may go on beyond them

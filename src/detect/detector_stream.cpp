@@ -30,6 +30,8 @@ constexpr double kMostOffCells = 0.4;
 /// Where boards show less of their contrast in the last frame, in the median, they may all lie elsewhere: half a cell
 /// off leaves none of it. Also where the light changes, which costs the search.
 constexpr float kContrastOfExpected = 0.8f;
+/// Of what a board showed before a frame that shows less, which may be blurred: light that fades faster costs that search.
+constexpr double kContrastKept = 0.9;
 /// A board that shows less of it is not where it was expected: half a cell off leaves none. One that moved while the
 /// shutter was open shows more, and is missed by the plain fit alone.
 constexpr double kContrastThatIsThere = 0.25;
@@ -211,8 +213,10 @@ void Detector::Impl::JudgeExpected(const StreamFrame& stream, bool finally, Trac
     }
     const bool shows = SampledContrast(frame->boards[i]) > kContrastThatIsThere * board.contrast;
     frame->missing += !finally && !outcome.accepted && !shows;
-    if (finally || read || carried || outcome.wants_more) continue;
+    // What shows where it was expected is fitted further first; what does not is searched for in any case.
+    if (finally || read || carried || (outcome.wants_more && (outcome.accepted || shows))) continue;
     ++frame->lost;
+    frame->searched_around.push_back(i);
     PixelBox box = frame->boards[i].box;
     box.Widen(kLostReach);
     frame->regions.Add(box);
@@ -240,10 +244,34 @@ void Detector::Impl::ChooseRegions(const StreamFrame* stream, const Lens& lens) 
     }
     frame->regions.Merge();
   }
-  if (frame->regions.regions().empty()) return;
-  for (std::size_t i = 0; i < frame->expected.size(); ++i)
-    if (WasRead(i) && AnyReaches(frame->regions.regions(), frame->boards[i].box))
-      frame->known.Add(OutlineOf(frame->boards[i].size, frame->outcomes[i].plane_from_board, lens));
+  MarkKnown(frame->regions, lens);
+}
+
+void Detector::Impl::MarkKnown(const SearchRegions& regions, const Lens& lens) {
+  if (regions.regions().empty()) return;
+  for (std::size_t i = 0; i < frame->outcomes.size(); ++i) {
+    const Outcome& outcome = frame->outcomes[i];
+    const bool known = i < frame->expected.size() ? WasRead(i) : outcome.accepted && outcome.marker.id.has_value();
+    if (known && AnyReaches(regions.regions(), frame->boards[i].box))
+      frame->known.Add(OutlineOf(frame->boards[i].size, outcome.plane_from_board, lens));
+  }
+}
+
+bool Detector::Impl::ChooseGivenUp(const Lens& lens) {
+  frame->given_up.Start(frame->regions.width(), frame->regions.height());
+  if (frame->regions.is_all()) return false;
+  for (std::size_t i = 0; i < frame->expected.size(); ++i) {
+    const Outcome& outcome = frame->outcomes[i];
+    if (outcome.accepted || outcome.deferred || ReadElsewhere(i) ||
+        std::find(frame->searched_around.begin(), frame->searched_around.end(), i) != frame->searched_around.end())
+      continue;
+    PixelBox box = frame->boards[i].box;
+    box.Widen(kLostReach);
+    frame->given_up.Add(box);
+  }
+  frame->given_up.Merge();
+  MarkKnown(frame->given_up, lens);
+  return !frame->given_up.regions().empty();
 }
 
 Eigen::Vector2d Detector::Impl::ShiftOfCamera(const Lens& lens) const {
@@ -282,7 +310,7 @@ void Detector::Impl::Remember(const StreamFrame& stream, const Lens& lens) {
         }
       }
       read.box = frame->boards[i].box;
-      read.contrast = SampledContrast(frame->boards[i]);
+      read.contrast = std::max(SampledContrast(frame->boards[i]), before ? kContrastKept * before->contrast : 0.0);
       if (!outcome.carried && !outcome.marker.Has(Warning::kPartlyHidden) &&
           outcome.marker.corners_used == CornerCount(frame->boards[i].size))
         expected_boards.LearnLeads(frame->boards[i], read);

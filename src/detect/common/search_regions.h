@@ -35,6 +35,8 @@ class SearchRegions {
   void Merge();
   const std::vector<SearchRegion>& regions() const { return regions_; }
   std::int64_t area() const;
+  int width() const { return width_; }
+  int height() const { return height_; }
   /// Whether it is the whole image.
   bool is_all() const { return area() == std::int64_t{width_} * height_; }
   /// Whether a box in that region may be a part of what lies beyond its upper or lower end in the image.
