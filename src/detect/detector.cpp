@@ -47,10 +47,8 @@ constexpr double kMostDeviationPx = 0.5;
 
 /// Smaller images, and parts of them, have no room for a board.
 constexpr int kLeastSide = 16;
-/// Whether the middle of a board lies on another.
 bool LiesOn(const AnchoredBoard& board, const AnchoredBoard& other) {
-  const Eigen::Vector2d at = (other.plane_from_board.inverse() * board.plane_from_board.col(2)).hnormalized();
-  return std::abs(at.x()) < 0.5 * other.size.cols && std::abs(at.y()) < 0.5 * other.size.rows;
+  return chequer::LiesOn(board.plane_from_board, other.plane_from_board, other.size);
 }
 
 /// Of a board's corners, those that were found.
@@ -238,7 +236,8 @@ void Detector::Impl::KeepBetter(std::size_t known, Tracer& tracer) {
 void Detector::Impl::RefuseTwins(Tracer& tracer) {
   for (std::size_t i = 0; i < frame->outcomes.size(); ++i)
     if (const MarkerPose& marker = frame->outcomes[i].marker; frame->outcomes[i].accepted)
-      frame->seen.push_back({i, marker.center_px, frame->boards[i].box, marker.id.has_value(), marker.corners_used,
+      frame->seen.push_back({i, marker.center_px, frame->boards[i].box, frame->boards[i].size,
+                             frame->outcomes[i].plane_from_board, marker.id.has_value(), marker.corners_used,
                              marker.reprojection_rms_px});
   TakeOutTwins(frame->seen, frame->twins);
   for (const std::size_t i : frame->twins) {

@@ -27,6 +27,7 @@ using test::TemporaryDirectory;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
+using ::testing::UnorderedElementsAre;
 
 const fs::path kDemo = fs::path(CHEQUER_TEST_DATA) / "data/demo_swarm";
 const fs::path kScenes = fs::path(CHEQUER_TEST_DATA) / "golden/scenes";
@@ -121,6 +122,19 @@ TEST(Detect, TakesARecordingFrameByFrame) {
   EXPECT_EQ(result.status, 0);
   ASSERT_EQ(result.images.size(), 60u);
   EXPECT_EQ(result.images[7]["file"], Frame("000007.jpg"));
+}
+
+/// Robots drive by up to three cells from frame to frame, so that boards fit where others of their cells were expected.
+TEST(Detect, ReadsEveryMarkerOfAStreamOnceInEachFrame) {
+  const Detection result = Detect({"--calibration", Frame("camera.toml"), "--marker", "6x6", "--variant", "secded",
+                                   "--side", "0.12", "--sequence", "--json", kDemo.string()});
+  EXPECT_EQ(result.status, 0);
+  ASSERT_EQ(result.images.size(), 60u);
+  for (const json& image : result.images) {
+    std::vector<int> ids;
+    for (const json& marker : image["markers"]) ids.push_back(marker["id"].is_null() ? -1 : marker["id"].get<int>());
+    EXPECT_THAT(ids, UnorderedElementsAre(0, 1, 2, 3, 4, 5, 6, 7)) << image["file"];
+  }
 }
 
 TEST(DetectOnBadInput, NamesEachBadImageAndProcessesTheOthers) {

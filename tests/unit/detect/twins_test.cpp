@@ -17,7 +17,9 @@ using testing::SizeIs;
 
 /// A board whose box is 60 px a side.
 SeenBoard At(std::size_t index, double x, double y, int corners, double rms_px, bool has_id = true) {
-  SeenBoard board{index, {x, y}, {}, has_id, corners, rms_px};
+  SeenBoard board{index, {x, y}, {}, {6, 6}, Eigen::Matrix3d::Identity(), has_id, corners, rms_px};
+  board.plane_from_board.topLeftCorner<2, 2>() *= 10;
+  board.plane_from_board.topRightCorner<2, 1>() = board.center_px;
   board.box.Add(static_cast<float>(x) - 30, static_cast<float>(y) - 30);
   board.box.Add(static_cast<float>(x) + 30, static_cast<float>(y) + 30);
   return board;
@@ -33,6 +35,15 @@ TEST(Twins, TheBetterKnownStays) {
   ASSERT_THAT(seen, SizeIs(2));
   EXPECT_EQ(seen[0].index, 0u);
   EXPECT_EQ(seen[1].index, 2u);
+}
+
+TEST(Twins, NoBoardWithoutAnIdLiesOnOneThatWasRead) {
+  // Two cells off, the corners of a board fit those of another. Two with ids may lie one on the other.
+  std::vector<SeenBoard> seen{At(0, 100, 100, 25, 0.01), At(1, 120, 120, 15, 0.01, false), At(2, 160, 100, 25, 0.01, false),
+                              At(3, 300, 100, 25, 0.01), At(4, 320, 120, 15, 0.01)};
+  std::vector<std::size_t> worse;
+  TakeOutTwins(seen, worse);
+  EXPECT_THAT(worse, ElementsAre(1));
 }
 
 TEST(Twins, BoardsThatTouchAreNone) {
