@@ -95,27 +95,29 @@ void KnownTiles::Add(const std::array<Eigen::Vector2d, 4>& outline) {
   if (!any_) tiles_.assign(static_cast<std::size_t>(cols_) * static_cast<std::size_t>(rows_), 0);
   any_ = true;
   Eigen::Vector2d least = outline[0], most = outline[0];
-  double area = 0;
-  for (std::size_t i = 0; i < outline.size(); ++i) {
-    const Eigen::Vector2d &a = outline[i], &b = outline[(i + 1) % outline.size()];
-    least = least.cwiseMin(a);
-    most = most.cwiseMax(a);
-    area += a.x() * b.y() - a.y() * b.x();
+  for (const Eigen::Vector2d& corner : outline) {
+    least = least.cwiseMin(corner);
+    most = most.cwiseMax(corner);
   }
   if (!least.allFinite() || !most.allFinite()) return;
   const auto tile = [](double at, int count) {
     return static_cast<int>(std::clamp(at / kTile, 0.0, static_cast<double>(count - 1)));
   };
-  for (int row = tile(least.y(), rows_); row <= tile(most.y(), rows_); ++row)
-    for (int col = tile(least.x(), cols_); col <= tile(most.x(), cols_); ++col) {
-      const Eigen::Vector2d middle((col + 0.5) * kTile - 0.5, (row + 0.5) * kTile - 0.5);
-      bool inside = true;
-      for (std::size_t i = 0; i < outline.size() && inside; ++i) {
-        const Eigen::Vector2d along = outline[(i + 1) % outline.size()] - outline[i], to = middle - outline[i];
-        inside = (along.x() * to.y() - along.y() * to.x()) * area >= 0;
-      }
-      if (inside) tiles_[static_cast<std::size_t>(row * cols_ + col)] = 1;
+  // A row of tiles' middles crosses the outline from one column to another.
+  for (int row = tile(least.y(), rows_); row <= tile(most.y(), rows_); ++row) {
+    const double y = (row + 0.5) * kTile - 0.5;
+    double left = most.x(), right = least.x();
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      const Eigen::Vector2d &a = outline[i], &b = outline[(i + 1) % outline.size()];
+      if ((a.y() < y) == (b.y() < y)) continue;
+      const double x = a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
+      left = std::min(left, x), right = std::max(right, x);
     }
+    const auto column = [](double x) { return (x + 0.5) / kTile - 0.5; };  // of tiles' middles
+    const int first = static_cast<int>(std::max(std::ceil(column(left)), 0.0)),
+              last = static_cast<int>(std::min(std::floor(column(right)), cols_ - 1.0));
+    if (first <= last) std::fill_n(tiles_.begin() + std::ptrdiff_t{row} * cols_ + first, last - first + 1, std::uint8_t{1});
+  }
 }
 
 }  // namespace chequer

@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kMostAsked = 8;
 /// How far it is looked for, in steps of first some, then one pixel.
 constexpr int kReachPx = 16, kCoarsePx = 2;
+/// By which of the points, in the first steps: two of each cell, side by side, come near.
+constexpr std::size_t kCoarseEvery = 2;
 /// Distance of the sampled points from the middle of their cell, cells. A wrong shift moves some of them to another cell,
 /// so that the best shift is known to a fraction of a cell.
 constexpr double kFromMiddle = 0.3;
@@ -49,14 +51,18 @@ std::size_t PlacePoints(std::span<const AnchoredBoard> boards, const Lens& lens,
   return count;
 }
 
-/// Light of the light points over the dark ones.
-float ContrastAt(std::span<const Point> points, int shift_x, int shift_y, const LightReader& reader) {
+/// Light of the light points over the dark ones, of every `every`-th point.
+float ContrastAt(std::span<const Point> points, std::size_t every, Eigen::Vector2i shift, const LightReader& reader,
+                 const LightReader::Rows& rows) {
   float sum = 0;
-  for (const Point& point : points) {
-    const int x = static_cast<int>(point.x + 0.5f) + shift_x, y = static_cast<int>(point.y + 0.5f) + shift_y;
+  for (std::size_t i = 0; i < points.size(); i += every) {
+    const Point& point = points[i];
+    const int x = static_cast<int>(point.x + 0.5f) + shift.x(), y = static_cast<int>(point.y + 0.5f) + shift.y();
     if (x < 0 || y < 0 || x + 1 >= reader.width() || y >= reader.height()) continue;
     // Of a mosaic, one of them is green.
-    sum += point.sign * (reader.Sample(x, y) + reader.Sample(x + 1, y));
+    const LightReader::Run run = rows.From(x, y);
+    sum += point.sign * (run.is_mixed() ? run.Mixed(run.first) + run.Mixed(run.second)
+                                        : run.table[*run.first] + run.table[*run.second]);
   }
   return sum;
 }
@@ -67,22 +73,27 @@ Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, const Lig
   static_assert(kReachPx % kCoarsePx == 0);
   Points all;
   const std::span<const Point> points(all.data(), PlacePoints(boards, lens, all));
-  const float none = ContrastAt(points, 0, 0, reader);
-  float most = none;
+  const LightReader::Rows rows = reader.AllRows();
+  const auto contrast_at = [&](int x, int y, std::size_t every) {
+    return ContrastAt(points, every, {x, y}, reader, rows);
+  };
+  float most = contrast_at(0, 0, kCoarseEvery);
   Eigen::Vector2i best(0, 0);
   for (int y = -kReachPx; y <= kReachPx; y += kCoarsePx)
     for (int x = -kReachPx; x <= kReachPx; x += kCoarsePx) {
-      const float contrast = ContrastAt(points, x, y, reader);
+      const float contrast = contrast_at(x, y, kCoarseEvery);
       if (contrast <= most) continue;
       most = contrast;
       best = {x, y};
     }
-  if (most <= static_cast<float>(kClearer) * none) return Eigen::Vector2d::Zero();
+  const float least = static_cast<float>(kClearer) * contrast_at(0, 0, 1);
+  most = contrast_at(best.x(), best.y(), 1);
+  if (most <= least) return Eigen::Vector2d::Zero();
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   int count = 0;
   for (int y = best.y() - 2 * kCoarsePx; y <= best.y() + 2 * kCoarsePx; ++y)
     for (int x = best.x() - 2 * kCoarsePx; x <= best.x() + 2 * kCoarsePx; ++x) {
-      if (ContrastAt(points, x, y, reader) < static_cast<float>(kNearlyBest) * most) continue;
+      if (contrast_at(x, y, 1) < static_cast<float>(kNearlyBest) * most) continue;
       sum += Eigen::Vector2d(x, y);
       ++count;
     }
