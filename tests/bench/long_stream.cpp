@@ -21,6 +21,7 @@
 #include "capture/recording_writer.h"
 #include "chequer/camera_file.h"
 #include "chequer/detector.h"
+#include "chequer/detector_memory.h"
 #include "evaluate/frame_score.h"
 #include "simulate/random.h"
 
@@ -32,6 +33,8 @@ namespace fs = std::filesystem;
 /// Memory that may come after the first tenth of a run and still counts as flat: pages that the system moves.
 constexpr double kMostGrowthMb = 2;
 constexpr int kMostKept = 100;
+/// Where a stream begins after a gap; every other one follows as a cut that no clock tells of.
+constexpr std::chrono::seconds kGap{1};
 
 struct Request {
   ReelRequest reels;
@@ -39,6 +42,7 @@ struct Request {
   std::uint64_t total = 100'000;
   std::uint64_t budget = 0;
   int threads = 1;
+  bool memory = true;
   std::string keep;
   std::uint64_t report_every = 0;
 };
@@ -50,6 +54,7 @@ FoundFrame FoundOf(const std::vector<MarkerPose>& markers) {
     marker.id = pose.id;
     marker.variant = VariantName(pose.variant);
     marker.center_px = pose.center_px;
+    marker.carried = pose.Has(Warning::kIdCarried);
     if (!pose.has_pose) continue;
     marker.camera_from_marker = pose.camera_from_marker;
     marker.covariance = pose.covariance;
@@ -147,9 +152,14 @@ class LongRun {
   }
 
   void PlayReel(const Reel& reel, std::uint64_t round) {
+    const auto interval =
+        std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(1 / reel.scenario.camera.fps));
+    if (++streams_ % 2 == 0) now_ += kGap;
     for (std::size_t frame = 0; frame < reel.frames.size() && played_ < request_.total; ++frame) {
       noise_.Expose(reel.frames[frame], NoiseSeed(reel, frame, round), image_);
-      detector_.Detect(image_.view(), markers_);
+      now_ += interval;
+      if (request_.memory) detector_.Detect(image_.view(), now_, taught_, markers_);
+      else detector_.Detect(image_.view(), markers_);
       Judge(reel, frame, round);
       ++played_;
       if (played_ % std::max<std::uint64_t>(1, request_.total / 100) == 0) memory_.Add(played_, ResidentMegabytes());
@@ -185,6 +195,9 @@ class LongRun {
   const Request& request_;
   const std::vector<Reel>& reels_;
   Detector detector_;
+  DetectorMemory taught_;
+  std::chrono::nanoseconds now_{0};
+  std::uint64_t streams_ = 0;
   FreshNoise noise_;
   Evidence evidence_;
   std::vector<PhaseTally> phases_;
@@ -223,7 +236,8 @@ bool Run(const Request& request) {
   LongRun run(request, reels);
   start = std::chrono::steady_clock::now();
   run.Play();
-  fmt::print("played in {:.0f} s, one detector, budget {}\n\n", SecondsSince(start),
+  fmt::print("played in {:.0f} s, one detector, {} memory between frames, budget {}\n\n", SecondsSince(start),
+             request.memory ? "with" : "without",
              request.budget == 0 ? "unlimited" : fmt::format("{} units", request.budget));
   return run.Report();
 }
@@ -244,6 +258,8 @@ void AddOptions(CLI::App& app, Request& request) {
                  "Instead of the first scenario's, with the same focal length and fewer robots");
   app.add_option("--robots", request.reels.robots, "In each stream")->check(CLI::Range(1, 1000));
   app.add_option("--budget", request.budget, "Units a frame; 0: no limit")->capture_default_str();
+  app.add_flag("--memory,!--no-memory", request.memory, "Begin each frame with what the last ones taught, as chequerd does")
+      ->default_str("true");
   app.add_option("--threads", request.threads, "Of the detector")->check(CLI::Range(1, 64))->capture_default_str();
   app.add_option("--jobs", request.reels.jobs, "Threads that render")->check(CLI::Range(1, 64))->capture_default_str();
   app.add_option("--keep", request.keep, "Folder for frames with mistakes, at most 100, with camera and truth");
