@@ -32,7 +32,7 @@ struct DaemonConfig {
   int workers = 0;           ///< 0: one a core
   WhenBusyChoice when_busy = WhenBusyChoice::kAuto;
   BudgetOptions budget;  ///< of a frame
-  bool memory = false;   ///< each frame is begun with what the last ones taught
+  bool memory = true;    ///< each frame is begun with what the last ones taught
   SchedulingOptions scheduling;
   /// The world, the robots and the tracks, with the files they name.
   FramePublisherOptions frames;

@@ -268,8 +268,8 @@ TEST(Config, ReadsABudgetAsAWordOrANumber) {
 }
 
 TEST(Config, ReadsWhetherFramesHaveAMemory) {
-  EXPECT_FALSE(Parse(kMinimal).memory);
-  EXPECT_TRUE(Parse(kMinimal + "[detect]\nmemory = true\n").memory);
+  EXPECT_TRUE(Parse(kMinimal).memory);
+  EXPECT_FALSE(Parse(kMinimal + "[detect]\nmemory = false\n").memory);
   EXPECT_THAT(Refusal(kMinimal + "[detect]\nmemory = 1\n"), StartsWith("a.toml:7: detect.memory = 1"));
 }
 
