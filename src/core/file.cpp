@@ -17,6 +17,10 @@ namespace {
   throw std::runtime_error(path.string() + ": " + what + ": " + std::strerror(error));
 }
 
+[[noreturn]] void FailAsTooLong(const std::filesystem::path& path, std::size_t max_bytes) {
+  throw std::runtime_error(path.string() + ": longer than the " + std::to_string(max_bytes) + " bytes allowed here");
+}
+
 /// Throws where it is no regular file.
 void CheckIsRegular(const struct stat& status, const std::filesystem::path& path) {
   const char* kind = nullptr;
@@ -41,9 +45,7 @@ std::string ReadAll(const UniqueFd& fd, const std::filesystem::path& path, std::
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) Fail(path, "cannot be read", errno);
     used += static_cast<std::size_t>(count);
-    if (used > max_bytes)
-      throw std::runtime_error(path.string() + ": longer than the " + std::to_string(max_bytes) +
-                               " bytes allowed here");
+    if (used > max_bytes) FailAsTooLong(path, max_bytes);
     if (count == 0) break;
     if (used == bytes.size()) bytes.resize(std::min(max_bytes + 1, 2 * bytes.size()));
   }
@@ -70,7 +72,9 @@ std::string ReadFile(const std::filesystem::path& path, std::size_t max_bytes) {
   const UniqueFd fd = OpenForReading(path);
   struct stat status {};
   if (::fstat(fd.get(), &status) != 0) Fail(path, "cannot be read", errno);
-  return ReadAll(fd, path, static_cast<std::size_t>(std::max<off_t>(status.st_size, 0)), max_bytes);
+  const std::size_t size = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
+  if (size > max_bytes) FailAsTooLong(path, max_bytes);  // reading what is allowed of it would take seconds
+  return ReadAll(fd, path, size, max_bytes);
 }
 
 }  // namespace chequer

@@ -73,12 +73,12 @@ void TakeAfter(int fd, const struct stat& before) {
 }
 
 /// Opens what is written into. A pipe that nobody reads is an error: a daemon would wait for a reader for ever.
-UniqueFd OpenAtOnce(const fs::path& path) {
+UniqueFd OpenAtOnce(const fs::path& path, SlowReader slow_reader) {
   // At its end: an open file may have been written to before.
   constexpr int kFlags = O_WRONLY | O_APPEND;
   UniqueFd fd(::open(path.c_str(), kFlags | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
-  // Writing waits for a reader that is slow.
-  if (!fd.valid() || ::fcntl(fd.get(), F_SETFL, kFlags) != 0) ThrowErrno();
+  if (!fd.valid()) ThrowErrno();
+  if (slow_reader == SlowReader::kWaitedFor && ::fcntl(fd.get(), F_SETFL, kFlags) != 0) ThrowErrno();
   return fd;
 }
 
@@ -116,12 +116,12 @@ std::string WhyNotWritable(const fs::path& path) {
   }
 }
 
-OutputFile::OutputFile(const fs::path& path) : path_(path) {
+OutputFile::OutputFile(const fs::path& path, SlowReader slow_reader) : path_(path) {
   try {
     const std::optional<struct stat> status = Status(path);
     if (status && S_ISDIR(status->st_mode)) Fail(EISDIR);
     if (!IsReplaced(path, status)) {
-      fd_ = OpenAtOnce(path);
+      fd_ = OpenAtOnce(path, slow_reader);
       return;
     }
     // A file that is protected against writing is not to be replaced either.
@@ -148,8 +148,10 @@ OutputFile::~OutputFile() {
   if (!partial_.empty()) ::unlink(partial_.c_str());
 }
 
-void OutputFile::Fail(int error) const {
-  throw std::runtime_error(path_.string() + ": cannot be written: " + std::strerror(error));
+void OutputFile::Fail(int error) const { FailAs(std::strerror(error)); }
+
+void OutputFile::FailAs(const char* why) const {
+  throw std::runtime_error(path_.string() + ": cannot be written: " + why);
 }
 
 void OutputFile::Write(std::span<const std::uint8_t> bytes) {
@@ -169,6 +171,7 @@ void OutputFile::WriteThrough(std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
     const ssize_t count = ::write(fd_.get(), bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && errno == EAGAIN) FailAs("its reader has not read what was written before");
     if (count < 0) Fail(errno);
     bytes = bytes.subspan(static_cast<std::size_t>(count));
   }
@@ -198,6 +201,12 @@ void WriteFileAtomically(const fs::path& path, std::span<const std::uint8_t> byt
 
 void WriteFileAtomically(const fs::path& path, std::string_view text, Durability durability) {
   WriteFileAtomically(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, durability);
+}
+
+void WriteWithoutWaiting(const fs::path& path, std::string_view text, Durability durability) {
+  OutputFile file(path, SlowReader::kRefused);
+  file.Write(text);
+  file.Finish(durability);
 }
 
 void SyncFolder(const fs::path& folder) {

@@ -19,14 +19,18 @@ std::filesystem::path ThroughLinks(const std::filesystem::path& path);
 /// Why a file cannot be written at that place, as far as can be told before; empty where it can.
 std::string WhyNotWritable(const std::filesystem::path& path);
 
+/// What becomes of a write into a pipe or a terminal whose reader is slow. A daemon must not wait for it.
+enum class SlowReader : std::uint8_t { kWaitedFor, kRefused };
+
 /// A file that is being written. An ordinary file appears, whole, in the place of the one before when it is finished;
 /// without that nothing has changed. It keeps the mode of the one before, and its owner where the system allows that;
 /// symbolic links stay and lead to it. Devices, pipes and open files of a process (/dev/stdout) are written into, as
-/// nothing can take their place; a pipe that nobody reads is refused at once.
+/// nothing can take their place; a pipe that nobody has open for reading is refused at once. Where a reader is slow,
+/// writing waits for it, or fails, as asked for.
 class OutputFile {
  public:
   /// Throws std::runtime_error naming the file and the cause: no such folder, no permission, a folder.
-  explicit OutputFile(const std::filesystem::path& path);
+  explicit OutputFile(const std::filesystem::path& path, SlowReader slow_reader = SlowReader::kWaitedFor);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
@@ -42,6 +46,7 @@ class OutputFile {
   void Flush();
   void WriteThrough(std::span<const std::uint8_t> bytes);
   [[noreturn]] void Fail(int error) const;
+  [[noreturn]] void FailAs(const char* why) const;
 
   std::filesystem::path path_;     ///< as given, for messages
   std::filesystem::path target_;   ///< what it leads to
@@ -50,5 +55,9 @@ class OutputFile {
   std::array<std::uint8_t, 65536> buffer_;
   std::size_t buffered_ = 0;
 };
+
+/// As WriteFileAtomically, and never waits: where a pipe's reader has not read what was written before, that is an
+/// error.
+void WriteWithoutWaiting(const std::filesystem::path& path, std::string_view text, Durability durability);
 
 }  // namespace chequer

@@ -56,6 +56,7 @@ int RunConfigured(const chequer::DaemonCommandLine& command_line) {
 
 int main(int argc, char** argv) {
   chequer::HoldSignals();
+  chequer::NeverWaitForStandardError();
   CLI::App app;
   chequer::DaemonCommandLine command_line;
   chequer::DescribeDaemon(app, command_line);

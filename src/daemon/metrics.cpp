@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "core/clock.h"
-#include "core/file.h"
+#include "core/output_file.h"
 #include "core/repeated_cause.h"
 #include "daemon/shared.h"
 
@@ -153,7 +153,7 @@ struct Metrics::Impl final : prometheus::Collectable {
 
   void Write(const std::string& text) {
     try {
-      WriteFileAtomically(file, text, Durability::kUnsynced);
+      WriteWithoutWaiting(file, text, Durability::kUnsynced);
       file_trouble.Ended();
     } catch (const std::runtime_error& error) {
       const std::string log =

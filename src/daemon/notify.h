@@ -9,7 +9,8 @@
 namespace chequer {
 
 // What a daemon tells its service manager (sd_notify(3)). All do nothing where nobody asked to be told (no
-// NOTIFY_SOCKET in the environment). Any thread.
+// NOTIFY_SOCKET in the environment). None waits: what a service manager does not read yet is sent with the next. Any
+// thread.
 
 void NotifyReady();
 /// The configuration is being read again; NotifyReady follows.

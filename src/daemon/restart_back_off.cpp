@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "core/file.h"
+#include "core/output_file.h"
 
 namespace chequer {
 namespace {
@@ -36,7 +37,7 @@ seconds DelayBeforeStart(const std::filesystem::path& folder, UtcTime now) {
   // The last start may itself have waited up to kLongest.
   if (count < 0 || last_s > now_s || now_s - last_s > (kForget + kLongest).count()) count = 0;
   try {
-    WriteFileAtomically(file, std::to_string(count + 1) + " " + std::to_string(now_s) + "\n");
+    WriteWithoutWaiting(file, std::to_string(count + 1) + " " + std::to_string(now_s) + "\n", Durability::kSynced);
   } catch (const std::runtime_error&) {
     return seconds(0);
   }

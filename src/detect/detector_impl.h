@@ -153,10 +153,12 @@ struct Detector::Impl {
   bool CameraMoved(std::span<const FitTask> done) const;
   /// Fits boards until one tells the image's traits. Returns how many were fitted.
   std::size_t FitFirst(const LightReader& reader, const Lens& lens, std::span<FitTask> tasks, Tracer& tracer);
+  /// Fits a board in full that a plain fit has not found, where the budget lasts for it.
+  void FitFully(const FitTask& task, const LightReader& reader, const Lens& lens, Tracer& tracer);
   /// Of tasks in this order, fits those that the budget lasts for. Returns how many.
   std::size_t FitInRounds(const LightReader& reader, const Lens& lens, bool plain_only, std::span<FitTask> tasks,
                           Tracer& tracer);
-  /// Hands the motion and the dot gain of the first of these boards on to the others of the image.
+  /// Hands on to the others of the image what the first of these boards shows of it: all of it, or motion and dot gain.
   void ShareTraits(std::span<const FitTask> round);
   /// Whether the middle of a board lies on one of the boards from `first` to before `past` that was read and needs no
   /// other fit.

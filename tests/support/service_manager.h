@@ -37,6 +37,13 @@ class ServiceManager {
     }
   }
 
+  /// Reads what has come, if it is this; false where nothing has come, or something else, which is lost.
+  bool Reads(const std::string& message) {
+    std::array<char, 4096> bytes{};
+    const ssize_t count = recv(socket_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
+    return count >= 0 && std::string(bytes.data(), static_cast<std::size_t>(count)) == message;
+  }
+
  private:
   std::filesystem::path path_;
   UniqueFd socket_{socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};

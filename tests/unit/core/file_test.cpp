@@ -7,6 +7,12 @@
 #include <sys/stat.h>
 #include <sys/un.h>
 
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+
 #include "core/unique_fd.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -38,6 +44,25 @@ TEST(File, NamesFileAndCause) {
             (folder / "y").string() + ": cannot be opened: No such file or directory");
   EXPECT_EQ(ErrorOf([&] { WriteFileAtomically(folder / "no/x", "1"); }),
             (folder / "no/x").string() + ": cannot be written: No such file or directory");
+}
+
+/// Bytes that this process has read so far; none where the system does not count them.
+std::optional<std::uint64_t> BytesRead() {
+  std::ifstream counts("/proc/self/io");
+  std::string name;
+  std::uint64_t bytes = 0;
+  if (!(counts >> name >> bytes) || name != "rchar:") return std::nullopt;
+  return bytes;
+}
+
+TEST(File, ReadsNothingOfAFileThatIsTooLong) {
+  const std::optional<std::uint64_t> before = BytesRead();
+  if (!before) GTEST_SKIP() << "this system counts no bytes";
+  const test::TemporaryDirectory folder;
+  WriteFileAtomically(folder / "x", "1");
+  std::filesystem::resize_file(folder / "x", 8'000'000);
+  EXPECT_THAT(ErrorOf([&] { ReadFile(folder / "x", 4'000'000); }), HasSubstr("longer than the 4000000 bytes"));
+  EXPECT_LT(*BytesRead() - *before, 1'000'000u);
 }
 
 // With nobody at its other end, opening a pipe waits for ever; so may reading a terminal.

@@ -119,6 +119,16 @@ TEST(OutputFile, APipeThatNobodyReadsIsRefusedAtOnce) {
   EXPECT_TRUE(S_ISFIFO(StatusOf(folder / "pipe").st_mode));
 }
 
+TEST(OutputFile, AReaderThatStopsIsNotWaitedForWhereNobodyMayWait) {
+  const TemporaryDirectory folder;
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  const UniqueFd reader(::open((folder / "pipe").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  // More than any pipe holds.
+  const std::string text(8'000'000, 'x');
+  EXPECT_THAT(ErrorOf([&] { WriteWithoutWaiting(folder / "pipe", text, Durability::kUnsynced); }),
+              HasSubstr("pipe: cannot be written: its reader has not read"));
+}
+
 /// /dev/stdout is a link to such a name.
 TEST(OutputFile, AnOpenFileOfTheProcessIsContinued) {
   const TemporaryDirectory folder;

@@ -1,14 +1,19 @@
 #include "daemon/logging.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <cstdlib>
+#include <stdexcept>
 #include <string>
 
+#include "core/unique_fd.h"
 #include "daemon/journal_sink.h"
 #include "support/log_capture.h"
 
@@ -51,6 +56,52 @@ TEST_F(LoggingTest, LetsNoTextSpeakToTheTerminal) {
   spdlog::info("camera {}", "evil\x1b[2J\u009b");
   spdlog::default_logger()->flush();
   EXPECT_THAT(::testing::internal::GetCapturedStderr(), ::testing::EndsWith(" info camera evil?[2J?\n"));
+}
+
+/// Standard error leads into a pipe that holds a page, while it lives.
+class PipeAsStandardError {
+ public:
+  PipeAsStandardError() {
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+    reader_ = UniqueFd(ends[0]);
+    const UniqueFd writer(ends[1]);
+    ::fcntl(writer.get(), F_SETPIPE_SZ, 4096);
+    ::fcntl(reader_.get(), F_SETFL, O_NONBLOCK);
+    ::dup2(writer.get(), STDERR_FILENO);
+  }
+  ~PipeAsStandardError() { ::dup2(before_.get(), STDERR_FILENO); }
+
+  std::string Read() {
+    std::string text(1 << 20, ' ');
+    const ssize_t count = ::read(reader_.get(), text.data(), text.size());
+    text.resize(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    return text;
+  }
+
+ private:
+  UniqueFd before_{::dup(STDERR_FILENO)};
+  UniqueFd reader_;
+};
+
+// Where one of these waits, the test never ends.
+TEST_F(LoggingTest, DoesNotWaitForWhoReadsIt) {
+  PipeAsStandardError console;
+  SetUpLogging({LogLevel::kInfo, LogTarget::kConsole}, "north", "1.0");
+  for (int i = 0; i < 500; ++i) spdlog::info("line {}", i);
+  const std::string first = console.Read();
+  EXPECT_THAT(first, ::testing::HasSubstr("line 0\n"));
+  EXPECT_THAT(first, ::testing::Not(::testing::HasSubstr("line 499\n")));
+  spdlog::info("after");
+  EXPECT_THAT(console.Read(), ::testing::AllOf(::testing::HasSubstr("lines of the log were lost"),
+                                               ::testing::EndsWith(" info after\n")));
+}
+
+TEST_F(LoggingTest, NothingWaitsForWhoReadsStandardError) {
+  PipeAsStandardError console;
+  NeverWaitForStandardError();
+  for (int i = 0; i < 5000; ++i) std::fputs("a line of a library\n", stderr);
+  EXPECT_THAT(console.Read(), ::testing::StartsWith("a line of a library\n"));
 }
 
 TEST(Journal, RecordsSayWhoAndHowUrgent) {

@@ -1,10 +1,12 @@
 #include "daemon/metrics.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <prometheus/metric_family.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -92,6 +94,18 @@ TEST(Metrics, ComplainsOnceOfAFileThatCannotBeWritten) {
   for (int i = 0; i < 3; ++i) metrics.Update(SampleStatus());
   ASSERT_EQ(log.lines().size(), 1u);
   EXPECT_THAT(log.lines()[0], HasSubstr("/nowhere/at/all.prom"));
+}
+
+TEST(Metrics, DoNotWaitForTheReaderOfAPipe) {
+  const test::TemporaryDirectory folder;
+  ASSERT_EQ(::mkfifo((folder / "chequer.prom").c_str(), 0600), 0);
+  const UniqueFd reader(::open((folder / "chequer.prom").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  test::LogCapture log;
+  Metrics metrics({.port = 0, .file = folder / "chequer.prom"});
+  // More than a pipe holds.
+  for (int i = 0; i < 400; ++i) metrics.Update(SampleStatus());
+  ASSERT_EQ(log.lines().size(), 1u);
+  EXPECT_THAT(log.lines()[0], HasSubstr("its reader has not read"));
 }
 
 /// A listening socket on a free port of the loopback interface.

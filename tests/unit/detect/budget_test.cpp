@@ -67,9 +67,10 @@ TEST_P(HardFrames, CostAtMostTenTimesACalmFrameWithTheBudget) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Budget, HardFrames,
-                         testing::Values("knocked16", "knocked50", "knocked100", "moved50", "bled50", "nameless50",
-                                         "mirrored50", "thousand", "chess4", "chess10", "inkchess6", "inkchess10",
-                                         "borders10", "inks3", "halftone6", "page10", "noise3", "moire9", "stripes3"),
+                         testing::Values("knocked16", "knocked50", "knocked100", "moved50", "bled50", "bled8",
+                                         "nameless50", "mirrored50", "thousand", "chess4", "chess10", "inkchess6",
+                                         "inkchess10", "borders10", "inks3", "halftone6", "page10", "noise3", "moire9",
+                                         "stripes3"),
                          [](const testing::TestParamInfo<const char*>& param) { return std::string(param.param); });
 
 TEST(Budget, LeavesCalmFramesAsTheyAre) {
@@ -170,6 +171,20 @@ TEST(Budget, RefinesEveryBoardInItsTurn) {
   EXPECT_LT(fewest, frame.boards / 2);
   EXPECT_GE(refined.size(), frame.boards);
   EXPECT_LE(static_cast<std::size_t>(images), (frame.boards + fewest - 1) / fewest);
+}
+
+// What one board shows of the image helps the others as it does without a budget.
+TEST(Budget, SharesDotGainThatNoPlainFitFinds) {
+  const HardFrame frame = DrawHardFrame("bled8", kWidth, kHeight);
+  Detector unlimited(frame.options);
+  const test::Detected whole = Detect(unlimited, frame);
+  ASSERT_EQ(whole.markers.size(), frame.boards);
+  Detector detector = WithBudget(frame.options, 8 * whole.stats.work);
+  for (int image = 0; image < 3; ++image) {
+    const test::Detected detected = Detect(detector, frame);
+    EXPECT_EQ(detected.markers.size(), frame.boards);
+    EXPECT_LE(detected.stats.work, 2 * whole.stats.work) << "image " << image;
+  }
 }
 
 TEST(Budget, FitsABoardHoweverSmallItIs) {
