@@ -43,11 +43,17 @@ constexpr float kMayBeOverexposed = 0.93f;
 /// white light leaves it as it is. But where chroma is coarser or noisier than luma, sums have less noise than
 /// differences. Of JPEG's 6 px cells in low light, half as many were wrong.
 constexpr std::array<float, 3> kGreenWithBlue{-1, 0, 1};
-/// Where the dark cells' spread is below that share of the means' distance, the first is as good as any.
+/// Where a class's spread is below that share of the means' distance, the first measure is as good as any.
 constexpr double kClearSpread = 0.12;
 
 float BlueOf(const Eigen::Vector3f& light, const Eigen::Vector3f& white, float green) {
   return light[2] / white[2] + green * light[1] / white[1];
+}
+
+/// Tells yellow from white: how much less blue there is than red and green, as shares of white's. A veil of white light,
+/// such as the mirror image of a lamp, leaves it as it is.
+float YellowOf(const Eigen::Vector3f& light, const Eigen::Vector3f& white) {
+  return RedAndGreen::Of(light[0] / white[0], light[1] / white[1]) - light[2] / white[2];
 }
 
 std::vector<std::optional<Roster>> RostersOf(const DetectorOptions& options) {
@@ -271,8 +277,26 @@ bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8
       cells_->ink[cell] = cells_->colours[cell].saturation;
     }
   const bool lab = options_.color_space == ColorSpace::kLab;
-  cells_->classes = {ClassOf(size, border, false), lab ? MeasureBlue(size, border) : ClassOf(size, border, true)};
+  cells_->classes = {lab ? MeasureYellow(size, border) : ClassOf(size, border, false), lab ? MeasureBlue(size, border) : ClassOf(size, border, true)};
   return cells_->classes[0].usable || cells_->classes[1].usable;
+}
+
+Identifier::Class Identifier::MeasureYellow(MarkerSize size, const std::vector<std::uint8_t>& border) {
+  const Class by_saturation = ClassOf(size, border, false);
+  if (by_saturation.usable && by_saturation.spread() < kClearSpread) return by_saturation;
+  const auto fill = [&](const auto& ink_of) {
+    for (int row = 0; row < size.rows; ++row)
+      for (int col = 0; col < size.cols; ++col) {
+        const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+        if (!IsDark(row, col)) cells_->ink[cell] = ink_of(cell);
+      }
+  };
+  fill([&](std::size_t cell) { return YellowOf(cells_->light[cell], cells_->white); });
+  const Class by_difference = ClassOf(size, border, false);
+  if (by_difference.usable && (!by_saturation.usable || by_difference.spread() < by_saturation.spread()))
+    return by_difference;
+  fill([&](std::size_t cell) { return cells_->colours[cell].saturation; });
+  return by_saturation;
 }
 
 Identifier::Class Identifier::MeasureBlue(MarkerSize size, const std::vector<std::uint8_t>& border) {

@@ -80,6 +80,9 @@ class Identifier {
   /// Hides what lies over the board: cells that look wrong, and those between them. Whether there are more now.
   bool HideWrong(MarkerSize size);
   bool MeasureSaturation(MarkerSize size, const std::vector<std::uint8_t>& border);
+  /// Writes of light cells what tells yellow from white, and what the border says of it: the saturation, or where that
+  /// is spread widely, as by a highlight, a difference of light if that is spread less.
+  Class MeasureYellow(MarkerSize size, const std::vector<std::uint8_t>& border);
   /// Writes of dark cells what tells blue from black, and what the border says of it.
   Class MeasureBlue(MarkerSize size, const std::vector<std::uint8_t>& border);
   Class ClassOf(MarkerSize size, const std::vector<std::uint8_t>& border, bool dark) const;

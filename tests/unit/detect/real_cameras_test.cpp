@@ -166,6 +166,28 @@ struct ReadOut {
 
 void PrintTo(const ReadOut& read_out, std::ostream* out) { *out << read_out.rows_read_ms << " ms"; }
 
+/// A lamp's mirror image pales colours, but leaves the difference of yellow's light and blue's as it is.
+/// By saturation alone 50 of these 60 boards are read, 53 by whichever tells the border's inks best.
+TEST(Gloss, PalesNoYellow) {
+  DetectorOptions options;
+  options.families = {{.code = kCode66, .side_m = kBoardSideM, .roster = {}}};
+  Detector detector(options);
+  int boards = 0, read = 0;
+  for (std::uint64_t seed = 720; seed < 735; ++seed) {
+    test::KnownFrame frame = FourBoards(11, seed);
+    Printed({.gloss = 1})(frame);
+    boards += static_cast<int>(frame.scene.markers.size());
+    for (const MarkerPose& found : detector.Detect(frame.Draw().view())) {
+      if (!found.id) continue;
+      ++read;
+      EXPECT_TRUE(std::any_of(frame.scene.markers.begin(), frame.scene.markers.end(),
+                              [&](const SceneMarker& marker) { return marker.board.id == *found.id; }))
+          << "wrong id, seed " << seed;
+    }
+  }
+  EXPECT_GE(read, 0.87 * boards);
+}
+
 class RollingShutter : public testing::TestWithParam<ReadOut> {};
 
 TEST_P(RollingShutter, LosesNoBoardToBandsOfFlicker) {
