@@ -18,8 +18,8 @@ inline constexpr int kDaemonBadConfig = 78;  ///< EX_CONFIG: starting again cann
 DetectFrame MakeDetectFrame(const DetectorOptions& options);
 
 /// Blocks the signals that RunDaemon heeds, so that one that comes early waits for it, and ignores SIGPIPE: a reader of
-/// the log or of a metrics page that goes away must not end the daemon. To be called first in main, before any thread
-/// is started.
+/// the log or of a metrics page that goes away must not end the daemon. To be called before any thread is started, as
+/// early as can be.
 void HoldSignals();
 
 /// Runs the daemon until the recording is over or SIGINT or SIGTERM comes; reads the configuration again on SIGHUP.

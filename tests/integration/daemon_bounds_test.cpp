@@ -170,6 +170,11 @@ TEST(DaemonBounds, HoldsSignalsThatComeWhileItReadsItsConfiguration) {
   EXPECT_EQ(SignalEarly(SIGTERM), 78);
 }
 
+TEST(DaemonBounds, HoldsSignalsThatComeBeforeItsLibrariesAreInitialised) {
+  Process daemon({"env", "LD_PRELOAD=" EARLY_HANG_UP, CHEQUERD, "--config", "/no/such/file.toml"});
+  EXPECT_EQ(daemon.Wait(), 78) << daemon.output();
+}
+
 TEST(DaemonBounds, SurvivesAReaderOfItsLogThatGoesAway) {
   const Workspace workspace;
   Subscriber subscriber;

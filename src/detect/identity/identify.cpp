@@ -277,7 +277,8 @@ bool Identifier::MeasureSaturation(MarkerSize size, const std::vector<std::uint8
       cells_->ink[cell] = cells_->colours[cell].saturation;
     }
   const bool lab = options_.color_space == ColorSpace::kLab;
-  cells_->classes = {lab ? MeasureYellow(size, border) : ClassOf(size, border, false), lab ? MeasureBlue(size, border) : ClassOf(size, border, true)};
+  cells_->classes = {lab ? MeasureYellow(size, border) : ClassOf(size, border, false),
+                     lab ? MeasureBlue(size, border) : ClassOf(size, border, true)};
   return cells_->classes[0].usable || cells_->classes[1].usable;
 }
 
