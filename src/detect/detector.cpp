@@ -303,12 +303,9 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   for (const SearchRegion& region : frame->regions.regions()) SearchIn(image, region, reader, lens, tracer);
   if (expected == 0) FindMosaic(image, table, lens, measured);
   FitBoards(expected, measured, lens, tracer);
-  if (frame->plan.limited()) Refine(measured, lens, tracer);
-  if (frame->plan.limited() && ChooseGivenUp(lens)) {
-    const std::size_t known = frame->boards.size();
-    for (const SearchRegion& region : frame->given_up.regions()) SearchIn(image, region, reader, lens, tracer);
-    FitBoards(known, measured, lens, tracer);
+  if (frame->plan.limited()) {
     Refine(measured, lens, tracer);
+    SearchGivenUp(image, reader, measured, lens, tracer);
   }
   tracer.EndSearch();
   if (stream) JudgeExpected(*stream, true, tracer);
@@ -331,6 +328,15 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   memory.grids.EndImage();
   memory.boards.EndImage();
   stats.work = frame->work.units();
+}
+
+void Detector::Impl::SearchGivenUp(const ImageView& image, const LightReader& reader, const LightReader& measured,
+                                   const Lens& lens, Tracer& tracer) {
+  if (!ChooseGivenUp(lens)) return;
+  const std::size_t known = frame->boards.size();
+  for (const SearchRegion& region : frame->given_up.regions()) SearchIn(image, region, reader, lens, tracer);
+  FitBoards(known, measured, lens, tracer);
+  Refine(measured, lens, tracer);
 }
 
 std::size_t Detector::Impl::FitFirst(const LightReader& reader, const Lens& lens, std::span<FitTask> tasks,

@@ -92,6 +92,10 @@ struct Detector::Impl {
   void MarkKnown(const SearchRegions& regions, const Lens& lens);
   /// Where boards were expected, were not searched for, and no fit found them: they lie elsewhere. False if nowhere.
   bool ChooseGivenUp(const Lens& lens);
+  /// Searches there, and fits what is found, by what is left of the budget. @param measured the image as boards are
+  /// fitted to it.
+  void SearchGivenUp(const ImageView& image, const LightReader& reader, const LightReader& measured, const Lens& lens,
+                     Tracer& tracer);
   /// That the image is searched in by turns.
   int Bands() const { return std::min(options.search_every, SearchRegions::kMostBands); }
   void SearchIn(const ImageView& image, SearchRegion region, const LightReader& reader, const Lens& lens,
@@ -223,12 +227,11 @@ struct Detector::Impl {
   /// What is known of one image.
   struct Frame {
     std::size_t missing = 0;                ///< of the boards that were expected, those that no fit has found there yet
-    std::size_t lost = 0;                   ///< of them, those that are searched around
     std::vector<RememberedBoard> expected;  ///< the first of the boards, one each
     int frames_on = 1;                      ///< since the last frame of the stream
     FrameTime last_captured{};
     Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  ///< of all boards, from where they were expected
-    std::vector<std::size_t> searched_around;  ///< of the boards that were expected, those that are lost
+    std::vector<std::size_t> lost;  ///< of the boards that were expected, those that are searched around
     SearchRegions regions;
     SearchRegions given_up;  ///< searched after all fits
     KnownTiles known;

@@ -35,8 +35,8 @@ constexpr double kContrastKept = 0.9;
 /// A board that shows less of it is not where it was expected: half a cell off leaves none. One that moved while the
 /// shutter was open shows more, and is missed by the plain fit alone.
 constexpr double kContrastThatIsThere = 0.25;
-/// What that search takes, in places of a second look (measured: 10 million instructions).
-constexpr std::uint64_t kPlacesOfShift = 270;
+/// What that search takes for a board, in places of a second look.
+constexpr std::uint64_t kPlacesOfShift = 67;
 
 /// Of boards in plain view, those show so much of the contrast of the one that shows most of its own.
 constexpr double kClearAmongAll = 0.8;
@@ -123,7 +123,7 @@ void Detector::Impl::FollowShift(const LightReader& reader, const Lens& lens) {
   frame->contrast_share = MedianInPlace(shares);
   if (frame->contrast_share >= kContrastOfExpected) return;
   frame->shift_px = FindCommonShift(frame->boards, reader, lens);
-  frame->work.Add(WorkStep::kPlace, kPlacesOfShift);
+  frame->work.Add(WorkStep::kPlace, kPlacesOfShift * std::min(frame->boards.size(), kMostAskedForShift));
   if (frame->shift_px.isZero()) return;
   for (std::size_t i = 0; i < frame->expected.size();) {
     const Eigen::Matrix3d shifted = Shifted(frame->boards[i].plane_from_board, frame->shift_px, lens);
@@ -215,8 +215,7 @@ void Detector::Impl::JudgeExpected(const StreamFrame& stream, bool finally, Trac
     frame->missing += !finally && !outcome.accepted && !shows;
     // What shows where it was expected is fitted further first; what does not is searched for in any case.
     if (finally || read || carried || (outcome.wants_more && (outcome.accepted || shows))) continue;
-    ++frame->lost;
-    frame->searched_around.push_back(i);
+    frame->lost.push_back(i);
     PixelBox box = frame->boards[i].box;
     box.Widen(kLostReach);
     frame->regions.Add(box);
@@ -230,7 +229,7 @@ bool Detector::Impl::IsAnotherPicture() const {
 
 void Detector::Impl::ChooseRegions(const StreamFrame* stream, const Lens& lens) {
   // Where most boards are lost, it is another picture: a cut, or a camera that was turned.
-  if (!stream || !stream->memory.filled || options.search_every == 1 || 2 * frame->lost > frame->expected.size() ||
+  if (!stream || !stream->memory.filled || options.search_every == 1 || 2 * frame->lost.size() > frame->expected.size() ||
       2 * frame->missing > frame->expected.size()) {
     frame->regions.AddAll();
   } else {
@@ -263,7 +262,7 @@ bool Detector::Impl::ChooseGivenUp(const Lens& lens) {
   for (std::size_t i = 0; i < frame->expected.size(); ++i) {
     const Outcome& outcome = frame->outcomes[i];
     if (outcome.accepted || outcome.deferred || ReadElsewhere(i) ||
-        std::find(frame->searched_around.begin(), frame->searched_around.end(), i) != frame->searched_around.end())
+        std::find(frame->lost.begin(), frame->lost.end(), i) != frame->lost.end())
       continue;
     PixelBox box = frame->boards[i].box;
     box.Widen(kLostReach);

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 
@@ -79,6 +80,11 @@ class V4l2Test : public ::testing::Test {
  protected:
   std::string Configure(const std::string& capture, const std::filesystem::path& calibration = {}) const {
     return CameraConfig(folder_.path(), Capture(capture), calibration);
+  }
+
+  /// A frame of eight markers takes half a second in the machine, more where others compile.
+  bool ReceiveUntil(const std::function<bool(const Received&)>& condition) {
+    return subscriber_.ReceiveUntil(condition, seconds(120));
   }
 
   TemporaryDirectory folder_;
@@ -164,31 +170,31 @@ TEST_F(V4l2Test, SetsControlsAndTellsWhatTheDriverMadeOfThem) {
 TEST_F(V4l2Test, GoesOnWithTheRateThatTheCameraGives) {
   Process daemon({CHEQUERD, "--config", Configure("device = \"/dev/video0\"\nwidth = 640\nheight = 480\nfps = 60")});
   EXPECT_TRUE(daemon.WaitForOutput("60 frames/s were asked for, the camera gives")) << daemon.output();
-  EXPECT_TRUE(subscriber_.ReceiveUntil(HasPoses(10)));
+  EXPECT_TRUE(ReceiveUntil(HasPoses(10)));
 }
 
 TEST_F(V4l2Test, FramesFlowAgainAfterUnplugging) {
   Process daemon({CHEQUERD, "--config", Configure("device = \"/dev/video0\"\nwidth = 320\nheight = 180\nfps = 25")});
-  ASSERT_TRUE(subscriber_.ReceiveUntil(HasPoses(10)));
+  ASSERT_TRUE(ReceiveUntil(HasPoses(10)));
   const auto unplugged = steady_clock::now();
   Plug(false);
   ASSERT_TRUE(daemon.WaitForOutput("the camera was lost")) << daemon.output();
   EXPECT_LT(steady_clock::now() - unplugged, milliseconds(1500));
-  ASSERT_TRUE(subscriber_.ReceiveUntil(Waits));
+  ASSERT_TRUE(ReceiveUntil(Waits));
   std::size_t before = subscriber_.received().poses.size();
   Plug(true);
   const auto plugged = steady_clock::now();
-  ASSERT_TRUE(subscriber_.ReceiveUntil(HasPoses(before + 1)));
+  ASSERT_TRUE(ReceiveUntil(HasPoses(before + 1)));
   EXPECT_LT(steady_clock::now() - plugged, seconds(3));
 
   // Another device takes its number meanwhile: it must be found under the new one, and the other be left alone.
   Plug(false);
-  ASSERT_TRUE(subscriber_.ReceiveUntil(Waits));
+  ASSERT_TRUE(ReceiveUntil(Waits));
   LoadLoop("0");
   before = subscriber_.received().poses.size();
   Plug(true);
-  EXPECT_TRUE(subscriber_.ReceiveUntil(HasPoses(before + 5)));
-  EXPECT_TRUE(subscriber_.ReceiveUntil([](const Received& got) {
+  EXPECT_TRUE(ReceiveUntil(HasPoses(before + 5)));
+  EXPECT_TRUE(ReceiveUntil([](const Received& got) {
     return got.statuses.back().camera_source.find("/dev/video1 (vivid") != std::string::npos;
   })) << subscriber_.received().statuses.back().camera_source;
   const std::vector<PosesMessage>& poses = subscriber_.received().poses;
@@ -207,7 +213,7 @@ TEST_F(V4l2Test, PosesOfAFedSwarmAreRightAlsoAfterTheFeederDied) {
   // The loop knows no rate of its own.
   Process daemon(
       {CHEQUERD, "--config", Configure("device = \"/dev/video10\"\nfps = 60", DemoRecording() / "camera.toml")});
-  ASSERT_TRUE(subscriber_.ReceiveUntil(HasPoses(30))) << daemon.output();
+  ASSERT_TRUE(ReceiveUntil(HasPoses(30))) << daemon.output();
   // What was in the loop before the feeder is of no frame.
   const auto expect_right = [&](std::size_t from) {
     for (std::size_t i = from; i < subscriber_.received().poses.size(); ++i)
@@ -216,11 +222,11 @@ TEST_F(V4l2Test, PosesOfAFedSwarmAreRightAlsoAfterTheFeederDied) {
   expect_right(1);
   feeder->Signal(SIGKILL);
   feeder->Wait();
-  ASSERT_TRUE(subscriber_.ReceiveUntil(Waits)) << daemon.output();
+  ASSERT_TRUE(ReceiveUntil(Waits)) << daemon.output();
   EXPECT_TRUE(daemon.WaitForOutput("the camera was lost: /dev/video10 (loop): no frame for 0.")) << daemon.output();
   const std::size_t before = subscriber_.received().poses.size();
   feeder = StartFeeder("/dev/video10");
-  ASSERT_TRUE(subscriber_.ReceiveUntil(HasPoses(before + 15))) << daemon.output();
+  ASSERT_TRUE(ReceiveUntil(HasPoses(before + 15))) << daemon.output();
   expect_right(before + 1);
   daemon.Signal(SIGTERM);
   EXPECT_EQ(daemon.Wait(), 0) << daemon.output();
@@ -234,7 +240,7 @@ TEST_F(V4l2Test, PosesAreRightInJpegs) {
   auto feeder = StartFeeder("/dev/video10", true);
   Process daemon({CHEQUERD, "--config",
                   Configure("device = \"loop\"\nfps = 15\npixel_format = \"MJPEG\"", DemoRecording() / "camera.toml")});
-  ASSERT_TRUE(subscriber_.ReceiveUntil(HasPoses(12))) << daemon.output();
+  ASSERT_TRUE(ReceiveUntil(HasPoses(12))) << daemon.output();
   for (std::size_t i = 1; i < 12; ++i) EXPECT_EQ(truth.Judge(subscriber_.received().poses[i]), "");
   EXPECT_EQ(subscriber_.received().poses.back().image_width, 640);
   daemon.Signal(SIGTERM);

@@ -8,12 +8,8 @@
 namespace chequer {
 namespace {
 
-/// Boards that are asked, evenly among all: those of a few directions leave no other shift at which cells meet cells.
-constexpr std::size_t kMostAsked = 8;
 /// How far it is looked for, in steps of first some, then one pixel.
 constexpr int kReachPx = 16, kCoarsePx = 2;
-/// By which of the points, in the first steps: two of each cell, side by side, come near.
-constexpr std::size_t kCoarseEvery = 2;
 /// Distance of the sampled points from the middle of their cell, cells. A wrong shift moves some of them to another cell,
 /// so that the best shift is known to a fraction of a cell.
 constexpr double kFromMiddle = 0.3;
@@ -27,11 +23,11 @@ struct Point {
   float x, y, sign;
 };
 constexpr std::size_t kPointsOfCell = 4;
-using Points = std::array<Point, kMostAsked * kMaxCells * kPointsOfCell>;
+using Points = std::array<Point, kMostAskedForShift * kMaxCells * kPointsOfCell>;
 
 std::size_t PlacePoints(std::span<const AnchoredBoard> boards, const Lens& lens, Points& points) {
   std::size_t count = 0;
-  const std::size_t step = std::max<std::size_t>(1, (boards.size() + kMostAsked - 1) / kMostAsked);
+  const std::size_t step = std::max<std::size_t>(1, (boards.size() + kMostAskedForShift - 1) / kMostAskedForShift);
   for (std::size_t i = 0; i < boards.size(); i += step) {
     const AnchoredBoard& board = boards[i];
     const BoardGeometry geometry(board.plane_from_board);
@@ -51,12 +47,11 @@ std::size_t PlacePoints(std::span<const AnchoredBoard> boards, const Lens& lens,
   return count;
 }
 
-/// Light of the light points over the dark ones, of every `every`-th point.
-float ContrastAt(std::span<const Point> points, std::size_t every, Eigen::Vector2i shift, const LightReader& reader,
+/// Light of the light points over the dark ones.
+float ContrastAt(std::span<const Point> points, Eigen::Vector2i shift, const LightReader& reader,
                  const LightReader::Rows& rows) {
   float sum = 0;
-  for (std::size_t i = 0; i < points.size(); i += every) {
-    const Point& point = points[i];
+  for (const Point& point : points) {
     const int x = static_cast<int>(point.x + 0.5f) + shift.x(), y = static_cast<int>(point.y + 0.5f) + shift.y();
     if (x < 0 || y < 0 || x + 1 >= reader.width() || y >= reader.height()) continue;
     // Of a mosaic, one of them is green.
@@ -74,26 +69,25 @@ Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, const Lig
   Points all;
   const std::span<const Point> points(all.data(), PlacePoints(boards, lens, all));
   const LightReader::Rows rows = reader.AllRows();
-  const auto contrast_at = [&](int x, int y, std::size_t every) {
-    return ContrastAt(points, every, {x, y}, reader, rows);
-  };
-  float most = contrast_at(0, 0, kCoarseEvery);
+  const auto contrast_at = [&](int x, int y) { return ContrastAt(points, {x, y}, reader, rows); };
+  const float none = contrast_at(0, 0);
+  float most = none;
   Eigen::Vector2i best(0, 0);
+  // By all points: half of them take other shifts for the best where boards are blurred (of knocked boards of 7 px cells,
+  // 2 to 8 % less were read).
   for (int y = -kReachPx; y <= kReachPx; y += kCoarsePx)
     for (int x = -kReachPx; x <= kReachPx; x += kCoarsePx) {
-      const float contrast = contrast_at(x, y, kCoarseEvery);
+      const float contrast = contrast_at(x, y);
       if (contrast <= most) continue;
       most = contrast;
       best = {x, y};
     }
-  const float least = static_cast<float>(kClearer) * contrast_at(0, 0, 1);
-  most = contrast_at(best.x(), best.y(), 1);
-  if (most <= least) return Eigen::Vector2d::Zero();
+  if (most <= static_cast<float>(kClearer) * none) return Eigen::Vector2d::Zero();
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   int count = 0;
   for (int y = best.y() - 2 * kCoarsePx; y <= best.y() + 2 * kCoarsePx; ++y)
     for (int x = best.x() - 2 * kCoarsePx; x <= best.x() + 2 * kCoarsePx; ++x) {
-      if (contrast_at(x, y, 1) < static_cast<float>(kNearlyBest) * most) continue;
+      if (contrast_at(x, y) < static_cast<float>(kNearlyBest) * most) continue;
       sum += Eigen::Vector2d(x, y);
       ++count;
     }
