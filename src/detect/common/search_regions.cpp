@@ -114,8 +114,9 @@ void KnownTiles::Add(const std::array<Eigen::Vector2d, 4>& outline) {
       left = std::min(left, x), right = std::max(right, x);
     }
     const auto column = [](double x) { return (x + 0.5) / kTile - 0.5; };  // of tiles' middles
-    const int first = static_cast<int>(std::max(std::ceil(column(left)), 0.0)),
-              last = static_cast<int>(std::min(std::floor(column(right)), cols_ - 1.0));
+    // Within the image: outlines may reach far beyond it.
+    const int first = static_cast<int>(std::clamp(std::ceil(column(left)), 0.0, 1.0 * cols_)),
+              last = static_cast<int>(std::clamp(std::floor(column(right)), -1.0, cols_ - 1.0));
     if (first <= last) std::fill_n(tiles_.begin() + std::ptrdiff_t{row} * cols_ + first, last - first + 1, std::uint8_t{1});
   }
 }
