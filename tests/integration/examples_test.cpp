@@ -130,8 +130,8 @@ TEST(CClient, GivesTheLatestTheNewAndTheNext) {
   const auto send = [&](double x) {
     publisher.Publish(Message({TrackOf("alice", {.x = x, .heading = 0.5, .speed = 2})}));
   };
-  send(1);
-  ASSERT_EQ(chequer_new(alice, &state, 10'000), 1);
+  // Datagrams may be lost where much is sent: each is sent again until it comes.
+  ASSERT_TRUE(SendUntil([&] { send(1); }, [&] { return chequer_new(alice, &state, 1000) == 1; }));
   EXPECT_EQ(state.position[0], 1);
   EXPECT_NEAR(state.heading, 0.5, 1e-12);
   EXPECT_NEAR(std::hypot(state.velocity[0], state.velocity[1]), 2, 1e-12);
@@ -145,8 +145,9 @@ TEST(CClient, GivesTheLatestTheNewAndTheNext) {
   EXPECT_EQ(state.position[0], 2);
   later.request_stop();
   later.join();
-  publisher.Publish(PosesOf(1ull << 63, 7));
-  ASSERT_EQ(chequer_new(marker, &state, 10'000), 1);
+  // What was sent without a pause has filled the socket, so that the first that comes after it may find no place.
+  ASSERT_TRUE(SendUntil([&] { publisher.Publish(PosesOf(1ull << 63, 7)); },
+                        [&] { return chequer_new(marker, &state, 1000) == 1; }));
   EXPECT_EQ(state.position[0], 7);
   chequer_close(client);
 }
