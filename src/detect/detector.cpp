@@ -34,7 +34,8 @@ constexpr std::uint64_t kLeastForGrid = 500;
 /// plain fits of the same board.
 constexpr double kUnitsOfPlain = 300, kUnitsOfPlainPixel = 0.15;
 /// With a budget, after so many plain fits that found no board, one is fitted in full. The dot gain that it shows is
-/// that of all boards: plain fits would find none of them, and full ones that begin with it cost no more.
+/// that of all boards: plain fits would find none of them, and full ones that begin with it cost no more. After as many
+/// with the last image's dot gain, that is forgotten.
 constexpr std::size_t kFruitlessFits = 2;
 constexpr std::uint64_t kLeastOfPlain = 5, kMostOfPlain = 50;
 /// The covariance of a pose by the plain fit where another would explain the board better, over what that fit says.
@@ -292,6 +293,8 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   frame->regions.Start(image.width(), image.height());
   frame->known.Start(image.width(), image.height());
   if (stream) ExpectBoards(*stream, reader, lens);
+  frame->last_traits = stream ? stream->memory.traits : memory.traits;
+  frame->needs_dot_gain = frame->last_traits.has_value();
   const std::size_t expected = frame->expected.size();
   if (expected > 0) {
     tracer.Anchored(frame->boards, lens, options.color_space);
@@ -325,6 +328,7 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
     TraceExpectations(*stream, lens, tracer);
     Remember(*stream, lens);
   }
+  RememberTraits(stream ? stream->memory.traits : memory.traits);
   memory.grids.EndImage();
   memory.boards.EndImage();
   stats.work = frame->work.units();
@@ -342,18 +346,42 @@ void Detector::Impl::SearchGivenUp(const ImageView& image, const LightReader& re
 std::size_t Detector::Impl::FitFirst(const LightReader& reader, const Lens& lens, std::span<FitTask> tasks,
                                      Tracer& tracer) {
   // The noise is the camera's, and mostly the blur: the first board that is one tells it for all.
-  std::size_t done = 0;
+  const bool limited = frame->plan.limited();
+  std::size_t done = 0, fruitless = 0;
   while (done < tasks.size() && !frame->traits) {
-    const FitTask& task = tasks[done];
+    FitTask& task = tasks[done];
+    const ImageTraits* last = frame->last_traits ? &*frame->last_traits : nullptr;
+    // With the dot gain that prints had before, boards are fitted in full at once.
+    if (limited && last) task.most *= kMostOfPlain;
     if (GrantRound(frame->plan, frame->work.units(), done == 0, tasks.subspan(done, 1)) == 0) break;
     Outcome& outcome = frame->outcomes[task.board];
-    outcome = Measure(reader, lens, {task.board, nullptr, frame->plan.limited(), task.granted}, workers[0], tracer);
+    outcome = Measure(reader, lens, {task.board, last, limited && !last, task.granted}, workers[0], tracer);
     frame->work.Add(outcome.work);
     ++done;
-    if (done == kFruitlessFits && !outcome.accepted && frame->plan.limited()) FitFully(task, reader, lens, tracer);
+    if (!outcome.accepted && ++fruitless == kFruitlessFits) {
+      if (limited && !last) FitFully(task, reader, lens, tracer);
+      frame->last_traits.reset();
+      frame->needs_dot_gain = outcome.accepted;
+    }
     if (outcome.accepted && TellsTraits(task.board)) frame->traits = outcome.image;
   }
   return done;
+}
+
+void Detector::Impl::RememberTraits(std::optional<ImageTraits>& traits) const {
+  // With a budget, what plain fits find goes without.
+  if (frame->plan.limited() && !frame->needs_dot_gain) return traits.reset();
+  const Outcome* telling = nullptr;
+  for (const Outcome& outcome : frame->outcomes) {
+    // What moves hides what ink does.
+    if (!outcome.accepted || !outcome.marker.id || outcome.wants_more || !outcome.image.motion_px.isZero()) continue;
+    if (!telling || (outcome.image.shares_dot_gain() && !telling->image.shares_dot_gain())) telling = &outcome;
+  }
+  if (!telling) return;
+  if (telling->image.shares_dot_gain())
+    traits = telling->image;
+  else
+    traits.reset();
 }
 
 void Detector::Impl::FitFully(const FitTask& task, const LightReader& reader, const Lens& lens, Tracer& tracer) {

@@ -159,6 +159,8 @@ struct Detector::Impl {
   std::size_t FitFirst(const LightReader& reader, const Lens& lens, std::span<FitTask> tasks, Tracer& tracer);
   /// Fits a board in full that a plain fit has not found, where the budget lasts for it.
   void FitFully(const FitTask& task, const LightReader& reader, const Lens& lens, Tracer& tracer);
+  /// For the next image (MemoryState::traits).
+  void RememberTraits(std::optional<ImageTraits>& traits) const;
   /// Of tasks in this order, fits those that the budget lasts for. Returns how many.
   std::size_t FitInRounds(const LightReader& reader, const Lens& lens, bool plain_only, std::span<FitTask> tasks,
                           Tracer& tracer);
@@ -222,6 +224,7 @@ struct Detector::Impl {
   struct Memory {
     DeferredPlaces grids, boards;  ///< that were not searched, or not to their end; that were not fitted, or not fully
     std::uint64_t second_look_most = 0;  ///< units of the second look that was left undone; 0: none was
+    std::optional<ImageTraits> traits;   ///< see MemoryState
   };
 
   /// What is known of one image.
@@ -252,6 +255,8 @@ struct Detector::Impl {
     std::vector<Outcome> outcomes;  ///< by board
     std::vector<FitTask> tasks;
     std::optional<ImageTraits> traits;  ///< once a board has told them
+    std::optional<ImageTraits> last_traits;  ///< the last image's, if its boards share a dot gain
+    bool needs_dot_gain = false;             ///< plain fits, which know of none, find no boards
     // What single steps need.
     std::vector<StrongPoint> strong;
     std::vector<PixelBox> found_in;

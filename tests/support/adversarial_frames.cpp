@@ -33,6 +33,7 @@ constexpr std::array kSwarms{
     SwarmKind{.name = "moved50", .boards = 50, .motion_px = 8},
     SwarmKind{.name = "bled50", .boards = 50, .ink_spread_cells = 0.1},
     SwarmKind{.name = "bled8", .boards = 8, .cell_px = 20, .ink_spread_cells = 0.1},
+    SwarmKind{.name = "bled12", .boards = 12, .cell_px = 29, .ink_spread_cells = 0.1},
     SwarmKind{.name = "nameless50", .boards = 50, .nameless = true},
     SwarmKind{.name = "mirrored50", .boards = 50, .mirrored = true},
     SwarmKind{.name = "thousand", .boards = 1000, .cell_px = 0},

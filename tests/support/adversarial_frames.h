@@ -25,8 +25,9 @@ struct HardFrame {
 inline constexpr std::string_view kCalm = "calm";
 
 /// Names of all frames: swarms in trouble ("knocked16" … "knocked100": moved by 14 px; "moved50": by 8 px; "bled50":
-/// ink spread by a tenth of a cell; "bled8": the same of large boards, which no plain fit finds; "nameless50": no code
-/// that is one; "mirrored50"; "thousand": 1,000 small boards), and textures (adversarial_textures.h).
+/// a dot gain of a tenth of a cell; "bled8", "bled12": the same of large boards, which no plain fit finds;
+/// "nameless50": no code that is one; "mirrored50"; "thousand": 1,000 small boards), and textures
+/// (adversarial_textures.h).
 std::vector<std::string> HardFrameNames();
 
 /// What is sought in all frames of a size: one family, by one camera.

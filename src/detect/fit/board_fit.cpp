@@ -242,7 +242,7 @@ bool BoardFit::Step(LaneSums sums) {
   run_->plain_input.sums = sums;
   AccumulateLanes(run_->plain_input, pixels_.lanes());
   work_.Add(WorkStep::kFitStep);
-  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(CountPixels()));
+  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(CountPixels() / run_->plain_input.stride));
   const bool fixed_levels = sums == LaneSums::kShapes;
   equations_.Assemble({.pixels = &pixels_,
                        .used = run_->corners.used,
@@ -505,7 +505,8 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
     if (!looked_farther && CellPx() > kLargeCellPx && !Recollect(reader, lens)) return false;
     LookBeside(reader, lens);
   }
-  run_->plain_input.stride = 1;
+  // What asks for another fit, which may not be had now, is fitted to as many pixels as that would be.
+  run_->plain_input.stride = run_->terms.wide && !choice.may_look_farther ? StrideFor(kMostPixels) : 1;
   const bool noise_known = start.image || choice.from;
   const bool settled = run_->terms.look_farther ? SettleModel(reader, lens, start, noise_known, choice)
                                                 : Settle(lens, start, noise_known);

@@ -12,5 +12,8 @@ inline constexpr double kFollowPx = 0.3;
 inline constexpr float kRobustLimit = 4;
 /// Blur, pixels: half a pixel's own integration up to what still shows cells.
 inline constexpr double kLeastBlur = 0.25, kMostBlur = 12;
+/// Of a board's pixels, so many at most finish a fit of the model with all terms. What they leave out costs precision
+/// that boards of cells as large have in plenty.
+inline constexpr int kMostPixels = 6000;
 
 }  // namespace chequer

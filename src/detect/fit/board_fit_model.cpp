@@ -17,9 +17,8 @@ constexpr double kWideBlur = 0.14;
 constexpr double kTapBlurs = 2.5;
 /// Fewer points would not show how the light changes with the way.
 constexpr int kFewestTaps = 3, kMostTaps = 12;
-/// Of a board's pixels: so many bring the fit near, and so many at most finish it. What they leave out costs precision
-/// that boards of cells as large have in plenty.
-constexpr int kPixelsNear = 1000, kMostPixels = 6000;
+/// Of a board's pixels: so many bring the fit near.
+constexpr int kPixelsNear = 1000;
 /// Passes by all pixels; of them, and of those by some, the ones that follow what is done to the light.
 constexpr int kMostModelPasses = 14, kModelPassesOfLight = 4;
 /// A step that moves corners and blur less ends the fit; with less than the first, all pixels are looked at.

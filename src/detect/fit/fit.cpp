@@ -10,8 +10,6 @@ namespace {
 /// Corners of boards that moved lie where a plane has them to 0.03 px; farther off, it may have been something else;
 /// and where a motion is all that may be, so far at most.
 constexpr double kMostOffMovedPx = 0.04, kMostOffMotionBlurredPx = 0.15;
-/// Boards of one image share the dot gain from so much of a cell on: less may be but what one board has.
-constexpr double kLeastShared = 0.015;
 /// Units that all fits of a board may take, for a corner, whatever it shows: boards that are blurred and crossed by a
 /// shadow, the hardest that are read, take half of them. No other fit is begun once so much of them is spent.
 constexpr std::uint64_t kMostUnitsOfCorner = 6000;
@@ -69,8 +67,8 @@ bool PhotometricFit::FitFirst(const Task& task, const Eigen::Vector2d& motion_bl
   choice_.motion_blur_px = motion_blur_px;
   choice_.roughly = true;
   // One printer's ink spreads alike.
-  const double ink = task.start.image ? task.start.image->dot_gain : 0;
-  if (motion_blur_px.isZero() && std::abs(ink) >= kLeastShared) choice_.dot_gain = ink;
+  const ImageTraits* image = task.start.image;
+  if (motion_blur_px.isZero() && image && image->shares_dot_gain()) choice_.dot_gain = image->dot_gain;
   bool fitted = FitOnce(task, task.start);
   if (!fitted && choice_.dot_gain != 0) {
     choice_.dot_gain = 0;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "detect/common/board_geometry.h"
@@ -20,6 +21,10 @@ struct ImageTraits {
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();
   /// Dot gain, cells; 0 if that was not fitted.
   double dot_gain = 0;
+
+  /// Boards of one image share the dot gain from so much of a cell on: less may be but what one board has (a guess).
+  static constexpr double kLeastSharedGain = 0.015;
+  bool shares_dot_gain() const { return std::abs(dot_gain) >= kLeastSharedGain; }
 };
 
 /// The light that falls on a cell, over that of the board (its mean; beside the shadow, where its edge was fitted):

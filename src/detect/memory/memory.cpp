@@ -43,6 +43,7 @@ void MemoryState::Clear() {
   since_search = {};
   boards.clear();
   open.clear();
+  traits.reset();
 }
 
 int MemoryState::Continue(FrameTime now, int frame_width, int frame_height) {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "detect/common/fixed_vector.h"
 #include "detect/common/light.h"
 #include "detect/common/search_regions.h"
+#include "detect/fit/fitted_board.h"
 
 namespace chequer {
 
@@ -72,6 +74,9 @@ struct MemoryState {
   std::array<int, SearchRegions::kMostBands> since_search{};
   std::vector<RememberedBoard> boards;
   std::vector<OpenPlace> open;
+  /// Of the last image whose boards could tell, if they share a dot gain. It is the printer's, so the next ones have it
+  /// too. Plain fits may not find boards of as much, and each fit that has to look for it costs several others.
+  std::optional<ImageTraits> traits;
 
   /// What a frame taught.
   struct Lesson {

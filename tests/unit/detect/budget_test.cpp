@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <set>
 #include <string>
@@ -186,6 +187,33 @@ TEST(Budget, SharesDotGainThatNoPlainFitFinds) {
     EXPECT_LE(detected.stats.work, 2 * whole.stats.work) << "image " << image;
   }
 }
+
+/// A frame over and over, as a stream with a memory.
+class Streams : public testing::TestWithParam<const char*> {};
+
+TEST_P(Streams, ReadOnWhatTheirFirstFrameShows) {
+  const HardFrame frame = DrawHardFrame(GetParam(), 1920, 1080);
+  Detector unlimited(frame.options);
+  const std::uint64_t whole = Detect(unlimited, frame).stats.work;
+  for (const std::uint64_t budget : {std::uint64_t{0}, whole, 2 * whole, 5 * whole / 2}) {
+    Detector detector = WithBudget(frame.options, budget);
+    DetectorMemory memory;
+    test::Detected detected;
+    std::size_t first = 0;
+    for (int image = 1; image <= 5; ++image) {
+      detector.Detect(frame.image.view(), image * std::chrono::milliseconds(16), memory, detected.markers);
+      const std::size_t read = static_cast<std::size_t>(
+          std::count_if(detected.markers.begin(), detected.markers.end(), [](const auto& m) { return m.id.has_value(); }));
+      if (image == 1) first = read;
+      EXPECT_GE(read, first) << "image " << image << ", budget " << budget;
+      // Boards that were expected in vain are sought once more.
+      EXPECT_LE(detector.stats().work, 2 * whole + whole / 4) << "image " << image << ", budget " << budget;
+    }
+    EXPECT_GE(first, frame.boards * 2 / 5) << "budget " << budget;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Budget, Streams, testing::Values("calm", "knocked16", "bled50", "bled8", "bled12"),
+                         [](const testing::TestParamInfo<const char*>& param) { return std::string(param.param); });
 
 TEST(Budget, FitsABoardHoweverSmallItIs) {
   Detector detector = WithBudget(Calm().options, kLeastBudget);
