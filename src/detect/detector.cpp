@@ -306,6 +306,7 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   for (const SearchRegion& region : frame->regions.regions()) SearchIn(image, region, reader, lens, tracer);
   if (expected == 0) FindMosaic(image, table, lens, measured);
   FitBoards(expected, measured, lens, tracer);
+  FitPostponed(measured, lens, tracer);
   if (frame->plan.limited()) {
     Refine(measured, lens, tracer);
     SearchGivenUp(image, reader, measured, lens, tracer);
@@ -438,9 +439,22 @@ void Detector::Impl::LeadWithTopmost(std::span<FitTask> tasks) const {
 void Detector::Impl::FitBoards(std::size_t first, const LightReader& reader, const Lens& lens, Tracer& tracer) {
   frame->outcomes.resize(frame->boards.size());
   const std::size_t tasks_before = frame->tasks.size();
-  for (std::size_t i = first; i < frame->boards.size(); ++i) frame->tasks.push_back(TaskOf(i));
+  for (std::size_t i = first; i < frame->boards.size(); ++i)
+    if (i >= frame->expected.size() || !frame->postponed[i]) frame->tasks.push_back(TaskOf(i));
+  FitTasks(tasks_before, reader, lens, tracer);
+}
+
+void Detector::Impl::FitPostponed(const LightReader& reader, const Lens& lens, Tracer& tracer) {
+  const std::size_t tasks_before = frame->tasks.size();
+  for (std::size_t i = 0; i < frame->expected.size(); ++i)
+    if (frame->postponed[i] && !ReadElsewhere(i)) frame->tasks.push_back(TaskOf(i));
+  FitTasks(tasks_before, reader, lens, tracer);
+}
+
+void Detector::Impl::FitTasks(std::size_t first, const LightReader& reader, const Lens& lens, Tracer& tracer) {
   const bool limited = frame->plan.limited();
-  const std::span<FitTask> tasks = std::span(frame->tasks).subspan(tasks_before);
+  const std::span<FitTask> tasks = std::span(frame->tasks).subspan(first);
+  if (tasks.empty()) return;
   if (limited) SortByWaiting(tasks);
   if (first == 0 && frame->expected.empty()) LeadWithTopmost(tasks);
   std::size_t done = FitFirst(reader, lens, tasks, tracer);

@@ -84,13 +84,18 @@ struct Detector::Impl {
   /// Of the boards that were expected and fitted, refuses those that read as others, and notes where the others are to
   /// be searched. @param finally all fits are done: identities are carried.
   void JudgeExpected(const StreamFrame& stream, bool finally, Tracer& tracer);
+  /// Whether some of a board's contrast shows where it was expected.
+  bool Shows(std::size_t expected) const;
+  /// Whether a board does not lie where it was expected, for all that shows. @param sharp others show.
+  bool IsPostponed(std::size_t expected, bool sharp) const;
   /// Most of what was expected is not there, and as much was found elsewhere.
   bool IsAnotherPicture() const;
   /// What is searched for boards: the places that are open, and bands of the image in their turn.
   void ChooseRegions(const StreamFrame* stream, const Lens& lens);
   /// What was read lies there, in the regions: nothing else does.
   void MarkKnown(const SearchRegions& regions, const Lens& lens);
-  /// Where boards were expected, were not searched for, and no fit found them: they lie elsewhere. False if nowhere.
+  /// Where boards were expected and not searched for, and no fit found and read them: they lie elsewhere. False if
+  /// nowhere.
   bool ChooseGivenUp(const Lens& lens);
   /// Searches there, and fits what is found, by what is left of the budget. @param measured the image as boards are
   /// fitted to it.
@@ -153,6 +158,10 @@ struct Detector::Impl {
   void RefuseTwins(Tracer& tracer);
   /// Fits the boards from `first` on, while the budget lasts; plainly where there is one: Refine() follows.
   void FitBoards(std::size_t first, const LightReader& reader, const Lens& lens, Tracer& tracer);
+  /// Fits those boards that were postponed and are not read elsewhere.
+  void FitPostponed(const LightReader& reader, const Lens& lens, Tracer& tracer);
+  /// Of the tasks, fits those from `first` on.
+  void FitTasks(std::size_t first, const LightReader& reader, const Lens& lens, Tracer& tracer);
   /// Whether the last of these boards is blurred by more than its own motion: then all are, and alike.
   bool CameraMoved(std::span<const FitTask> done) const;
   /// Fits boards until one tells the image's traits. Returns how many were fitted.
@@ -231,6 +240,9 @@ struct Detector::Impl {
   struct Frame {
     std::size_t missing = 0;                ///< of the boards that were expected, those that no fit has found there yet
     std::vector<RememberedBoard> expected;  ///< the first of the boards, one each
+    /// Of them, those that are searched for before they are fitted there, as such a fit would take several times as
+    /// much.
+    std::vector<bool> postponed;
     int frames_on = 1;                      ///< since the last frame of the stream
     FrameTime last_captured{};
     Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  ///< of all boards, from where they were expected

@@ -25,9 +25,9 @@ struct Point {
 constexpr std::size_t kPointsOfCell = 4;
 using Points = std::array<Point, kMostAskedForShift * kMaxCells * kPointsOfCell>;
 
-std::size_t PlacePoints(std::span<const AnchoredBoard> boards, const Lens& lens, Points& points) {
+std::size_t PlacePoints(std::span<const AnchoredBoard> boards, std::size_t asked, const Lens& lens, Points& points) {
   std::size_t count = 0;
-  const std::size_t step = std::max<std::size_t>(1, (boards.size() + kMostAskedForShift - 1) / kMostAskedForShift);
+  const std::size_t step = std::max<std::size_t>(1, (boards.size() + asked - 1) / asked);
   for (std::size_t i = 0; i < boards.size(); i += step) {
     const AnchoredBoard& board = boards[i];
     const BoardGeometry geometry(board.plane_from_board);
@@ -64,10 +64,11 @@ float ContrastAt(std::span<const Point> points, Eigen::Vector2i shift, const Lig
 
 }  // namespace
 
-Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, const LightReader& reader, const Lens& lens) {
+Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size_t asked, const LightReader& reader,
+                                const Lens& lens) {
   static_assert(kReachPx % kCoarsePx == 0);
   Points all;
-  const std::span<const Point> points(all.data(), PlacePoints(boards, lens, all));
+  const std::span<const Point> points(all.data(), PlacePoints(boards, asked, lens, all));
   const LightReader::Rows rows = reader.AllRows();
   const auto contrast_at = [&](int x, int y) { return ContrastAt(points, {x, y}, reader, rows); };
   const float none = contrast_at(0, 0);

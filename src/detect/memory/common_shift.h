@@ -12,12 +12,16 @@ namespace chequer {
 
 /// Boards that are asked, evenly among all: those of a few directions leave no other shift at which cells meet cells.
 inline constexpr std::size_t kMostAskedForShift = 8;
+/// Fewer may all have moved by themselves.
+inline constexpr std::size_t kFewestAskedForShift = 3;
 
 /// How far all boards of an image lie from where they are expected, image pixels: a camera that is knocked shifts them
 /// alike. It is the shift of at most 16 px along each axis at which their light cells stand out most from the dark
 /// ones, to about a pixel: near enough for a fit to start from, also with motion blur. Zero where none is clearly
 /// better than none. Takes 2.4 million instructions for each board that is asked (measured).
-Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, const LightReader& reader, const Lens& lens);
+/// @param asked so many boards at most: kMostAskedForShift or fewer.
+Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size_t asked, const LightReader& reader,
+                                const Lens& lens);
 
 /// Light of a board's light cells over its dark ones, as sampled.
 double SampledContrast(const AnchoredBoard& board);

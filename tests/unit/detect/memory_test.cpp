@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -175,6 +177,47 @@ TEST(Memory, FollowsBoardsWithoutASearch) {
   EXPECT_EQ(poses, score.expected);
   // Some of these small boards are fitted with all terms, which end a fit farther from its optimum.
   EXPECT_LT(std::sqrt(square / poses), 0.4) << "standard deviations between poses with and without memory";
+}
+
+/// Robots whose second frame comes before their motion is known: they have moved by some cells.
+std::string Rushing(int width, double distance_m, int robots, double speed) {
+  char text[300];
+  std::snprintf(text, sizeof text,
+                "seed = 3\n[camera]\nsize = \"%dx%d\"\nfocal_px = %g\ndistance = %g\nfps = 30\nexposure_ms = 1\n"
+                "[swarm]\nrobots = %d\nside = 0.1\nspeed = %g\n[[phase]]\nkind = \"calm\"\nframes = 8\n",
+                width, width * 9 / 16, 0.75 * width, distance_m, robots, speed);
+  return text;
+}
+
+TEST(Memory, SearchesForBoardsThatRanAwayBeforeItFitsThemWhereTheyWere) {
+  const test::StreamFrames stream(Rushing(640, 1.2, 6, 2));
+  Follower follower(stream.Options());
+  std::uint64_t first = 0;
+  for (const std::size_t i : {0u, 6u}) {
+    const test::StreamFrame frame = stream.Frame(i);
+    const Detected& found = follower.Next(frame.image.view(), 33333us);
+    const test::StreamScore score = test::ScoreFrame(found.markers, frame.truth);
+    EXPECT_EQ(score.read, score.expected) << "frame " << i;
+    if (i == 0) first = found.stats.work;
+    // Fits where the boards are not took three times as much.
+    EXPECT_LE(found.stats.work, 2 * first) << "frame " << i;
+  }
+}
+
+TEST(Memory, ReadsSmallBoardsThatRunWithABudgetThatDoesWithoutIt) {
+  const test::StreamFrames stream(Rushing(960, 3, 30, 0.5));
+  Detector cold(stream.Options());
+  DetectorOptions options = stream.Options();
+  cold.Detect(stream.Frame(0).image.view());
+  options.budget = cold.stats().work * 5 / 8;
+  Follower follower(options);
+  test::StreamScore score;
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const test::StreamFrame frame = stream.Frame(i);
+    score += test::ScoreFrame(follower.Next(frame.image.view(), 33333us).markers, frame.truth);
+  }
+  // Once they were lost, the search for a shift of the camera left no budget to find them again: 4 of 10 were read.
+  EXPECT_GE(score.Recall(), 0.8) << score.read << " of " << score.expected;
 }
 
 TEST(Memory, LeavesPosesWhereTheyAre) {
