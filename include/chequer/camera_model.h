@@ -1,16 +1,19 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <optional>
 #include <string>
-
-#include <Eigen/Core>
 
 #include "chequer/tone_curve.h"
 
 #pragma GCC visibility push(default)  // part of libchequer's interface
 
 namespace chequer {
+
+/// Covariance of fx, fy, cx, cy (pixels) and, in their order, of the distortion coefficients; zero for those that a
+/// model does not have.
+using LensCovariance = Eigen::Matrix<double, 9, 9>;
 
 /// A calibrated lens, with OpenCV's definitions. Pixels; the centre of the top-left pixel is (0, 0).
 struct CameraModel {
@@ -25,6 +28,9 @@ struct CameraModel {
   std::array<double, 5> distortion{};
   /// The curve of the images' values, where it was measured: the detector then takes it, whatever the images state.
   std::optional<ToneCurve> tone_curve{};
+  /// How far the calibration may be off, the same in all images: it goes into the poses' covariances. Zero: nothing is
+  /// known of it, and poses are as exact as images tell.
+  LensCovariance covariance = LensCovariance::Zero();
 
   /// Pixel of a point in the camera frame. @pre z > 0.
   Eigen::Vector2d Project(const Eigen::Vector3d& x_in_camera) const;

@@ -1,5 +1,6 @@
 #include "chequer/camera_file.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -24,6 +25,11 @@ constexpr NumberRange kPrincipalPoint{-1e6, 1e6};
 constexpr NumberRange kCoefficient{-1e6, 1e6};
 constexpr NumberRange kGamma{0.2, 5};
 constexpr NumberRange kBend{-0.9, 0.9};
+constexpr NumberRange kCovariance{-1e12, 1e12};
+
+constexpr int kLensNumbers = LensCovariance::RowsAtCompileTime;
+/// What rounding may leave of the least eigenvalue of correlations; of those that files hold, 1e-15.
+constexpr double kRounding = 1e-6;
 
 void ReadDistortion(TomlTable& table, CameraModel& camera) {
   std::vector<double> coefficients;
@@ -66,6 +72,33 @@ std::size_t CoefficientCount(CameraModel::Kind kind) {
   return 0;
 }
 
+/// Whether a matrix can be a covariance. Correlations are looked at: the numbers of a lens differ by powers of ten.
+bool IsCovariance(const LensCovariance& matrix) {
+  if (!(matrix.diagonal().minCoeff() >= 0)) return false;
+  const Eigen::Matrix<double, kLensNumbers, 1> deviations =
+      (matrix.diagonal().array() > 0).select(matrix.diagonal(), 1).cwiseSqrt();
+  const LensCovariance correlations =
+      deviations.cwiseInverse().asDiagonal() * matrix * deviations.cwiseInverse().asDiagonal();
+  return Eigen::SelfAdjointEigenSolver<LensCovariance>(correlations, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() >
+         -kRounding;
+}
+
+/// The covariance, where the file has one.
+void ReadCovariance(TomlTable& table, CameraModel& camera) {
+  std::vector<double> numbers;
+  if (!table.Read("covariance", numbers, LengthRange{0, kLensNumbers * (kLensNumbers + 1) / 2}, kCovariance)) return;
+  const std::size_t size = 4 + CoefficientCount(camera.kind), count = size * (size + 1) / 2;
+  if (numbers.size() != count)
+    table.Fail("covariance", "must have " + std::to_string(count) +
+                                 " values with this model: the lower triangle, row by row, of fx, fy, cx, cy and the "
+                                 "distortion coefficients");
+  const auto rows = static_cast<Eigen::Index>(size);
+  for (Eigen::Index row = 0, i = 0; row < rows; ++row)
+    for (Eigen::Index col = 0; col <= row; ++col, ++i)
+      camera.covariance(row, col) = camera.covariance(col, row) = numbers[static_cast<std::size_t>(i)];
+  if (!IsCovariance(camera.covariance)) table.Fail("covariance", "must be positive semidefinite");
+}
+
 /// What a camera file holds.
 struct Calibration {
   CameraModel camera;
@@ -102,6 +135,7 @@ Calibration ReadCalibration(TomlFile file) {
   table.Require("model", camera.kind, kKinds);
   ReadDistortion(table, camera);
   ReadToneCurve(table, camera);
+  ReadCovariance(table, camera);
   calibration.record = ReadRecord(table, camera);
   file.CheckAllKeysRead();
   return calibration;
@@ -120,6 +154,14 @@ std::string FormatToneCurve(const ToneCurve& curve) {
   std::array<double, std::tuple_size_v<ToneCurve::Bends>> bends{};
   std::copy(curve.bends().begin(), curve.bends().end(), bends.begin());
   return text + "gamma_bends = " + List(bends.data(), bends.size()) + " # added to the values 1/8 to 7/8 before\n";
+}
+
+std::string FormatCovariance(const LensCovariance& covariance, std::size_t coefficients) {
+  std::vector<double> numbers;
+  for (Eigen::Index row = 0; row < 4 + static_cast<Eigen::Index>(coefficients); ++row)
+    for (Eigen::Index col = 0; col <= row; ++col) numbers.push_back(covariance(row, col));
+  return "covariance = " + List(numbers.data(), numbers.size()) +
+         " # of fx fy cx cy and of the distortion, lower triangle\n";
 }
 
 std::string FormatRecord(const CalibrationRecord& record, std::size_t coefficients) {
@@ -158,6 +200,7 @@ std::string FormatCamera(const CameraModel& camera, const CalibrationRecord* rec
     text += "distortion = " + List(camera.distortion.data(), count) +
             (count == 5 ? " # k1 k2 p1 p2 k3\n" : " # k1 k2 k3 k4\n");
   if (camera.tone_curve) text += FormatToneCurve(*camera.tone_curve);
+  if (!camera.covariance.isZero(0)) text += FormatCovariance(camera.covariance, count);
   if (record != nullptr) text += FormatRecord(*record, count);
   return text;
 }

@@ -22,7 +22,7 @@ struct FloorPose {
   double heading_rad = 0;  ///< of the body's x axis from the world's, counter-clockwise seen from above, −π..π
   /// Of (x, y, heading): m², m rad, rad².
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  /// The part of it that prints may be off. Does not travel over LCM.
+  /// The part of it that prints and calibration may be off. Does not travel over LCM.
   Eigen::Matrix3d print_covariance = Eigen::Matrix3d::Zero();
 
   // How much the free pose disagrees: what tells a robot that fell, was lifted, or is entered at a wrong height.
@@ -48,7 +48,7 @@ struct RobotPose {
   /// Of (x, y, z, θx, θy, θz): position in the frame, m², and a rotation θ about the frame's axes, rad², with
   /// R_true = Exp(θ) · R.
   Matrix6d covariance = Matrix6d::Zero();
-  /// The part of it that prints may be off: it stays from frame to frame. Does not travel over LCM.
+  /// The part of it that prints and calibration may be off: it stays from frame to frame. Does not travel over LCM.
   Matrix6d print_covariance = Matrix6d::Zero();
   /// Probability that the mirrored pose is the true one, 0..0.5.
   double ambiguity = 0;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lens/lens_parameters.h"
+#include "core/lens_parameters.h"
 
 namespace chequer {
 namespace {
@@ -183,7 +183,7 @@ bool IsSane(const Bundle& bundle) {
 }
 
 /// The cluster-robust ("sandwich") estimate (Liang and Zeger 1986), views being the clusters.
-Eigen::MatrixXd LensCovariance(std::span<const LensView> views, const Bundle& bundle, int lens_count) {
+Eigen::MatrixXd CovarianceOfLens(std::span<const LensView> views, const Bundle& bundle, int lens_count) {
   const Equations equations = Assemble(views, bundle, 0);
   const Reduced reduced = Reduce(equations, 0);
   const Eigen::MatrixXd inverse =
@@ -238,7 +238,7 @@ BundleFit FitBundle(std::span<const LensView> views, const BundleOptions& option
     equations = Assemble(views, bundle, options.robust_px);
   }
   fit.rms_px = std::sqrt(equations.square / std::max<double>(1, static_cast<double>(equations.points)));
-  fit.lens_covariance = LensCovariance(views, bundle, LensParameterCount(bundle.camera.kind));
+  fit.lens_covariance = CovarianceOfLens(views, bundle, LensParameterCount(bundle.camera.kind));
   return fit;
 }
 

@@ -7,9 +7,9 @@
 #include <map>
 #include <stdexcept>
 
+#include "core/lens_parameters.h"
 #include "core/median.h"
 #include "lens/bundle.h"
-#include "lens/lens_parameters.h"
 #include "lens/lens_start.h"
 
 namespace chequer {
@@ -195,6 +195,9 @@ void CheckResult(const BundleFit& fit, const CameraModel& camera) {
 
 void Report(const Working& working, const BundleFit& fit, LensCalibration& calibration) {
   calibration.camera = working.bundle.camera;
+  const Eigen::Index count = fit.lens_covariance.rows();
+  calibration.camera.covariance.topLeftCorner(count, count) =
+      (fit.lens_covariance + fit.lens_covariance.transpose()) / 2;
   CalibrationRecord& record = calibration.record;
   record.rms_px = fit.rms_px;
   record.views = static_cast<int>(working.views.size());

@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/lens_parameters.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 
@@ -146,6 +147,24 @@ TEST(CameraFile, SaysHowTheCalibrationCameAbout) {
   EXPECT_EQ(back->views, record.views);
   EXPECT_EQ(back->uncertainty, record.uncertainty);
   EXPECT_EQ(LoadCamera(path).distortion, camera.distortion);
+}
+
+TEST(CameraFile, KeepsHowFarTheCalibrationMayBeOff) {
+  for (const CameraModel::Kind kind :
+       {CameraModel::Kind::kPinhole, CameraModel::Kind::kBrownConrady, CameraModel::Kind::kFisheye}) {
+    CameraModel camera{.width = 640, .height = 480, .fx = 540, .fy = 540, .cx = 320, .cy = 240, .kind = kind};
+    EXPECT_TRUE(ParseCamera(FormatCamera(camera), "cam.toml").covariance.isZero(0)) << "nothing is said of it";
+    const int count = LensParameterCount(kind);
+    const Eigen::MatrixXd root = Eigen::MatrixXd::Random(count, count);
+    camera.covariance.topLeftCorner(count, count) = root * root.transpose();
+    const CameraModel back = ParseCamera(FormatCamera(camera), "cam.toml");
+    EXPECT_TRUE((back.covariance - camera.covariance).isZero(1e-15));
+  }
+  EXPECT_THAT(ErrorOfCamera(std::string(kGood) + "covariance = [1, 2]\n"),
+              ::testing::AllOf(HasSubstr("cam.toml:10"), HasSubstr("camera.covariance"), HasSubstr("45 values")));
+  std::string negative = "covariance = [-1";
+  for (int i = 1; i < 45; ++i) negative += ", 0";
+  EXPECT_THAT(ErrorOfCamera(kGood + negative + "]\n"), HasSubstr("positive semidefinite"));
 }
 
 TEST(CameraFile, ChecksWhatIsSaidOfTheCalibration) {

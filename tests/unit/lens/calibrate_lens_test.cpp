@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "lens/lens_parameters.h"
+#include "core/lens_parameters.h"
 #include "support/error_of.h"
 #include "synthetic_views.h"
 
@@ -64,6 +64,8 @@ TEST_P(CalibrateLensOfKind, SaysHowExactItIs) {
     CameraModel camera = truth;
     for (int i = 0; i < LensParameterCount(truth.kind); ++i) {
       const double off = LensParameter(found.camera, i) - LensParameter(camera, i);
+      EXPECT_NEAR(std::sqrt(found.camera.covariance(i, i)), found.record.uncertainty[static_cast<std::size_t>(i)],
+                  1e-9);
       const double score = off / found.record.uncertainty[static_cast<std::size_t>(i)];
       square += score * score / (kSeeds * LensParameterCount(truth.kind));
     }

@@ -1,4 +1,4 @@
-#include "lens/lens_parameters.h"
+#include "core/lens_parameters.h"
 
 #include <cmath>
 
