@@ -147,19 +147,25 @@ struct DetectorOptions {
 /// blue ink right, and down. The same print errs alike in all frames: nobody may average it away.
 using PrintColumns = Eigen::Matrix<double, 8, 4>;
 
+/// How a board's homography moves with what the camera's calibration may be off (CameraModel::covariance): columns of
+/// one standard deviation each. They are the same for all boards of a camera, so they add up over the boards of a body.
+using CameraColumns = Eigen::Matrix<double, 8, 9>;
+
 /// What an image says of a board's place, before it is taken for a rigid body in front of a camera: whoever knows more
 /// (that the marker lies on the floor, or shares a body with another) estimates from it anew and loses nothing.
 struct BoardMeasurement {
   /// From cells (from the board's centre, x along its columns, y down its rows) to focal_px times the plane z = 1; its
   /// last entry is 1.
   Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
-  /// Inverse covariance of its first eight entries, row by row; what the print may be off included.
+  /// Inverse covariance of its first eight entries, row by row; what print and calibration may be off included.
   Eigen::Matrix<double, 8, 8> information = Eigen::Matrix<double, 8, 8>::Zero();
   double focal_px = 0;
   double cell_m = 0;         ///< width of a cell
   double cell_height_m = 0;  ///< mostly the same
   /// The part of the covariance that the print is: its columns times themselves transposed.
   PrintColumns by_print = PrintColumns::Zero();
+  /// The part that the camera's calibration is, likewise.
+  CameraColumns by_camera = CameraColumns::Zero();
 };
 
 /// Corners of a marker none of which was seen.
@@ -184,7 +190,8 @@ struct MarkerPose {
   /// R_true = Exp(θ) · R_estimated. An ambiguous pose's holds that it may be the other one: the way there, squared,
   /// times the ambiguity.
   Matrix6d covariance = Matrix6d::Zero();
-  /// The part of it that the print may be off, by DetectorOptions::print_tolerance: it stays from frame to frame.
+  /// The part of it that the print may be off, by DetectorOptions::print_tolerance, and the camera's calibration, by
+  /// CameraModel::covariance: it stays from frame to frame.
   Matrix6d print_covariance = Matrix6d::Zero();
   /// How many times more than noise does the image differs from what the pose explains, per degree of freedom; 0
   /// without a pose. Beyond what noise can do, the covariance is widened by it. Does not travel over LCM.

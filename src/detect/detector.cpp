@@ -608,7 +608,8 @@ Detector::Impl::Outcome Detector::Impl::Measure(const LightReader& reader, const
   std::optional<std::array<PlanePose, 2>> poses;
   BoardMeasurement measured;
   if (lens.calibrated()) {
-    measured = MeasurementOf(*fitted, CellOf(identity, index, outcome.agrees), options.print_tolerance, lens.focal());
+    const Eigen::Vector2d cell_m = CellOf(identity, index, outcome.agrees);
+    measured = MeasurementOf(*fitted, board.size, cell_m, options.print_tolerance, lens);
     poses = PosesOf(measured);
     if (!poses) return refuse(Refusal::kNoPose);
   }

@@ -30,6 +30,10 @@ struct Equations {
   double chi_square = 0;
   /// Of the gradient by what each print may be off: Σ over the boards of its columns times themselves transposed.
   Matrix6d of_prints = Matrix6d::Zero();
+  /// Of the gradient by what the camera's calibration may be off: all boards move with the same errors.
+  Eigen::Matrix<double, 6, 9> of_camera = Eigen::Matrix<double, 6, 9>::Zero();
+  /// The same as if each board had a calibration of its own, as `normal` has it.
+  Matrix6d of_own_cameras = Matrix6d::Zero();
 };
 
 /// Half a turn about x, both ways.
@@ -62,6 +66,9 @@ Equations Linearize(std::span<const MountedBoard> boards, const RigidTransform& 
     equations.gradient += weighted.transpose() * residual;
     const Eigen::Matrix<double, 6, 4> by_print = weighted.transpose() * board.by_print;
     equations.of_prints += by_print * by_print.transpose();
+    const Eigen::Matrix<double, 6, 9> by_camera = weighted.transpose() * board.by_camera;
+    equations.of_camera += by_camera;
+    equations.of_own_cameras += by_camera * by_camera.transpose();
     equations.chi_square += residual.dot(board.information * residual);
   }
   return equations;
@@ -102,14 +109,21 @@ std::optional<Descended> Descend(std::span<const MountedBoard> boards, RigidTran
   return best;
 }
 
-Square CovarianceAlong(const Equations& equations, const Directions& directions) {
-  const Square normal = directions.transpose() * equations.normal * directions;
-  return normal.llt().solve(Square::Identity(normal.rows(), normal.cols()));
-}
+/// A covariance, and the part of it that is the same in all frames.
+struct Covariances {
+  Square all, constant;
+};
 
-/// The part of it that the prints may be off.
-Square PrintCovarianceAlong(const Equations& equations, const Directions& directions, const Square& covariance) {
-  return covariance * (directions.transpose() * equations.of_prints * directions) * covariance;
+/// With the weights of `normal`, whose boards have calibrations of their own; then the errors of the one that they
+/// have.
+Covariances CovariancesAlong(const Equations& equations, const Directions& directions) {
+  const Square normal = directions.transpose() * equations.normal * directions;
+  const Square inverse = normal.llt().solve(Square::Identity(normal.rows(), normal.cols()));
+  const Matrix6d of_camera = equations.of_camera * equations.of_camera.transpose();
+  const auto along = [&](const Matrix6d& of_gradient) -> Square {
+    return inverse * (directions.transpose() * of_gradient * directions) * inverse;
+  };
+  return {inverse + along(of_camera - equations.of_own_cameras), along(equations.of_prints + of_camera)};
 }
 
 }  // namespace
@@ -122,8 +136,9 @@ std::optional<BodyFit> FitFreeBody(std::span<const MountedBoard> boards, const R
   const Directions all = Directions::Identity(6, 6);
   const auto found = Descend(boards, camera_from_body, all);
   if (!found) return std::nullopt;
-  BodyFit fit{found->camera_from_body, CovarianceAlong(found->equations, all), found->equations.chi_square};
-  fit.print_covariance = PrintCovarianceAlong(found->equations, all, fit.covariance);
+  const Covariances covariances = CovariancesAlong(found->equations, all);
+  BodyFit fit{found->camera_from_body, covariances.all, found->equations.chi_square};
+  fit.print_covariance = covariances.constant;
   if (!fit.covariance.allFinite()) return std::nullopt;
   return fit;
 }
@@ -140,9 +155,10 @@ std::optional<FloorFit> FitBodyOnFloor(std::span<const MountedBoard> boards, con
   const auto found = Descend(boards, camera_from_world * upright, on_floor);
   if (!found) return std::nullopt;
   const RigidTransform settled = camera_from_world.Inverse() * found->camera_from_body;
-  FloorFit fit{settled.translation.head<2>(), HeadingRad(settled.rotation), CovarianceAlong(found->equations, on_floor),
+  const Covariances covariances = CovariancesAlong(found->equations, on_floor);
+  FloorFit fit{settled.translation.head<2>(), HeadingRad(settled.rotation), covariances.all,
                found->equations.chi_square};
-  fit.print_covariance = PrintCovarianceAlong(found->equations, on_floor, fit.covariance);
+  fit.print_covariance = covariances.constant;
   if (!fit.covariance.allFinite()) return std::nullopt;
   return fit;
 }

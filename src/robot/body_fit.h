@@ -20,7 +20,7 @@ struct BodyFit {
   RigidTransform camera_from_body;
   Matrix6d covariance = Matrix6d::Zero();        ///< as RobotPose::covariance, in the camera frame
   double chi_square = 0;                         ///< distance from the homographies, by their information
-  Matrix6d print_covariance = Matrix6d::Zero();  ///< the part of the covariance that prints may be off
+  Matrix6d print_covariance = Matrix6d::Zero();  ///< the part of the covariance that prints and calibration may be off
 };
 
 /// χ² of a pose: how far it is from explaining the homographies; infinite where a marker would be behind the camera.
@@ -36,7 +36,8 @@ struct FloorFit {
   double heading_rad = 0;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, heading)
   double chi_square = 0;
-  Eigen::Matrix3d print_covariance = Eigen::Matrix3d::Zero();  ///< the part of it that prints may be off
+  Eigen::Matrix3d print_covariance =
+      Eigen::Matrix3d::Zero();  ///< the part of it that prints and calibration may be off
 };
 
 /// The same for a body that stands upright with its origin at a height of the world: the three numbers that are left

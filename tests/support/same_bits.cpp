@@ -55,7 +55,7 @@ std::string DifferenceOf(std::size_t index, const MarkerPose& expected, const Ma
                measurement, corners, corners_used, rms_px, center_px, luminance_overlap, saturation_overlap,
                bits_corrected, warnings] = expected;
   const auto& [rotation, translation] = camera_from_marker;
-  const auto& [plane_from_board, information, focal_px, cell_m, cell_height_m, by_print] = measurement;
+  const auto& [plane_from_board, information, focal_px, cell_m, cell_height_m, by_print, by_camera] = measurement;
   compare.Number("has an id", id.has_value(), actual.id.has_value());
   compare.Number("id", id.value_or(0), actual.id.value_or(0));
   compare.Number("family", family, actual.family);
@@ -75,6 +75,7 @@ std::string DifferenceOf(std::size_t index, const MarkerPose& expected, const Ma
   compare.Number("cell_m", cell_m, actual.measurement.cell_m);
   compare.Number("cell_height_m", cell_height_m, actual.measurement.cell_height_m);
   compare.Matrices("by_print", by_print, actual.measurement.by_print);
+  compare.Matrices("by_camera", by_camera, actual.measurement.by_camera);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const std::string corner = "corner " + std::to_string(i);
     compare.Matrices(corner.c_str(), corners[i], actual.corners[i]);

@@ -1,11 +1,42 @@
 #include "detect/common/board_geometry.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
 
+#include "core/lens_parameters.h"
+
 namespace chequer {
 
-Lens::Lens(const CameraModel& camera) : camera_(camera), calibrated_(true), focal_(std::sqrt(camera.fx * camera.fy)) {}
+namespace {
+
+/// A root of a covariance, which may be singular.
+LensCovariance RootOf(const LensCovariance& covariance) {
+  const Eigen::LDLT<LensCovariance> factor(covariance);
+  const LensCovariance lower = factor.matrixL();
+  return factor.transpositionsP().transpose() *
+         LensCovariance(lower * factor.vectorD().cwiseMax(0).cwiseSqrt().asDiagonal());
+}
+
+}  // namespace
+
+Lens::Lens(const CameraModel& camera)
+    : camera_(camera),
+      uncertain_(!camera.covariance.isZero(0)),
+      calibrated_(true),
+      focal_(std::sqrt(camera.fx * camera.fy)) {
+  if (uncertain_) deviations_ = RootOf(camera.covariance);
+}
+
+Eigen::Matrix<double, 2, 9> Lens::PlaneByCalibration(const Eigen::Vector2d& plane) const {
+  if (!uncertain_) return Eigen::Matrix<double, 2, 9>::Zero();
+  // The pixel stays where it is: what the lens's numbers move, the point moves back.
+  const Eigen::Vector2d normalized = plane / focal_;
+  Eigen::Matrix2d pixel_by_normalized;
+  camera_.Distort(normalized, &pixel_by_normalized);
+  const auto seen = ProjectWithDerivatives(camera_, normalized.homogeneous());
+  return -focal_ * (pixel_by_normalized.inverse() * (seen->by_lens * deviations_));
+}
 
 std::optional<Eigen::Vector2d> Lens::ToPlane(const Eigen::Vector2d& pixel) const {
   if (!calibrated_) return pixel;

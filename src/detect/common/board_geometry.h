@@ -30,8 +30,17 @@ class Lens {
   /// With the derivative of the image point by the plane point.
   Eigen::Vector2d ToImage(const Eigen::Vector2d& plane, Eigen::Matrix2d* jacobian) const;
 
+  /// Whether the calibration says how far it may be off.
+  bool uncertain() const { return uncertain_; }
+  /// How far the plane point that is seen at a fixed pixel lies from where the calibration has it: columns of one
+  /// standard deviation each, independent of each other, the same for all points. Zero where it is not known.
+  Eigen::Matrix<double, 2, 9> PlaneByCalibration(const Eigen::Vector2d& plane) const;
+
  private:
   CameraModel camera_;
+  /// Its product with itself transposed is the calibration's covariance.
+  LensCovariance deviations_ = LensCovariance::Zero();
+  bool uncertain_ = false;
   bool calibrated_ = false;
   double focal_ = 1;
 };

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "detect/pose/print_effect.h"
+#include "detect/pose/constant_errors.h"
 
 namespace chequer {
 namespace {
@@ -63,17 +63,22 @@ void CarryIdentity(int family, std::uint64_t id, const DetectorOptions& options,
   Set(marker, Warning::kIdCarried);
 }
 
-BoardMeasurement MeasurementOf(const FittedBoard& fitted, const Eigen::Vector2d& cell_m,
-                               const PrintTolerance& tolerance, double focal_px) {
+BoardMeasurement MeasurementOf(const FittedBoard& fitted, MarkerSize size, const Eigen::Vector2d& cell_m,
+                               const PrintTolerance& tolerance, const Lens& lens) {
   BoardMeasurement measured;
   measured.plane_from_board = fitted.geometry.plane_from_board();
   measured.information = fitted.information;
-  measured.focal_px = focal_px;
+  measured.focal_px = lens.focal();
   measured.cell_m = cell_m.x();
   measured.cell_height_m = cell_m.y();
-  if (!tolerance.any()) return measured;
-  measured.by_print = HomographyByPrint(fitted.geometry, tolerance.scale, fitted.by_register);
-  measured.information = Widened(fitted.information, measured.by_print);
+  if (tolerance.any()) {
+    measured.by_print = HomographyByPrint(fitted.geometry, tolerance.scale, fitted.by_register);
+    measured.information = Widened(measured.information, measured.by_print);
+  }
+  if (lens.uncertain()) {
+    measured.by_camera = HomographyByCamera(fitted.geometry, size, lens);
+    measured.information = Widened(measured.information, measured.by_camera);
+  }
   return measured;
 }
 
@@ -90,7 +95,8 @@ void DescribePose(const std::array<PlanePose, 2>& poses, const BoardMeasurement&
   marker.camera_from_marker = CameraFromMarker(pose.camera_from_board);
   marker.camera_from_marker.rotation = Canonical(marker.camera_from_marker.rotation);
   marker.covariance = pose.covariance;
-  if (!measured.by_print.isZero()) marker.print_covariance = PrintCovariance(pose, measured);
+  if (!measured.by_print.isZero() || !measured.by_camera.isZero())
+    marker.print_covariance = ConstantCovariance(pose, measured);
   const double wider = marker.misfit > kNoiseMisfit ? marker.misfit : 1;
   if (wider > 1) Set(marker, Warning::kPoorFit);
   marker.covariance *= wider;

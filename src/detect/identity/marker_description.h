@@ -22,9 +22,10 @@ void Describe(const FittedBoard& fitted, const Identity& identity, const Detecto
 /// @param family index into DetectorOptions::families.
 void CarryIdentity(int family, std::uint64_t id, const DetectorOptions& options, MarkerPose& marker);
 
-/// What a fit says of where a board lies whose cells are that wide and high, with what its print may be off.
-BoardMeasurement MeasurementOf(const FittedBoard& fitted, const Eigen::Vector2d& cell_m,
-                               const PrintTolerance& tolerance, double focal_px);
+/// What a fit says of where a board of that size lies whose cells are that wide and high, with what its print and the
+/// lens may be off.
+BoardMeasurement MeasurementOf(const FittedBoard& fitted, MarkerSize size, const Eigen::Vector2d& cell_m,
+                               const PrintTolerance& tolerance, const Lens& lens);
 
 /// As PlanePoses.
 std::optional<std::array<PlanePose, 2>> PosesOf(const BoardMeasurement& measured);

@@ -1,5 +1,5 @@
 // Cameras and prints that are not ideal, one knob of the simulator each: what is read, how exactly, and whether
-// covariances say so. Prints' scale, register and dot gain are print_effect_test's, bent paper bent_paper_test's,
+// covariances say so. Prints' scale, register and dot gain are constant_errors_test's, bent paper bent_paper_test's,
 // small cells in subsampled colour cell_unmixer_test's.
 #include <gtest/gtest.h>
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "detect/pose/constant_errors.h"
 #include "support/seed.h"
 #include "unit/robot/measured_boards.h"
 
@@ -103,6 +104,44 @@ TEST(FitFreeBody, TheCovarianceOfTwoMarkersIsHonest) {
     sum += error.dot(fit->covariance.inverse() * error) / 6;
   }
   EXPECT_NEAR(sum / kRuns, 1, 0.15);
+}
+
+TEST(FitFreeBody, AllMarkersOfACameraErrByTheSameCalibration) {
+  std::mt19937_64 random = test::SeededGenerator();
+  std::normal_distribution<double> normal;
+  const RigidTransform truth = CameraFromWorld() * RigidTransform{RotationFromVector({0.2, -0.1, 2}), {0.1, 0.3, 0.2}};
+  // One principal point for all, 0.2 px off to a side: all points of the plane move alike.
+  const auto by_principal_point = [](const BoardMeasurement& board) {
+    BoardGeometry::Parameters by = BoardGeometry::Parameters::Zero();
+    by.head<3>() = 0.2 * board.plane_from_board.row(2).transpose();
+    return by;
+  };
+  double sum = 0, side = 0;
+  constexpr int kRuns = 300;
+  for (int i = 0; i < kRuns; ++i) {
+    std::vector boards{See(WorldFromCamera() * truth, Mount(), &random),
+                       See(WorldFromCamera() * truth, LeaningMount(), &random)};
+    const double off = normal(random);
+    for (MountedBoard& mounted : boards) {
+      BoardMeasurement& board = mounted.board;
+      board.by_camera.col(0) = by_principal_point(board);
+      BoardGeometry geometry(board.plane_from_board);
+      geometry.Add(off * board.by_camera.col(0));
+      board.plane_from_board = geometry.plane_from_board();
+      board.information = Widened(board.information, board.by_camera);
+    }
+    const auto fit = FitFreeBody(boards, truth);
+    ASSERT_TRUE(fit.has_value());
+    Eigen::Matrix<double, 6, 1> error;
+    error << fit->camera_from_body.translation - truth.translation,
+        VectorFromRotation(fit->camera_from_body.rotation * truth.rotation.conjugate());
+    sum += error.dot(fit->covariance.inverse() * error) / 6;
+    // With a principal point of its own for each board, the variance would be half as large.
+    side += error.x() * error.x() / fit->covariance(0, 0);
+    EXPECT_GT(fit->print_covariance(0, 0), 0.9 * fit->covariance(0, 0)) << "it stays from frame to frame";
+  }
+  EXPECT_NEAR(sum / kRuns, 1, 0.15);
+  EXPECT_NEAR(side / kRuns, 1, 0.3);
 }
 
 TEST(ChiSquare, IsInfiniteBehindTheCamera) {

@@ -1,6 +1,6 @@
-// Prints that are not what was sent to the printer: whether poses are exact where it is known how they differ, and say
-// how far they may be off where it is not.
-#include "detect/pose/print_effect.h"
+// Prints that are not what was sent to the printer, and calibrations that are off: whether poses are exact where it is
+// known how they differ, and say how far they may be off where it is not.
+#include "detect/pose/constant_errors.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/lens_parameters.h"
 #include "detect/fit/ink_register.h"
 #include "simulate/print_quality.h"
 #include "simulate/random.h"
@@ -165,6 +166,87 @@ TEST(PrintEffect, IsTheDerivativeByWidthAndHeight) {
   const PrintColumns columns = HomographyByPrint(geometry, 0.001, by_register);
   EXPECT_TRUE(columns.col(0).isApprox(wider.parameters() - geometry.parameters(), 1e-9));
   EXPECT_EQ(columns.rightCols<2>(), by_register);
+}
+
+/// A lens with all kinds of distortion, and a covariance of all its numbers.
+CameraModel UncertainCamera() {
+  CameraModel camera = test::PlainCamera(640, 480, kFocalPx);
+  camera.kind = CameraModel::Kind::kBrownConrady;
+  camera.distortion = {-0.2, 0.05, 0.001, -0.002, 0.01};
+  Eigen::Matrix<double, 9, 1> deviations;
+  deviations << 2, 2, 1.5, 1, 0.003, 0.006, 4e-4, 3e-4, 0.01;
+  // What is common to fx and fy, and of k1 what k2 takes back.
+  LensCovariance correlation = LensCovariance::Identity();
+  correlation(0, 1) = correlation(1, 0) = 0.9;
+  correlation(4, 5) = correlation(5, 4) = -0.8;
+  camera.covariance = deviations.asDiagonal() * correlation * deviations.asDiagonal();
+  return camera;
+}
+
+TEST(CalibrationEffect, IsThatOfTheCalibrationAtFixedPixels) {
+  const CameraModel camera = UncertainCamera();
+  const Lens lens(camera);
+  Eigen::Matrix3d h;
+  h << 11, 2, 150, -1, 9, -90, 0.001, -0.0005, 1;
+  const BoardGeometry geometry(h);
+  const CameraColumns columns = HomographyByCamera(geometry, {6, 6}, lens);
+  // The covariance of a plane point, by numbers: each number of the lens a little off, the pixel where it was.
+  for (const Eigen::Vector2d& board : {Eigen::Vector2d(0, 0), Eigen::Vector2d(-2, 1), Eigen::Vector2d(2, 2)}) {
+    const Eigen::Vector2d plane = geometry.ToPlane(board), pixel = lens.ToImage(plane);
+    Eigen::Matrix<double, 2, 9> by_number;
+    for (int i = 0; i < 9; ++i) {
+      CameraModel moved = camera;
+      const double step = 1e-3 * std::sqrt(camera.covariance(i, i));
+      LensParameter(moved, i) += step;
+      by_number.col(i) = (lens.focal() * *moved.Undistort(pixel) - plane) / step;
+    }
+    const Eigen::Matrix2d expected = by_number * camera.covariance * by_number.transpose();
+    const Eigen::Matrix<double, 2, 9> moves = geometry.PlaneByParameters(board) * columns;
+    EXPECT_TRUE((moves * moves.transpose()).isApprox(expected, 0.02)) << board.transpose();
+  }
+  CameraModel exact = camera;
+  exact.covariance.setZero();
+  EXPECT_TRUE(HomographyByCamera(geometry, {6, 6}, Lens(exact)).isZero(0));
+}
+
+TEST(CalibrationEffect, PosesAreHonestWithACalibrationThatIsOff) {
+  const CameraModel camera = UncertainCamera();
+  const LensCovariance root = camera.covariance.llt().matrixL();
+  test::PoseErrors with, without;
+  for (std::uint64_t seed = 600; seed < 612; ++seed) {
+    test::KnownFrame frame = FourPrints({}, seed);
+    Random random(seed);
+    Eigen::Matrix<double, 9, 1> white;
+    for (double& value : white) value = random.Normal();
+    CameraModel truth = camera;
+    for (int i = 0; i < 9; ++i) LensParameter(truth, i) += root.row(i) * white;
+    frame.options.camera = truth;
+    DetectorOptions options;
+    options.families = {{.code = kSecded, .side_m = kSideM, .roster = {}}};
+    const Image image = frame.Draw();
+    for (test::PoseErrors* errors : {&with, &without}) {
+      options.camera = camera;
+      if (errors == &without) options.camera->covariance.setZero();
+      for (const MarkerPose& found : Detector(options).Detect(image.view()))
+        for (const SceneMarker& marker : frame.scene.markers) {
+          if (found.id != marker.board.id) continue;
+          errors->Add(marker.camera_from_marker, found);
+          const double all = found.covariance.topLeftCorner<3, 3>().trace(),
+                       constant = found.print_covariance.topLeftCorner<3, 3>().trace();
+          if (errors == &with)
+            EXPECT_GT(constant, 0.9 * all);
+          else
+            EXPECT_EQ(constant, 0);
+        }
+    }
+  }
+  EXPECT_EQ(with.poses(), 48);
+  // Nine numbers a frame make the errors of its four boards.
+  EXPECT_GT(with.position(), 0.4);
+  EXPECT_LT(with.position(), 1.8);
+  EXPECT_GT(with.orientation(), 0.4);
+  EXPECT_LT(with.orientation(), 1.8);
+  EXPECT_GT(without.position(), 100);
 }
 
 /// Corners of a board that all tell their place to 0.01 cells. @param blue each one's share of blue edges.

@@ -1,0 +1,43 @@
+#include "detect/pose/constant_errors.h"
+
+#include <Eigen/QR>
+
+namespace chequer {
+
+PrintColumns HomographyByPrint(const BoardGeometry& geometry, double scale,
+                               const Eigen::Matrix<double, BoardGeometry::kParameters, 2>& by_register) {
+  PrintColumns by_print = PrintColumns::Zero();
+  const BoardGeometry::Parameters h = geometry.parameters();
+  // A wider board has more of the plane in a cell: the homography's first column grows.
+  for (int axis = 0; axis < 2; ++axis)
+    for (int row = 0; row * 3 + axis < BoardGeometry::kParameters; ++row)
+      by_print(row * 3 + axis, axis) = scale * h[row * 3 + axis];
+  by_print.rightCols<2>() = by_register;
+  return by_print;
+}
+
+CameraColumns HomographyByCamera(const BoardGeometry& geometry, MarkerSize size, const Lens& lens) {
+  // What a lens does is smooth over a board: nine points tell it, the middle and those of the rim of its corners.
+  constexpr int kRows = 18;
+  const Eigen::Vector2d reach(0.5 * size.cols - 1, 0.5 * size.rows - 1);
+  Eigen::Matrix<double, kRows, BoardGeometry::kParameters> by_parameters;
+  Eigen::Matrix<double, kRows, 9> moves;
+  for (int point = 0; point < 9; ++point) {
+    const Eigen::Vector2d board(reach.x() * (point % 3 - 1), reach.y() * (point / 3 - 1));
+    by_parameters.middleRows<2>(2 * point) = geometry.PlaneByParameters(board);
+    moves.middleRows<2>(2 * point) = lens.PlaneByCalibration(geometry.ToPlane(board));
+  }
+  return by_parameters.householderQr().solve(moves);
+}
+
+Matrix6d ConstantCovariance(const PlanePose& pose, const BoardMeasurement& measured) {
+  HomographyByPose by_pose;
+  HomographyOfPose(pose.camera_from_board, {measured.cell_m, measured.cell_height_m}, measured.focal_px, &by_pose);
+  // The pose of least squares follows the homography by (Jᵀ I J)⁻¹ Jᵀ I, and (Jᵀ I J)⁻¹ is its covariance.
+  const Eigen::Matrix<double, 6, BoardGeometry::kParameters> solved = pose.covariance * by_pose.transpose();
+  const Eigen::Matrix<double, 6, 4> by_print = solved * (measured.information * measured.by_print);
+  const Eigen::Matrix<double, 6, 9> by_camera = solved * (measured.information * measured.by_camera);
+  return by_print * by_print.transpose() + by_camera * by_camera.transpose();
+}
+
+}  // namespace chequer
