@@ -46,12 +46,16 @@ constexpr std::array<float, 3> kGreenWithBlue{-1, 0, 1};
 /// Where a class's spread is below that share of the means' distance, the first measure is as good as any.
 constexpr double kClearSpread = 0.12;
 
+/// A dark cell that has so much more red light than the border's dark cells is under a veil of white light, such as the
+/// mirror image of a lamp; as a share of the distance from black to blue. Less is noise.
+constexpr double kClearVeil = 0.25;
+
 float BlueOf(const Eigen::Vector3f& light, const Eigen::Vector3f& white, float green) {
   return light[2] / white[2] + green * light[1] / white[1];
 }
 
-/// Tells yellow from white: how much less blue there is than red and green, as shares of white's. A veil of white light,
-/// such as the mirror image of a lamp, leaves it as it is.
+/// Tells yellow from white: how much less blue there is than red and green, as shares of white's. A veil of white
+/// light, such as the mirror image of a lamp, leaves it as it is.
 float YellowOf(const Eigen::Vector3f& light, const Eigen::Vector3f& white) {
   return RedAndGreen::Of(light[0] / white[0], light[1] / white[1]) - light[2] / white[2];
 }
@@ -78,6 +82,7 @@ void Identifier::ReadCells(const FittedBoard& board, MarkerSize size, const Ligh
   const std::size_t cells = static_cast<std::size_t>(size.rows * size.cols);
   cells_->light.resize(cells);
   cells_->half_lit.assign(cells, 1.0f);
+  cells_->veil.assign(cells, 0.0f);
   if (reader.channels() == 3) {
     // The fit's levels are free of what neighbours and the lens mix in.
     std::copy(board.levels.begin(), board.levels.end(), cells_->light.begin());
@@ -309,16 +314,37 @@ Identifier::Class Identifier::MeasureBlue(MarkerSize size, const std::vector<std
       }
     return ClassOf(size, border, true);
   };
-  Class best = mix(kGreenWithBlue[0]);
-  if (best.usable && best.spread() < kClearSpread) return best;
   float best_green = kGreenWithBlue[0], last = best_green;
+  Class best = mix(best_green);
+  if (best.usable && best.spread() < kClearSpread) return best;
   for (const float green : std::span(kGreenWithBlue).subspan(1)) {
     const Class other = mix(last = green);
     if (!other.usable || (best.usable && other.spread() >= best.spread())) continue;
     best = other;
     best_green = green;
   }
-  return last == best_green ? best : mix(best_green);
+  if (last != best_green) best = mix(best_green);
+  if (best.usable) MeasureVeils(size, best, best_green);
+  return best;
+}
+
+void Identifier::MeasureVeils(MarkerSize size, const Class& dark, float green) {
+  // Black and blue have as little red light as each other: what a cell has more is white light over it.
+  const auto for_each_dark = [&](const auto& visit) {
+    for (int row = 0; row < size.rows; ++row)
+      for (int col = row % 2; col < size.cols; col += 2) {
+        const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
+        visit(cell, IsBorder(size, row, col), cells_->light[cell][0] / cells_->white[0]);
+      }
+  };
+  cells_->values.clear();
+  for_each_dark([&](std::size_t cell, bool border, float red) {
+    if (border && !cells_->occluded[cell]) cells_->values.push_back(red);
+  });
+  const float usual = MedianInPlace(cells_->values), least = static_cast<float>(kClearVeil * (dark.inked - dark.plain));
+  for_each_dark([&](std::size_t cell, bool, float red) {
+    if (red - usual > least) cells_->veil[cell] = (1 + green) * (red - usual);
+  });
 }
 
 Identifier::Class Identifier::ClassOf(MarkerSize size, const std::vector<std::uint8_t>& border, bool dark) const {
@@ -327,8 +353,7 @@ Identifier::Class Identifier::ClassOf(MarkerSize size, const std::vector<std::ui
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t cell = static_cast<std::size_t>(row * size.cols + col);
       if (IsDark(row, col) != dark || !IsBorder(size, row, col)) continue;
-      if (!cells_->occluded[cell] && cells_->half_lit[cell] == 1)
-        groups[border[cell]].Add(cells_->ink[cell]);
+      if (!cells_->occluded[cell] && cells_->half_lit[cell] == 1) groups[border[cell]].Add(cells_->ink[cell]);
     }
   const Gaussian plain = groups[0].Get(), inked = groups[1].Get();
   Class c;
@@ -337,9 +362,9 @@ Identifier::Class Identifier::ClassOf(MarkerSize size, const std::vector<std::ui
   c.plain = plain.mean;
   c.inked = inked.mean;
   const int freedom = plain.count + inked.count - 2;
-  const double pooled = (plain.deviation * plain.deviation * (plain.count - 1) +
-                         inked.deviation * inked.deviation * (inked.count - 1)) /
-                        freedom;
+  const double pooled =
+      (plain.deviation * plain.deviation * (plain.count - 1) + inked.deviation * inked.deviation * (inked.count - 1)) /
+      freedom;
   // Few cells tell their spread badly: a prior of two cells at the least spread.
   const double distance = c.inked - c.plain, least = kLeastSpread * distance;
   c.deviation = std::max(std::sqrt((pooled * freedom + 2 * least * least) / (freedom + 2)), least);
@@ -375,9 +400,11 @@ void Identifier::Decode(MarkerSize size, Identity& identity) {
       const double distance = c.inked - c.plain;
       const double s = c.deviation / distance;
       // Of what it may be, what tells least.
-      const double a = (cells_->ink[cell] - c.plain) / distance - 0.5,
-                   b = (cells_->half_lit[cell] * cells_->ink[cell] - c.plain) / distance - 0.5;
-      const double lead = a * b <= 0 ? 0 : (std::abs(a) < std::abs(b) ? a : b);
+      const auto lead_of = [&](double ink) { return (ink - c.plain) / distance - 0.5; };
+      const double ink = cells_->ink[cell];
+      double lead = lead_of(ink);
+      for (const double other : {lead_of(cells_->half_lit[cell] * ink), lead_of(ink - cells_->veil[cell])})
+        lead = lead * other <= 0 ? 0 : (std::abs(lead) < std::abs(other) ? lead : other);
       cells_->log_likelihood[static_cast<std::size_t>(i)] =
           static_cast<float>(std::clamp(lead / (s * s), -kMostLikelihood, kMostLikelihood));
     }

@@ -29,7 +29,7 @@ struct Identity {
   double saturation_overlap = 0;
   int cells_hidden = 0;
   std::size_t mixed_pixels = 0;  ///< of cells that had to be read together
-  bool plausible = true;  ///< enough of the board shows that it lies as it was taken to lie
+  bool plausible = true;         ///< enough of the board shows that it lies as it was taken to lie
 };
 
 /// Reads the identity of boards.
@@ -71,8 +71,9 @@ class Identifier {
   /// Mean light of a cell's middle, which its neighbours do not blur into.
   Eigen::Vector3f MiddleLight(const FittedBoard& board, MarkerSize size, int cell, const LightReader& reader,
                               const Lens& lens) const;
-  /// The level of an overexposed cell is known by the mixed pixels at its edges alone, and takes those of its neighbours
-  /// with it: where there is one, reads the cells' middles instead. White stays white there, and yellow is short of blue.
+  /// The level of an overexposed cell is known by the mixed pixels at its edges alone, and takes those of its
+  /// neighbours with it: where there is one, reads the cells' middles instead. White stays white there, and yellow is
+  /// short of blue.
   void ReadOverexposed(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
   /// Where shadows' edges cross the board: as if it were lit alike all over.
   void EvenOutCells(const FittedBoard& board, MarkerSize size);
@@ -85,6 +86,9 @@ class Identifier {
   Class MeasureYellow(MarkerSize size, const std::vector<std::uint8_t>& border);
   /// Writes of dark cells what tells blue from black, and what the border says of it.
   Class MeasureBlue(MarkerSize size, const std::vector<std::uint8_t>& border);
+  /// Writes by how much what tells blue from black is larger in dark cells under a veil of white light.
+  /// @param green its share of green light.
+  void MeasureVeils(MarkerSize size, const Class& dark, float green);
   Class ClassOf(MarkerSize size, const std::vector<std::uint8_t>& border, bool dark) const;
   /// Light cells of colours that the board does not have belong to what lies over it. Whether there are some.
   bool HideOffColour(MarkerSize size, const std::vector<std::uint8_t>& border);
@@ -101,6 +105,7 @@ class Identifier {
     std::vector<float> ink;  ///< what tells saturated cells from others
     std::vector<std::uint8_t> occluded;
     std::vector<float> half_lit;  ///< by how much less of its light may have come than was taken for it
+    std::vector<float> veil;      ///< by how much less of `ink` may be the cell's own, as a highlight lies on it
     Eigen::Vector3f white = Eigen::Vector3f::Zero();  ///< light of the border's white cells
     std::vector<std::uint8_t> wrong;    ///< those that do not look like the board's, and what lies between them
     std::vector<float> log_likelihood;  ///< of the kernel's
