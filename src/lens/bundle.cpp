@@ -17,6 +17,17 @@ using Poses6 = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 /// and sums over points are of fixed size.
 constexpr int kLens = kMostLensParameters;
 
+/// Columns of the sheet's bend, and of all that comes before the boards' places.
+constexpr int kBend = 3, kBeforeBoards = kLens + kBend;
+
+/// Paper that is glued to something bends to radii of some metres, either way, 1/m. Views that show how it bends
+/// outweigh that; where they do not, it keeps the bend from growing, and the lens's uncertainty holds what the bend may
+/// be.
+constexpr double kUsualBend = 0.3;
+/// How far corners lie from where they should be, for the weight of that against points, pixels.
+constexpr double kUsualNoisePx = 0.05;
+constexpr double kBendWeight = kUsualNoisePx * kUsualNoisePx / (kUsualBend * kUsualBend);
+
 /// A pixel that a point behind the camera counts as being off: a step that goes there is refused.
 constexpr double kBehindPx = 1e4;
 
@@ -38,11 +49,10 @@ struct Equations {
   std::size_t points = 0;
 };
 
-int SharedCount(const Bundle& bundle) { return kLens + 3 * (static_cast<int>(bundle.boards.size()) - 1); }
+int SharedCount(const Bundle& bundle) { return kBeforeBoards + 3 * (static_cast<int>(bundle.boards.size()) - 1); }
 
 Eigen::Vector3d OnSheet(const Bundle& bundle, const SeenPoint& point) {
-  const Eigen::Vector2d p = bundle.boards[static_cast<std::size_t>(point.board)] * point.on_board_m;
-  return {p.x(), p.y(), 0};
+  return bundle.bend * (bundle.boards[static_cast<std::size_t>(point.board)] * point.on_board_m);
 }
 
 double Huber(double distance, double limit) {
@@ -50,7 +60,7 @@ double Huber(double distance, double limit) {
 }
 
 double Cost(std::span<const LensView> views, const Bundle& bundle, double robust_px) {
-  double cost = 0;
+  double cost = kBendWeight * bundle.bend.curvature.squaredNorm();
   for (std::size_t v = 0; v < views.size(); ++v)
     for (const SeenPoint& point : views[v].points) {
       const auto pixel = PredictPixel(bundle, v, point);
@@ -59,24 +69,30 @@ double Cost(std::span<const LensView> views, const Bundle& bundle, double robust
   return cost;
 }
 
-/// Derivatives of one point's pixel by what is shared, at most 12 columns that are not zero.
+/// Derivatives of one point's pixel by what is shared, at most 15 columns that are not zero.
 struct SharedDerivative {
-  Eigen::Matrix<double, 2, kMostLensParameters> lens = Eigen::Matrix<double, 2, kMostLensParameters>::Zero();
+  /// By the lens's numbers, then by the bend's.
+  Eigen::Matrix<double, 2, kBeforeBoards> lens = Eigen::Matrix<double, 2, kBeforeBoards>::Zero();
   Eigen::Matrix<double, 2, 3> board = Eigen::Matrix<double, 2, 3>::Zero();
   int board_column = -1;  ///< −1: the board that stays
 };
 
+/// How a point's height over the sheet follows the bend; what it moves within the sheet is of second order.
+Eigen::RowVector3d HeightByBend(const Eigen::Vector2d& flat) {
+  return {flat.x() * flat.x() / 2, flat.x() * flat.y(), flat.y() * flat.y() / 2};
+}
+
 void AddPoint(const SharedDerivative& by, const Eigen::Matrix<double, 2, 6>& by_pose, const Eigen::Vector2d& residual,
               double weight, Equations& equations, ViewEquations& view) {
-  const Eigen::Matrix<double, kLens, 2> lens = weight * by.lens.transpose();
+  const Eigen::Matrix<double, kBeforeBoards, 2> lens = weight * by.lens.transpose();
   const Eigen::Matrix<double, 6, 2> pose = weight * by_pose.transpose();
-  equations.shared.topLeftCorner<kLens, kLens>().noalias() += lens * by.lens;
-  view.shared_gradient.head<kLens>().noalias() += lens * residual;
-  view.pose_by_shared.leftCols<kLens>().noalias() += pose * by.lens;
+  equations.shared.topLeftCorner<kBeforeBoards, kBeforeBoards>().noalias() += lens * by.lens;
+  view.shared_gradient.head<kBeforeBoards>().noalias() += lens * residual;
+  view.pose_by_shared.leftCols<kBeforeBoards>().noalias() += pose * by.lens;
   if (by.board_column >= 0) {
     const int column = by.board_column;
     const Eigen::Matrix<double, 3, 2> board = weight * by.board.transpose();
-    equations.shared.block<kLens, 3>(0, column).noalias() += lens * by.board;
+    equations.shared.block<kBeforeBoards, 3>(0, column).noalias() += lens * by.board;
     equations.shared.block<3, 3>(column, column).noalias() += board * by.board;
     view.shared_gradient.segment<3>(column).noalias() += board * residual;
     view.pose_by_shared.middleCols<3>(column).noalias() += pose * by.board;
@@ -85,7 +101,8 @@ void AddPoint(const SharedDerivative& by, const Eigen::Matrix<double, 2, 6>& by_
   view.pose_gradient.noalias() += pose * residual;
 }
 
-void AddView(const LensView& seen, const Bundle& bundle, std::size_t index, double robust_px, Equations& equations) {
+void AddView(const LensView& seen, const Bundle& bundle, std::size_t index, const BundleOptions& options,
+             Equations& equations) {
   const RigidTransform& pose = bundle.camera_from_sheet[index];
   const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
   ViewEquations& view = equations.views[index];
@@ -100,36 +117,41 @@ void AddView(const LensView& seen, const Bundle& bundle, std::size_t index, doub
     equations.square += distance * distance;
     ++equations.points;
     SharedDerivative by;
-    by.lens = projected->by_lens;
+    const Eigen::Vector2d flat = bundle.boards[static_cast<std::size_t>(point.board)] * point.on_board_m;
+    by.lens.leftCols<kLens>() = projected->by_lens;
+    if (options.bends) by.lens.rightCols<kBend>() = projected->by_point * rotation.col(2) * HeightByBend(flat);
     if (point.board > 0) {
       const double heading = bundle.boards[static_cast<std::size_t>(point.board)].heading_rad;
       const Eigen::Vector2d spun = Eigen::Rotation2Dd(heading + M_PI / 2) * point.on_board_m;
       Eigen::Matrix3d sheet_by_board = Eigen::Matrix3d::Zero();
       sheet_by_board(0, 0) = sheet_by_board(1, 1) = 1;
       sheet_by_board.topRightCorner<2, 1>() = spun;
+      sheet_by_board.row(2) = bundle.bend.Slope(flat).transpose() * sheet_by_board.topRows<2>();
       by.board = projected->by_point * rotation * sheet_by_board;
-      by.board_column = kLens + 3 * (point.board - 1);
+      by.board_column = kBeforeBoards + 3 * (point.board - 1);
     }
     Eigen::Matrix<double, 2, 6> by_pose;
     by_pose.leftCols<3>() = projected->by_point;
     Eigen::Matrix3d cross;
     cross << 0, turned.z(), -turned.y(), -turned.z(), 0, turned.x(), turned.y(), -turned.x(), 0;
     by_pose.rightCols<3>() = projected->by_point * cross;
-    const double weight = robust_px > 0 && distance > robust_px ? robust_px / distance : 1;
+    const double limit = options.robust_px, weight = limit > 0 && distance > limit ? limit / distance : 1;
     AddPoint(by, by_pose, residual, weight, equations, view);
   }
   equations.shared_gradient += view.shared_gradient;
 }
 
-Equations Assemble(std::span<const LensView> views, const Bundle& bundle, double robust_px) {
+Equations Assemble(std::span<const LensView> views, const Bundle& bundle, const BundleOptions& options) {
   Equations equations;
   const int count = SharedCount(bundle);
   equations.shared = Eigen::MatrixXd::Zero(count, count);
   equations.shared_gradient = Eigen::VectorXd::Zero(count);
   equations.views.resize(views.size());
-  for (std::size_t v = 0; v < views.size(); ++v) AddView(views[v], bundle, v, robust_px, equations);
+  equations.shared.diagonal().segment<kBend>(kLens).setConstant(kBendWeight);
+  equations.shared_gradient.segment<kBend>(kLens) = kBendWeight * bundle.bend.curvature;
+  for (std::size_t v = 0; v < views.size(); ++v) AddView(views[v], bundle, v, options, equations);
   equations.shared.triangularView<Eigen::StrictlyLower>() = equations.shared.transpose();
-  equations.cost = Cost(views, bundle, robust_px);
+  equations.cost = Cost(views, bundle, options.robust_px);
   return equations;
 }
 
@@ -161,8 +183,9 @@ Bundle Moved(const Bundle& bundle, const Equations& equations, const Eigen::Vect
   Bundle moved = bundle;
   const int lens_count = LensParameterCount(bundle.camera.kind);
   for (int i = 0; i < lens_count; ++i) LensParameter(moved.camera, i) += shared[i];
+  moved.bend.curvature += shared.segment<kBend>(kLens);
   for (std::size_t board = 1; board < moved.boards.size(); ++board) {
-    const Eigen::Index column = kLens + 3 * (static_cast<Eigen::Index>(board) - 1);
+    const Eigen::Index column = kBeforeBoards + 3 * (static_cast<Eigen::Index>(board) - 1);
     moved.boards[board].position_m += shared.segment<2>(column);
     moved.boards[board].heading_rad += shared[column + 2];
   }
@@ -183,8 +206,9 @@ bool IsSane(const Bundle& bundle) {
 }
 
 /// The cluster-robust ("sandwich") estimate (Liang and Zeger 1986), views being the clusters.
-Eigen::MatrixXd CovarianceOfLens(std::span<const LensView> views, const Bundle& bundle, int lens_count) {
-  const Equations equations = Assemble(views, bundle, 0);
+Eigen::MatrixXd CovarianceOfLens(std::span<const LensView> views, const Bundle& bundle, bool bends) {
+  const int lens_count = LensParameterCount(bundle.camera.kind);
+  const Equations equations = Assemble(views, bundle, {.bends = bends});
   const Reduced reduced = Reduce(equations, 0);
   const Eigen::MatrixXd inverse =
       reduced.matrix.ldlt().solve(Eigen::MatrixXd::Identity(reduced.matrix.rows(), reduced.matrix.cols()));
@@ -194,6 +218,8 @@ Eigen::MatrixXd CovarianceOfLens(std::span<const LensView> views, const Bundle& 
         view.shared_gradient - view.pose_by_shared.transpose() * Damped(view.pose, 0).llt().solve(view.pose_gradient);
     meat += gradient * gradient.transpose();
   }
+  // What is usual of the bend is an observation, too.
+  if (bends) meat.diagonal().segment<kBend>(kLens).array() += kUsualNoisePx * kUsualNoisePx * kBendWeight;
   // Each view's gradient has been fitted away in part: the usual correction for few clusters.
   const double count = static_cast<double>(views.size()), unknowns = static_cast<double>(lens_count);
   const double correction = count / std::max(count - unknowns, 1.0);
@@ -211,7 +237,7 @@ std::optional<Eigen::Vector2d> PredictPixel(const Bundle& bundle, std::size_t vi
 BundleFit FitBundle(std::span<const LensView> views, const BundleOptions& options, Bundle& bundle) {
   BundleFit fit;
   double damping = 1e-3;
-  Equations equations = Assemble(views, bundle, options.robust_px);
+  Equations equations = Assemble(views, bundle, options);
   for (int pass = 0; pass < options.max_passes && !fit.converged; ++pass) {
     const Reduced reduced = Reduce(equations, damping);
     const Eigen::VectorXd step = -reduced.matrix.ldlt().solve(reduced.gradient);
@@ -235,10 +261,10 @@ BundleFit FitBundle(std::span<const LensView> views, const BundleOptions& option
     fit.converged = equations.cost - cost <= 1e-9 * equations.cost;
     bundle = std::move(moved);
     damping = damping > 1e-9 ? damping / 6 : damping;
-    equations = Assemble(views, bundle, options.robust_px);
+    equations = Assemble(views, bundle, options);
   }
   fit.rms_px = std::sqrt(equations.square / std::max<double>(1, static_cast<double>(equations.points)));
-  fit.lens_covariance = CovarianceOfLens(views, bundle, LensParameterCount(bundle.camera.kind));
+  fit.lens_covariance = CovarianceOfLens(views, bundle, options.bends);
   return fit;
 }
 

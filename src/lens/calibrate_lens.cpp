@@ -176,7 +176,8 @@ BundleFit FitWithoutBadViews(Working& working, LensCalibration& calibration) {
     DropEmptyViews(working, calibration, rms);
   }
   CheckEnoughViews(working, " agree");
-  return FitBundle(working.views, {}, working.bundle);
+  // Views of something else than a flat sheet are gone: what is left tells how flat it is.
+  return FitBundle(working.views, {.bends = true}, working.bundle);
 }
 
 void CheckResult(const BundleFit& fit, const CameraModel& camera) {
@@ -198,6 +199,7 @@ void Report(const Working& working, const BundleFit& fit, LensCalibration& calib
   const Eigen::Index count = fit.lens_covariance.rows();
   calibration.camera.covariance.topLeftCorner(count, count) =
       (fit.lens_covariance + fit.lens_covariance.transpose()) / 2;
+  calibration.bend = working.bundle.bend;
   CalibrationRecord& record = calibration.record;
   record.rms_px = fit.rms_px;
   record.views = static_cast<int>(working.views.size());
@@ -224,7 +226,7 @@ LensCalibration CalibrateLens(const std::vector<LensView>& views, const LensCali
   calibration.print = FindPrintStretch(working.views, working.bundle, fit);
   if (calibration.print.matters()) {
     working.views = Stretched(working.views, calibration.print.stretch);
-    fit = FitBundle(working.views, {}, working.bundle);
+    fit = FitBundle(working.views, {.bends = true}, working.bundle);
   }
   CheckResult(fit, working.bundle.camera);
   Report(working, fit, calibration);

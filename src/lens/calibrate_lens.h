@@ -37,6 +37,7 @@ struct LensCalibration {
   std::vector<CalibratedView> views;    ///< in the order given
   std::vector<LensResidual> residuals;  ///< of the views that were used
   PrintStretch print;                   ///< of the target; the camera allows for it where it matters
+  SheetBend bend;                       ///< of the target; the camera allows for it
   int boards = 0;                       ///< of the target
   int loose_boards = 0;                 ///< of them, those that no view ties to the others; they were left out
 };

@@ -14,7 +14,7 @@ constexpr double kLeastStretch = 1e-3, kLeastDeviations = 4;
 double CostOf(std::span<const LensView> views, Bundle bundle) {
   std::size_t points = 0;
   for (const LensView& view : views) points += view.points.size();
-  const double rms_px = FitBundle(views, {}, bundle).rms_px;
+  const double rms_px = FitBundle(views, {.bends = true}, bundle).rms_px;
   return rms_px * rms_px * static_cast<double>(points);
 }
 

@@ -32,6 +32,8 @@ namespace {
 
 /// Corners move no more than that between two readings with what is known of the lens: it is known well enough.
 constexpr double kSettledPx = 0.02;
+/// A sheet that bends less, 1/m, is as flat as glued paper gets.
+constexpr double kBendToTell = 0.1;
 constexpr int kMostReadings = 4;
 /// A tone curve is the same in all views, so some of them tell it.
 constexpr std::size_t kViewsForTone = 8;
@@ -274,6 +276,8 @@ void PrintResult(const LensCalibration& calibration, const Coverage& coverage) {
         "Measure a marker both ways and write side = [width, height], or --side WIDTHxHEIGHT.\n",
         100 * std::abs(calibration.print.stretch), 100 * calibration.print.deviation,
         calibration.print.stretch > 0 ? "taller" : "lower");
+  if (const double bend = calibration.bend.LargestPerM(); bend > kBendToTell)
+    fmt::print("The sheet bends, to a radius of about {:.1f} m; the calibration allows for it.\n", 1 / bend);
   if (coverage.Share() < 0.6)
     fmt::print("Only {:.0f} % of the image is covered: the distortion elsewhere is a guess. Hold the target there.\n",
                100 * coverage.Share());

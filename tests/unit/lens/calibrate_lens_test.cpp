@@ -189,5 +189,18 @@ TEST_P(CalibrateLensOfKind, TellsAPrinterThatStretchesOneDirection) {
   EXPECT_NEAR(found.record.rms_px, plain.record.rms_px, 0.002);
 }
 
+TEST_P(CalibrateLensOfKind, SeesThatTheSheetBends) {
+  const CameraModel truth = TypicalCamera(GetParam());
+  // Of a radius of 3 m; taken as flat, the focal length is off by percents.
+  for (const double bend_per_m : {1.0 / 3, -1.0 / 3}) {
+    const LensCalibration found = Calibrate(MakeViews({.camera = truth, .bend_per_m = bend_per_m}), truth);
+    EXPECT_NEAR(found.camera.fx / truth.fx, 1, 0.001);
+    EXPECT_NEAR(found.camera.fx, truth.fx, 4 * found.record.uncertainty[0]);
+    EXPECT_LT(LargestDifference(truth, found.camera), 0.8);
+    EXPECT_NEAR(found.bend.LargestPerM(), 1.0 / 3, 0.02);
+    EXPECT_NEAR(found.record.rms_px, 0.05 * std::sqrt(2), 0.005);
+  }
+}
+
 }  // namespace
 }  // namespace chequer

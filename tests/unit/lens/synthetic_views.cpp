@@ -6,6 +6,7 @@
 
 #include "chequer/geometry.h"
 #include "simulate/random.h"
+#include "simulate/scene.h"
 
 namespace chequer::test {
 
@@ -46,7 +47,7 @@ std::vector<LensView> MakeViews(const ViewPlan& plan) {
         const Eigen::Vector2d on_board(cell * (i % 5 - 2), cell * (2 - i / 5));
         // Glued on by hand: each a little turned.
         const Eigen::Vector2d on_sheet = at - middle + Eigen::Rotation2Dd(0.02 * board) * on_board;
-        const Eigen::Vector3d x = camera_from_sheet * Eigen::Vector3d(on_sheet.x(), on_sheet.y(), 0);
+        const Eigen::Vector3d x = camera_from_sheet * OnBentPaper(on_sheet, plan.bend_per_m, M_PI / 4).translation;
         if (x.z() < 0.02) continue;
         const Eigen::Vector2d normalized = x.head<2>() / x.z();
         const Eigen::Vector2d pixel = plan.camera.Distort(normalized);

@@ -17,6 +17,7 @@ struct ViewPlan {
   double max_tilt_rad = 0.6;
   double noise_px = 0.05;
   std::uint64_t seed = 1;
+  double bend_per_m = 0;  ///< one over the radius of the cylinder that the sheet lies on, along its diagonal
 };
 
 /// A camera with a lens of the usual kind.
