@@ -111,7 +111,8 @@ std::optional<Descended> Descend(std::span<const MountedBoard> boards, RigidTran
 
 /// A covariance, and the part of it that is the same in all frames.
 struct Covariances {
-  Square all, constant;
+  Square all = Square();
+  Square constant = Square();
 };
 
 /// With the weights of `normal`, whose boards have calibrations of their own; then the errors of the one that they
