@@ -86,8 +86,10 @@ struct Detector::Impl {
   void JudgeExpected(const StreamFrame& stream, bool finally, Tracer& tracer);
   /// Whether some of a board's contrast shows where it was expected.
   bool Shows(std::size_t expected) const;
-  /// Whether a board does not lie where it was expected, for all that shows. @param sharp others show.
-  bool IsPostponed(std::size_t expected, bool sharp) const;
+  /// Whether too little of it shows there.
+  bool MayLieElsewhere(std::size_t expected) const;
+  /// Of the boards that are expected, whether the motion of most is known.
+  bool MostAreFollowed() const;
   /// Most of what was expected is not there, and as much was found elsewhere.
   bool IsAnotherPicture() const;
   /// What is searched for boards: the places that are open, and bands of the image in their turn.

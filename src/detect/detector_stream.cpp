@@ -98,16 +98,22 @@ void Detector::Impl::ExpectBoards(const StreamFrame& stream, const LightReader& 
   for (std::size_t i = 0; i < frame->expected.size(); ++i)
     expected_boards.HideWhatDoesNotShow(frame->expected[i], sharp, frame->boards[i]);
   LeadWithClearest();
-  for (std::size_t i = 0; i < frame->expected.size(); ++i) frame->postponed.push_back(IsPostponed(i, sharp));
+  // Boards that all do not show where their motion takes them may be blurred: they are fitted first.
+  const bool may_search = sharp || !MostAreFollowed();
+  for (std::size_t i = 0; i < frame->expected.size(); ++i) frame->postponed.push_back(may_search && MayLieElsewhere(i));
 }
 
-bool Detector::Impl::IsPostponed(std::size_t expected, bool sharp) const {
+bool Detector::Impl::MostAreFollowed() const {
+  const auto followed = std::count_if(frame->expected.begin(), frame->expected.end(),
+                                      [](const RememberedBoard& board) { return board.before_s > 0; });
+  return 2 * static_cast<std::size_t>(followed) > frame->expected.size();
+}
+
+bool Detector::Impl::MayLieElsewhere(std::size_t expected) const {
   const RememberedBoard& board = frame->expected[expected];
-  const bool motion_known = board.before_s > 0;
+  if (board.before_s > 0) return !Shows(expected);
   // Where it went is not known.
-  if (!motion_known) return SampledContrast(frame->boards[expected]) < kContrastOfExpected * board.contrast;
-  // All that do not show where their motion takes them may be blurred: without a budget, they are fitted first.
-  return !Shows(expected) && (sharp || frame->plan.limited());
+  return SampledContrast(frame->boards[expected]) < kContrastOfExpected * board.contrast;
 }
 
 bool Detector::Impl::Shows(std::size_t expected) const {
@@ -139,10 +145,7 @@ void Detector::Impl::FollowShift(const LightReader& reader, const Lens& lens) {
   if (shares.empty()) return;
   frame->contrast_share = MedianInPlace(shares);
   // What has moved by itself since it was found does not tell how a camera moved.
-  const auto followed = std::count_if(frame->expected.begin(), frame->expected.end(),
-                                      [](const RememberedBoard& board) { return board.before_s > 0; });
-  const bool most = 2 * static_cast<std::size_t>(followed) > frame->expected.size();
-  if (frame->contrast_share >= kContrastOfExpected || !most) return;
+  if (frame->contrast_share >= kContrastOfExpected || !MostAreFollowed()) return;
   const double left = kMostOfBudgetForShift * static_cast<double>(frame->plan.Left(frame->work.units())),
                of_a_board = kPlacesOfShift * WorkMeter::Instructions(WorkStep::kPlace) / WorkMeter::kInstructionsPerUnit;
   const std::size_t asked =

@@ -419,7 +419,9 @@ TEST(Memory, TakesAKnockForNoOtherPicture) {
     score += test::ScoreFrame(found.markers, frame.truth);
     searched_all += found.stats.searched_px == std::int64_t{frame.image.width()} * frame.image.height();
   }
-  EXPECT_LE(searched_all, 3);
+  // A search takes less than a fit in vain: where most boards were just found again, and their motion is not known, all
+  // of the image is searched.
+  EXPECT_LE(searched_all, 7);
   EXPECT_EQ(score.wrong + score.twice, 0);
   EXPECT_GT(score.Recall(), 0.8);
 }
