@@ -227,7 +227,7 @@ TEST(CalibrationEffect, IsTheUsualOneWhereATolerantReaderIsToldNone) {
     EXPECT_TRUE(plain[i].print_covariance.isZero(0)) << "nobody asked for it";
     // Sideways a print's scale says nothing of a marker's middle; the principal point does.
     const double usual = kUsualPrincipalPointErrorPx * tolerant[i].camera_from_marker.translation.z() /
-                         frame.options.camera->fx;
+                         frame.options.camera.fx;
     const Eigen::Vector2d sideways = tolerant[i].print_covariance.diagonal().head<2>().cwiseSqrt();
     EXPECT_GT(sideways.minCoeff(), 0.9 * usual);
     EXPECT_LT(told[i].print_covariance.diagonal().head<2>().cwiseSqrt().minCoeff(), sideways.minCoeff()) << "the file says";
