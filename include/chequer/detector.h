@@ -103,11 +103,6 @@ struct PrintTolerance {
   bool any() const { return scale > 0 || register_m > 0; }
   bool operator==(const PrintTolerance&) const = default;
 };
-/// Where prints are not taken for exact, a calibration is not either: a camera that states no covariance
-/// (CameraModel::covariance) then has its focal lengths to 0.0001 of them, and its principal point to 0.05 px. So much of a
-/// webcam's magnification hangs on the colours that tell corners (chromatic aberration of 0.3 to 1 px in the corners of an
-/// image, measured), and on warmth.
-inline constexpr double kUsualFocalError = 1e-4, kUsualPrincipalPointErrorPx = 0.05;
 /// What office printers keep: 0.25 % of scale and 0.03 mm between inks.
 inline constexpr PrintTolerance kOfficePrints{.scale = 0.0025, .register_m = 3e-5};
 

@@ -209,31 +209,6 @@ TEST(CalibrationEffect, IsThatOfTheCalibrationAtFixedPixels) {
   EXPECT_TRUE(HomographyByCamera(geometry, {6, 6}, Lens(exact)).isZero(0));
 }
 
-TEST(CalibrationEffect, IsTheUsualOneWhereATolerantReaderIsToldNone) {
-  const test::KnownFrame frame = FourPrints({}, 600);
-  DetectorOptions options;
-  options.families = {{.code = kSecded, .side_m = kSideM, .roster = {}}};
-  options.camera = frame.options.camera;
-  const Image image = frame.Draw();
-  const std::vector<MarkerPose> plain = Detector(options).Detect(image.view());
-  options.print_tolerance = kOfficePrints;
-  const std::vector<MarkerPose> tolerant = Detector(options).Detect(image.view());
-  options.camera->covariance(0, 0) = 1e-12;
-  const std::vector<MarkerPose> told = Detector(options).Detect(image.view());
-  ASSERT_EQ(plain.size(), 4u);
-  ASSERT_EQ(tolerant.size(), 4u);
-  ASSERT_EQ(told.size(), 4u);
-  for (std::size_t i = 0; i < 4; ++i) {
-    EXPECT_TRUE(plain[i].print_covariance.isZero(0)) << "nobody asked for it";
-    // Sideways a print's scale says nothing of a marker's middle; the principal point does.
-    const double usual = kUsualPrincipalPointErrorPx * tolerant[i].camera_from_marker.translation.z() /
-                         frame.options.camera.fx;
-    const Eigen::Vector2d sideways = tolerant[i].print_covariance.diagonal().head<2>().cwiseSqrt();
-    EXPECT_GT(sideways.minCoeff(), 0.9 * usual);
-    EXPECT_LT(told[i].print_covariance.diagonal().head<2>().cwiseSqrt().minCoeff(), sideways.minCoeff()) << "the file says";
-  }
-}
-
 TEST(CalibrationEffect, PosesAreHonestWithACalibrationThatIsOff) {
   const CameraModel camera = UncertainCamera();
   const LensCovariance root = camera.covariance.llt().matrixL();
