@@ -88,6 +88,13 @@ TEST(FitFreeBody, FindsTheTruePoseFromOneOrTwoMarkers) {
   }
 }
 
+/// Of a pose, as its covariance has it.
+Eigen::Matrix<double, 6, 1> ErrorOf(const RigidTransform& found, const RigidTransform& truth) {
+  Eigen::Matrix<double, 6, 1> error;
+  error << found.translation - truth.translation, VectorFromRotation(found.rotation * truth.rotation.conjugate());
+  return error;
+}
+
 TEST(FitFreeBody, TheCovarianceOfTwoMarkersIsHonest) {
   std::mt19937_64 random = test::SeededGenerator();
   const RigidTransform truth = CameraFromWorld() * RigidTransform{RotationFromVector({0.2, -0.1, 2}), {0.1, 0.3, 0.2}};
@@ -98,9 +105,7 @@ TEST(FitFreeBody, TheCovarianceOfTwoMarkersIsHonest) {
                              See(WorldFromCamera() * truth, LeaningMount(), &random)};
     const auto fit = FitFreeBody(boards, truth);
     ASSERT_TRUE(fit.has_value());
-    Eigen::Matrix<double, 6, 1> error;
-    error << fit->camera_from_body.translation - truth.translation,
-        VectorFromRotation(fit->camera_from_body.rotation * truth.rotation.conjugate());
+    const Eigen::Matrix<double, 6, 1> error = ErrorOf(fit->camera_from_body, truth);
     sum += error.dot(fit->covariance.inverse() * error) / 6;
   }
   EXPECT_NEAR(sum / kRuns, 1, 0.15);
@@ -132,9 +137,7 @@ TEST(FitFreeBody, AllMarkersOfACameraErrByTheSameCalibration) {
     }
     const auto fit = FitFreeBody(boards, truth);
     ASSERT_TRUE(fit.has_value());
-    Eigen::Matrix<double, 6, 1> error;
-    error << fit->camera_from_body.translation - truth.translation,
-        VectorFromRotation(fit->camera_from_body.rotation * truth.rotation.conjugate());
+    const Eigen::Matrix<double, 6, 1> error = ErrorOf(fit->camera_from_body, truth);
     sum += error.dot(fit->covariance.inverse() * error) / 6;
     // With a principal point of its own for each board, the variance would be half as large.
     side += error.x() * error.x() / fit->covariance(0, 0);
