@@ -293,7 +293,8 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   frame->regions.Start(image.width(), image.height());
   frame->known.Start(image.width(), image.height());
   if (stream) ExpectBoards(*stream, reader, lens);
-  frame->last_traits = stream ? stream->memory.traits : memory.traits;
+  std::optional<ImageTraits>& remembered = stream ? stream->memory.traits : memory.traits;
+  frame->last_traits = remembered;
   frame->needs_dot_gain = frame->last_traits.has_value();
   const std::size_t expected = frame->expected.size();
   if (expected > 0) {
@@ -329,7 +330,7 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
     TraceExpectations(*stream, lens, tracer);
     Remember(*stream, lens);
   }
-  RememberTraits(stream ? stream->memory.traits : memory.traits);
+  RememberTraits(remembered);
   memory.grids.EndImage();
   memory.boards.EndImage();
   stats.work = frame->work.units();

@@ -224,9 +224,9 @@ struct Detector::Impl {
     bool plain_only = false;
     std::uint64_t most_units = 0;
   };
-  /// How far inks of boards of that size may lie out of register, along the board's axes, cells.
   /// Of a board's cells as printed, height over width.
   double CellRatioOf(MarkerSize size) const;
+  /// How far inks of boards of that size may lie out of register, along the board's axes, cells.
   Eigen::Vector2d RegisterOf(MarkerSize size) const;
   Outcome Measure(const LightReader& reader, const Lens& lens, const FitOrder& order, Worker& worker,
                   Tracer& tracer) const;
