@@ -16,6 +16,7 @@
 #include "detect/common/board_geometry.h"
 #include "detect/detector_impl.h"
 #include "detect/identity/marker_description.h"
+#include "detect/pose/constant_errors.h"
 #include "detect/pose/plane_pose.h"
 
 namespace chequer {
@@ -68,10 +69,16 @@ std::vector<BorderPattern> PatternsOf(const DetectorOptions& options) {
   return patterns;
 }
 
+DetectorOptions WithUsualCalibration(DetectorOptions options) {
+  if (options.camera && options.print_tolerance.any() && options.camera->covariance.isZero(0))
+    options.camera->covariance = UsualLensCovariance(*options.camera);
+  return options;
+}
+
 }  // namespace
 
 Detector::Impl::Impl(DetectorOptions given)
-    : options(std::move(given)),
+    : options(WithUsualCalibration(std::move(given))),
       expected_boards(options),
       finder(PatternsOf(options), options.color_space),
       pool(options.threads, options.on_thread_start),

@@ -16,6 +16,13 @@ PrintColumns HomographyByPrint(const BoardGeometry& geometry, double scale,
   return by_print;
 }
 
+LensCovariance UsualLensCovariance(const CameraModel& camera) {
+  LensCovariance covariance = LensCovariance::Zero();
+  const Eigen::Vector2d focal = kUsualFocalError * Eigen::Vector2d(camera.fx, camera.fy);
+  covariance.topLeftCorner<2, 2>() = focal * focal.transpose();
+  return covariance;
+}
+
 CameraColumns HomographyByCamera(const BoardGeometry& geometry, MarkerSize size, const Lens& lens) {
   // What a lens does is smooth over a board: nine points tell it, the middle and those of the rim of its corners.
   constexpr int kRows = 18;

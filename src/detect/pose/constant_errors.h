@@ -20,6 +20,9 @@ PrintColumns HomographyByPrint(const BoardGeometry& geometry, double scale,
 /// over a board of that size.
 CameraColumns HomographyByCamera(const BoardGeometry& geometry, MarkerSize size, const Lens& lens);
 
+/// What of a calibration is not known where its file does not say (kUsualFocalError): both focal lengths err together.
+LensCovariance UsualLensCovariance(const CameraModel& camera);
+
 /// Inverse of a covariance that was the inverse of `information` and is larger by B Bᵀ now (Woodbury).
 template <int kColumns>
 BoardGeometry::Information Widened(const BoardGeometry::Information& information,
