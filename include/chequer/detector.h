@@ -103,10 +103,10 @@ struct PrintTolerance {
   bool any() const { return scale > 0 || register_m > 0; }
   bool operator==(const PrintTolerance&) const = default;
 };
-/// Where prints are not taken for exact, a calibration is not either: a camera that states no covariance
-/// (CameraModel::covariance) then has its focal lengths to this share of them, both alike. Lateral chromatic aberration
-/// magnifies red and blue by 4e-4 to 1e-3 more and less than green in webcams (0.3 to 0.7 px in the corners of 1280 x 720);
-/// luminance, which tells corners, has 0.14 more of red than of blue, so its magnification is off by 6e-5 to 1.4e-4.
+/// With a print tolerance, the standard deviation of the focal lengths, as a share of them and common to both, of a
+/// camera that states no covariance (CameraModel::covariance). Derived: lateral chromatic aberration in webcams
+/// magnifies red 4e-4 to 1e-3 more than green, and blue as much less (0.3 to 0.7 px in the corners of 1280 x 720);
+/// luminance weighs red by 0.14 more than blue, so its magnification is off by 6e-5 to 1.4e-4. The range is a guess.
 inline constexpr double kUsualFocalError = 1e-4;
 /// What office printers keep: 0.25 % of scale and 0.03 mm between inks.
 inline constexpr PrintTolerance kOfficePrints{.scale = 0.0025, .register_m = 3e-5};

@@ -121,7 +121,7 @@ void AddDetectOptions(CLI::App& command, DetectOptions& request) {
       ->type_name("G");
   command
       .add_option("--print-tolerance", request.print_tolerance,
-                  fmt::format("How far prints may be off, for covariances, and a calibration that does not say so: {} [none]",
+                  fmt::format("How far prints may be off, and focal lengths that state no error to 0.0001: {} [none]",
                               kPrintToleranceForms))
       ->type_name("KIND");
   command.add_option("--color-space", request.color_space, "Where saturation is told from: lab or hsv [lab]")

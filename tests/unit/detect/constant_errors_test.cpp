@@ -209,6 +209,37 @@ TEST(CalibrationEffect, IsThatOfTheCalibrationAtFixedPixels) {
   EXPECT_TRUE(HomographyByCamera(geometry, {6, 6}, Lens(exact)).isZero(0));
 }
 
+TEST(CalibrationEffect, IsTheUsualOneWithAToleranceWhereTheCameraStatesNone) {
+  const test::KnownFrame frame = FourPrints({}, 600);
+  DetectorOptions options;
+  options.families = {{.code = kSecded, .side_m = kSideM, .roster = {}}};
+  options.camera = frame.options.camera;
+  const Image image = frame.Draw();
+  const std::vector<MarkerPose> exact = Detector(options).Detect(image.view());
+  options.print_tolerance = kOfficePrints;
+  const std::vector<MarkerPose> usual = Detector(options).Detect(image.view());
+  options.camera->covariance(0, 0) = 1e-12;
+  const std::vector<MarkerPose> stated = Detector(options).Detect(image.view());
+  ASSERT_EQ(exact.size(), 4u);
+  ASSERT_EQ(usual.size(), 4u);
+  ASSERT_EQ(stated.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_TRUE(exact[i].print_covariance.isZero(0)) << "nobody asked for it";
+    // A print's scale moves a board along its ray; a focal length changes its depth alone, and so moves it across the ray.
+    const Eigen::Vector3d at = usual[i].camera_from_marker.translation;
+    const double aside = at.head<2>().norm();
+    Eigen::Vector3d across;
+    across << at.head<2>() * (at.z() / aside), -aside;
+    across.normalize();
+    const auto deviation = [&](const MarkerPose& pose) {
+      return std::sqrt(across.dot(pose.print_covariance.topLeftCorner<3, 3>() * across));
+    };
+    const double expected = kUsualFocalError * at.z() * aside / at.norm();
+    EXPECT_GT(deviation(usual[i]), 0.9 * expected);
+    EXPECT_LT(deviation(stated[i]), 0.5 * deviation(usual[i])) << "the camera states a far smaller one";
+  }
+}
+
 TEST(CalibrationEffect, PosesAreHonestWithACalibrationThatIsOff) {
   const CameraModel camera = UncertainCamera();
   const LensCovariance root = camera.covariance.llt().matrixL();
