@@ -12,6 +12,7 @@ namespace chequer {
 /// is left undone there again. Bounded: of too many, those that have waited least are forgotten.
 class DeferredPlaces {
  public:
+  /// Places that are kept (a guess: no image has as many boards).
   static constexpr std::size_t kMost = 1024;
 
   /// Images on end in which something around a point was left undone, before this one.

@@ -2,13 +2,14 @@
 
 namespace chequer {
 
-std::size_t GrantRound(const WorkPlan& plan, std::uint64_t spent, bool at_least_one, std::span<FitTask> tasks) {
+std::size_t GrantRound(const WorkPlan& plan, std::uint64_t spent, bool at_least_one, std::span<FitTask> tasks,
+                       bool in_full) {
   if (!plan.limited()) return tasks.size();
   std::size_t count = 0;
   for (; count < tasks.size(); ++count) {
     FitTask& task = tasks[count];
     const std::uint64_t left = plan.Left(spent);
-    task.granted = std::min(task.most, plan.MostForOneFit());
+    task.granted = plan.MostForFit(task.most, in_full);
     if (task.expected > left) {
       if (!(at_least_one && count == 0)) break;
       task.granted = std::max(task.least, std::min(task.granted, left));

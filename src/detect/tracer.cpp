@@ -8,7 +8,7 @@
 namespace chequer {
 namespace {
 
-/// Fewer linked corners are chance nearly everywhere: a square is where a board begins.
+/// Fewer linked corners are chance nearly everywhere: a square is where a board begins (a guess).
 constexpr std::size_t kFewestTold = 4;
 
 /// The cells of a board as they lie in the image, not yet judged.
@@ -18,16 +18,15 @@ std::vector<TraceCell> PlaceCells(MarkerSize size, const BoardGeometry& geometry
     return lens.ToImage(geometry.ToPlane({col - 0.5 * size.cols, row - 0.5 * size.rows}));
   };
   std::vector<TraceCell> cells;
-  for (int row = 0; row < size.rows; ++row)
-    for (int col = 0; col < size.cols; ++col) {
-      TraceCell cell;
-      cell.at = {row, col};
-      cell.center_px = pixel(col + 0.5, row + 0.5);
-      cell.outline_px = {pixel(col, row).cast<float>(), pixel(col + 1, row).cast<float>(),
-                         pixel(col + 1, row + 1).cast<float>(), pixel(col, row + 1).cast<float>()};
-      if (IsBorder(size, row, col)) cell.expected = border[static_cast<std::size_t>(row * size.cols + col)] != 0;
-      cells.push_back(cell);
-    }
+  ForCells(size, [&](std::size_t index, int row, int col) {
+    TraceCell cell;
+    cell.at = {row, col};
+    cell.center_px = pixel(col + 0.5, row + 0.5);
+    cell.outline_px = {pixel(col, row).cast<float>(), pixel(col + 1, row).cast<float>(),
+                       pixel(col + 1, row + 1).cast<float>(), pixel(col, row + 1).cast<float>()};
+    if (IsBorder(size, row, col)) cell.expected = border[index] != 0;
+    cells.push_back(cell);
+  });
   return cells;
 }
 

@@ -8,14 +8,14 @@
 namespace chequer {
 namespace {
 
-/// Shares of the budget that are spent, at most, when a step ends. Frames of boards in good light spend a tenth of the
-/// budget by all that comes before the fits; the shares matter where textures without end do not let them come.
+/// Share of the budget that may be spent when a step ends. In good illumination, all steps before the fits take a
+/// tenth; the shares matter where endless textures would leave nothing for fits (guesses).
 constexpr double kPeaksShare = 0.4, kBoardsShare = 0.6, kSecondLookShare = 0.75, kOneFitShare = 0.25;
-/// Of the first search, if a second look has waited.
+/// Of the first search, if a second look has waited (a guess).
 constexpr double kLeastBoardsShare = 0.4;
-/// Instructions that a peak leads to, until it is linked, if every other is a corner.
+/// Instructions that a peak leads to, until it is linked, if every other is a corner (a guess).
 constexpr double kInstructionsPerPeak = 2000;
-/// Of a frame of boards no peak is left out, however small the budget is: a peak for so many pixels.
+/// One peak for so many pixels is always looked at, however small the budget: frames of boards have fewer (a guess).
 constexpr double kPixelsPerPeak = 250;
 
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
@@ -31,7 +31,9 @@ std::size_t WorkPlan::MostPeaks(double pixels) const {
 
 std::uint64_t WorkPlan::MostForBoards(std::uint64_t reserved) const {
   if (!limited()) return kNoLimit;
-  const auto share = [&](double of_budget) { return static_cast<std::uint64_t>(of_budget * static_cast<double>(budget_)); };
+  const auto share = [&](double of_budget) {
+    return static_cast<std::uint64_t>(of_budget * static_cast<double>(budget_));
+  };
   const std::uint64_t with_reserve = budget_ - std::min(reserved, budget_);
   return std::clamp(with_reserve, share(kLeastBoardsShare), share(kBoardsShare));
 }
@@ -45,8 +47,10 @@ std::uint64_t WorkPlan::Left(std::uint64_t spent) const {
   return limited() ? budget_ - std::min(spent, budget_) : kNoLimit;
 }
 
-std::uint64_t WorkPlan::MostForOneFit() const {
-  return limited() ? static_cast<std::uint64_t>(kOneFitShare * static_cast<double>(budget_)) : kNoLimit;
+std::uint64_t WorkPlan::MostForFit(std::uint64_t plain, bool in_full) const {
+  if (!limited()) return kNoLimit;
+  return std::min(in_full ? kMostOfPlain * plain : plain,
+                  static_cast<std::uint64_t>(kOneFitShare * static_cast<double>(budget_)));
 }
 
 }  // namespace chequer

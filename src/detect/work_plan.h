@@ -23,8 +23,12 @@ class WorkPlan {
   bool MayLookAgain(std::uint64_t spent, std::uint64_t most, bool waited) const;
   /// Units that are left for fits.
   std::uint64_t Left(std::uint64_t spent) const;
-  /// The most that a single fit may take.
-  std::uint64_t MostForOneFit() const;
+  /// The most that a single fit may take. @param plain what a plain fit of the board takes.
+  std::uint64_t MostForFit(std::uint64_t plain, bool in_full) const;
+
+  /// Units of a full fit, over those of a plain fit of the same board: the least that is worth granting (a guess), and
+  /// the most that it takes, which PhotometricFit says.
+  static constexpr std::uint64_t kLeastOfPlain = 5, kMostOfPlain = 50;
 
  private:
   std::uint64_t budget_;

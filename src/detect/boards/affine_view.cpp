@@ -120,7 +120,7 @@ HWY_EXPORT(ViewRow);
 
 using affine_view::FixedPoint, affine_view::kBits;
 
-/// Between the samples that make up a pixel, px of the plane.
+/// Between the samples that make up a pixel, px of the plane (a guess).
 constexpr float kTapPx = 1.5f;
 
 FixedPoint Fixed(const Eigen::Vector2f& p) {

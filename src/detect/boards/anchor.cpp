@@ -9,15 +9,16 @@
 namespace chequer {
 namespace {
 
-/// Least share of a board's corners that were found.
+/// Least share of a board's corners that were found (a guess: ten of 25).
 constexpr double kLeastCorners = 0.38;
-/// Least share of the corners of the window that has the most.
+/// Least share of the corners of the window that has the most (a guess).
 constexpr double kLeastOfMost = 0.8;
-/// With less of the border to be seen than that share, two lines of cells may be occluded.
+/// Two lines of cells may be occluded where less of the border shows than this share. Of a 6 × 6 border, one line
+/// leaves 0.7 and two leave 0.6.
 constexpr double kAllButTwoLines = 0.66;
-/// Below that width, windows in cells hold half of their neighbours' colours, by blur and interpolation.
+/// In narrower cells, half of what a window measures comes from their neighbours, by blur and interpolation (a guess).
 constexpr double kSmallCellPx = 4;
-/// Units that a window takes, at most and with its share of what comes before.
+/// The most units that one window takes, its share of the work before it included (a guess).
 constexpr std::uint64_t kUnitsOfWindow = 30;
 
 }  // namespace
@@ -103,7 +104,8 @@ void BoardFinder::TryWindows(int pattern, bool turned, const LightReader& reader
     return std::tuple(-a.first, a.second.y, a.second.x) < std::tuple(-b.first, b.second.y, b.second.x);
   });
   if (grid_->limit.waited > 0 && !one_board && !grid_->windows.empty()) {
-    const std::uint64_t tried = static_cast<std::uint64_t>(grid_->limit.waited) * (grid_->limit.units / kUnitsOfWindow + 1);
+    const std::uint64_t tried =
+        static_cast<std::uint64_t>(grid_->limit.waited) * (grid_->limit.units / kUnitsOfWindow + 1);
     std::rotate(grid_->windows.begin(),
                 grid_->windows.begin() + static_cast<std::ptrdiff_t>(tried % grid_->windows.size()),
                 grid_->windows.end());
@@ -140,9 +142,8 @@ bool BoardFinder::IsBeyondDoubt(const Placement& placement) const {
 }
 
 bool BoardFinder::Build(const Placement& placement, const LightReader& reader, const Lens& lens, AnchoredBoard& board) {
-  const BorderPattern& pattern = sought_.patterns[static_cast<std::size_t>(placement.pattern)];
   const Lattice::Window& window = placement.corners;
-  board.size = pattern.size;
+  board.size = sought_.patterns[static_cast<std::size_t>(placement.pattern)].size;
   if (grid_->shared && grid_->lattice.Count(window) == grid_->lattice.Count(grid_->lattice.window())) {
     // The same corners, which were fitted already.
     grid_->pairs = grid_->shared_pairs;
@@ -158,15 +159,24 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
   }
   grid_->work.Add(WorkStep::kBoard);
   DescribeCells(judged, board);
-  board.border_seen = judged.border_seen;
-  board.border_matches = judged.border_matches;
-  // Board coordinates: from the footprint's centre, turned.
+  for (const PointPair& pair : grid_->pairs)
+    board.box.Add(static_cast<float>(pair.to.x()), static_cast<float>(pair.to.y()));
+  board.box.Widen(1.0f / static_cast<float>(std::min(window.cols, window.rows)));
+  if (!PlaceOnPlane(placement, lens, board)) return Refuse(placement, Refusal::kNotPlane, 0, 0);
+  ClaimCorners(placement, board);
+  return true;
+}
+
+Eigen::Vector2d BoardFinder::OnBoard(const Placement& placement, const Eigen::Vector2d& lattice) {
+  const Lattice::Window& window = placement.corners;
   const Eigen::Vector2d center(window.x + 0.5 * (window.cols - 1), window.y + 0.5 * (window.rows - 1));
   constexpr std::array<int, 4> kCos{1, 0, -1, 0}, kSin{0, 1, 0, -1};
   const int cos = kCos[static_cast<std::size_t>(placement.turn)], sin = kSin[static_cast<std::size_t>(placement.turn)];
-  const Eigen::Matrix2d board_from_lattice = (Eigen::Matrix2d() << cos, sin, -sin, cos).finished();
-  for (const PointPair& pair : grid_->pairs)
-    board.box.Add(static_cast<float>(pair.to.x()), static_cast<float>(pair.to.y()));
+  return (Eigen::Matrix2d() << cos, sin, -sin, cos).finished() * (lattice - center);
+}
+
+bool BoardFinder::PlaceOnPlane(const Placement& placement, const Lens& lens, AnchoredBoard& board) {
+  const Lattice::Window& window = placement.corners;
   // Where all corners agree, what the lens does to a few points of their homography tells as much as to all of them.
   if (static_cast<int>(grid_->pairs.size()) == window.cols * window.rows) {
     grid_->pairs.clear();
@@ -177,34 +187,34 @@ bool BoardFinder::Build(const Placement& placement, const LightReader& reader, c
       }
   }
   for (PointPair& pair : grid_->pairs) {
-    pair.from = board_from_lattice * (pair.from - center);
     const auto plane = lens.ToPlane(pair.to);
-    if (!plane) return Refuse(placement, Refusal::kNotPlane, 0, 0);
-    pair.to = *plane;
+    if (!plane) return false;
+    pair = {OnBoard(placement, pair.from), *plane};
   }
-  board.box.Widen(1.0f / static_cast<float>(std::min(window.cols, window.rows)));
   const auto homography = FitHomography(grid_->pairs);
-  if (!homography) return Refuse(placement, Refusal::kNotPlane, 0, 0);
-  board.plane_from_board = *homography;
+  if (homography) board.plane_from_board = *homography;
+  return homography.has_value();
+}
+
+void BoardFinder::ClaimCorners(const Placement& placement, AnchoredBoard& board) {
+  const Lattice::Window& window = placement.corners;
   grid_->sorted.clear();
   for (int y = window.y; y < window.y + window.rows; ++y)
     for (int x = window.x; x < window.x + window.cols; ++x)
       if (const Lattice::Point* point = grid_->lattice.At(x, y)) {
         grid_->sorted.push_back(point->scale);
         (*claimed_)[static_cast<std::size_t>(point->corner)] = 1;
-        const Eigen::Vector2d at = board_from_lattice * (Eigen::Vector2d(x, y) - center);
-        const int row = static_cast<int>(std::lround(at.y() + 0.5 * (pattern.size.rows - 2))),
-                  col = static_cast<int>(std::lround(at.x() + 0.5 * (pattern.size.cols - 2)));
-        board.found[static_cast<std::size_t>(row * (pattern.size.cols - 1) + col)] = true;
+        const Eigen::Vector2d at = OnBoard(placement, Eigen::Vector2d(x, y));
+        const int row = static_cast<int>(std::lround(at.y() + 0.5 * (board.size.rows - 2))),
+                  col = static_cast<int>(std::lround(at.x() + 0.5 * (board.size.cols - 2)));
+        board.found[static_cast<std::size_t>(row * (board.size.cols - 1) + col)] = true;
       }
   board.scale = MedianInPlace(grid_->sorted);
-  return true;
 }
 
 bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
                        const CornerSearch* search, const LightReader& reader, const Lens& lens,
-                       std::vector<AnchoredBoard>& boards, TraceCandidate* attempt,
-                       const GridLimit& limit) {
+                       std::vector<AnchoredBoard>& boards, TraceCandidate* attempt, const GridLimit& limit) {
   grid_.Start().attempt = attempt;
   grid_->limit = limit;
   if (!grid_->lattice.Read(grid, members, corners, search, *claimed_, reader.width(), reader.height(),

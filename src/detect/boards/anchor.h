@@ -25,7 +25,7 @@
 
 namespace chequer {
 
-/// A board whose place and turn the border has told.
+/// A board whose place and orientation are known from its border.
 struct AnchoredBoard {
   MarkerSize size;
   Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
@@ -33,10 +33,8 @@ struct AnchoredBoard {
   FixedVector<Eigen::Vector3f, kMaxCells> light;
   FixedVector<std::uint8_t, kMaxCells> saturated;
   FixedVector<std::uint8_t, kMaxCells> covered;  ///< the cell does not show: something lies over it
-  int border_seen = 0;                           ///< border cells that could be judged
-  int border_matches = 0;                        ///< of them, those of the expected saturation
-  float scale = 1;       ///< image pixels per pixel of the coarsest level its corners came from (median)
-  PixelBox box;          ///< where it lies in the image, roughly
+  float scale = 1;              ///< image pixels per pixel of the coarsest level its corners came from (median)
+  PixelBox box;                 ///< where it lies in the image, roughly
   bool motion_blurred = false;  ///< found in a view that undoes motion blur
   /// Of its inner corners, row by row: those that were found. The others lie where these have them.
   std::array<bool, kMaxCorners> found{};
@@ -154,6 +152,10 @@ class BoardFinder {
   int ShowingBesides(const Placement& placement) const;
   bool ShowsEnough(const Placement& placement);
   bool JudgeBorder(Placement& placement);
+  /// Gathers the border cells that show, and white by those of them that are white if this turn is right.
+  bool GatherBorder(Placement& placement);
+  /// Measures the inks of these cells, light and dark ones apart, as they differ in strength: group means of eq. 4.
+  bool MeasureInks(Placement& placement);
   /// Judges a border anew whose inks were alike, by cells that were solved for together, if they are small.
   bool JudgeUnmixed(Placement& placement, const LightReader& reader);
   /// Whether a cell of the footprint, row by row, shows and is not covered.
@@ -170,6 +172,12 @@ class BoardFinder {
   int SidesThatGoOn(const Placement& placement, const LightReader& reader);
   void TakeBest(const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards);
   bool Build(const Placement& placement, const LightReader& reader, const Lens& lens, AnchoredBoard& board);
+  /// Where a point of the lattice lies on the board.
+  static Eigen::Vector2d OnBoard(const Placement& placement, const Eigen::Vector2d& lattice);
+  /// Fits the board's homography to the plane, by the grid's pairs. False if there is none.
+  bool PlaceOnPlane(const Placement& placement, const Lens& lens, AnchoredBoard& board);
+  /// Notes which corners are the board's.
+  void ClaimCorners(const Placement& placement, AnchoredBoard& board);
   /// Notes, where somebody asks, what an attempt fails by: `measured` instead of `required`. False.
   bool Refuse(const Placement& placement, Refusal why, double measured, double required) {
     if (grid_->attempt) NoteAttempt(placement, why, measured, required);
@@ -178,6 +186,10 @@ class BoardFinder {
   void NoteAttempt(const Placement& placement, Refusal why, double measured, double required);
   std::array<Eigen::Vector2f, 4> OutlineOf(const Place& place, int x, int y) const;
   void TraceCells(const Placement& placement, TraceCandidate& attempt) const;
+  /// Where the footprint lies, before its cells are placed anew.
+  const CellSample& SampleOf(const Placement& placement, const Cell& in_footprint) const;
+  /// White as the border would have it; as the lightest cell where it has none.
+  Eigen::Vector3f WhiteOf(const Placement& placement, MarkerSize size, const std::vector<std::uint8_t>& border) const;
 
   /// A cell of a border that shows.
   struct BorderCell {
@@ -212,8 +224,8 @@ class BoardFinder {
     Eigen::Matrix3d image_from_lattice = Eigen::Matrix3d::Identity();
     /// Of a grid that fits into a board, all windows have this homography; else cells are placed by their neighbours.
     bool shared = false;
-    bool mixed = false;  ///< then, whether windows in single cells would hold other cells' chroma
-    bool small = false;  ///< else, whether they may hold so much of it that inks look alike
+    bool mixed = false;                   ///< then, whether windows in single cells would hold other cells' chroma
+    bool small = false;                   ///< else, whether they may hold so much of it that inks look alike
     std::vector<PointPair> shared_pairs;  ///< its corners
     /// Cells of the lattice, sampled when they are asked for.
     Lattice::Window cell_window;

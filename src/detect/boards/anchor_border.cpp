@@ -10,14 +10,15 @@
 namespace chequer {
 namespace {
 
-/// Border: least cells judged, least share that matches.
+/// Fewest border cells that are judged, and the least share of them that matches (guesses; by chance, one placement in
+/// 400 matches as well).
 constexpr int kLeastBorder = 9;
 constexpr double kLeastMatches = 0.85;
-/// How much less blue yellow cells return than white ones to be looked at: as a share of their light, and in standard
-/// deviations of the difference.
+/// How much less blue yellow cells return than white ones: as a share of their light, and in standard deviations of the
+/// difference (guesses: what passes is judged by its whole border).
 constexpr float kLeastBlueDifference = 0.004f, kLeastBlueLead = 2;
-/// Distance between the group means over its standard error: of light and dark cells together, and of each. Dark cells
-/// that are 3 px high take on as much of their neighbours as to lose half of theirs.
+/// Distance of the group means over its standard error: the sum over light and dark cells, and of each. Dark cells that
+/// are 3 px high mix with their neighbours and lose half of theirs (guesses).
 constexpr double kLeastSeparation = 8, kLeastOfEach = 2.5;
 
 }  // namespace
@@ -70,24 +71,19 @@ void BoardFinder::DescribeCells(const Placement& placement, AnchoredBoard& board
   board.light.Assign(in_footprint.size(), Eigen::Vector3f::Zero());
   board.saturated.Assign(in_footprint.size(), 0);
   board.covered.Assign(in_footprint.size(), 0);
-  std::size_t cell = 0;
-  for (int row = 0; row < size.rows; ++row)
-    for (int col = 0; col < size.cols; ++col, ++cell) {
-      const std::size_t sample = in_footprint[cell];
-      const bool dark = IsDark(row, col);
-      board.light[cell] = grid_->samples[sample].light;
-      board.saturated[cell] = SaturationOf(placement, sample, dark) > placement.threshold[dark];
-      board.covered[cell] = !IsVisible(placement, sample);
-    }
+  ForCells(size, [&](std::size_t cell, int row, int col) {
+    const std::size_t sample = in_footprint[cell];
+    const bool dark = IsDark(row, col);
+    board.light[cell] = grid_->samples[sample].light;
+    board.saturated[cell] = SaturationOf(placement, sample, dark) > placement.threshold[dark];
+    board.covered[cell] = !IsVisible(placement, sample);
+  });
   HideBetween(size, board.covered);
 }
 
-bool BoardFinder::JudgeBorder(Placement& placement) {
+bool BoardFinder::GatherBorder(Placement& placement) {
   const BorderPattern& pattern = sought_.patterns[static_cast<std::size_t>(placement.pattern)];
   const std::vector<std::size_t>& in_footprint = pattern.in_footprint[static_cast<std::size_t>(placement.turn)];
-  grid_->work.Add(WorkStep::kJudgement);
-  const int seen = ShowingBesides(placement), lines = placement.covered.lines;
-  // White, by the border cells that are white if this turn is right.
   Eigen::Vector3f white = Eigen::Vector3f::Zero();
   int whites = 0;
   grid_->border.clear();
@@ -107,16 +103,17 @@ bool BoardFinder::JudgeBorder(Placement& placement) {
   const int least = std::min(kLeastBorder, BorderLength(pattern.size));
   if (border_seen < least) return Refuse(placement, Refusal::kBorderUnseen, border_seen, least);
   placement.white = white / static_cast<float>(whites);
-  if (!(placement.white.minCoeff() > 1e-5f)) return Refuse(placement, Refusal::kBorderUnseen, 0, 2);
+  return placement.white.minCoeff() > 1e-5f || Refuse(placement, Refusal::kBorderUnseen, 0, 2);
+}
 
-  // Group means of eq. 4, apart for light and dark cells, whose inks differ in strength.
+bool BoardFinder::MeasureInks(Placement& placement) {
   std::array<std::array<GaussianSum, 2>, 2> groups;  // [dark][saturated]
   for (BorderCell& cell : grid_->border) {
     cell.saturation = SaturationOf(placement, cell.sample, cell.dark);
     groups[cell.dark][cell.saturated].Add(cell.saturation);
   }
   double apart = 0;
-  const double strict = lines ? 2 : 1;
+  const double strict = placement.covered.lines ? 2 : 1;
   for (std::size_t dark = 0; dark < 2; ++dark) {
     const Gaussian plain = groups[dark][0].Get(), inked = groups[dark][1].Get();
     if (plain.count < 2 || inked.count < 2)
@@ -133,13 +130,20 @@ bool BoardFinder::JudgeBorder(Placement& placement) {
   if (apart < strict * kLeastSeparation)
     return Refuse(placement, Refusal::kInksAlike, apart, strict * kLeastSeparation);
   placement.inks_alike = false;
+  return true;
+}
+
+bool BoardFinder::JudgeBorder(Placement& placement) {
+  grid_->work.Add(WorkStep::kJudgement);
+  const int seen = ShowingBesides(placement);
+  if (!GatherBorder(placement) || !MeasureInks(placement)) return false;
   int matches = 0;
   for (const BorderCell& cell : grid_->border)
     matches += (cell.saturation > placement.threshold[cell.dark]) == cell.saturated;
-  placement.border_seen = border_seen;
+  placement.border_seen = static_cast<int>(grid_->border.size());
   placement.border_matches = matches;
   placement.score = 2 * matches - placement.border_seen + 0.25 * seen;
-  const double least_matches = (lines ? 1 : kLeastMatches) * placement.border_seen;
+  const double least_matches = (placement.covered.lines ? 1 : kLeastMatches) * placement.border_seen;
   return matches >= least_matches || Refuse(placement, Refusal::kBorderDiffers, matches, least_matches);
 }
 

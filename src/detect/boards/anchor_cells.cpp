@@ -9,7 +9,7 @@
 namespace chequer {
 namespace {
 
-/// Half the side of the square that tells a cell's light: as a share of the cell, and at most so many pixels.
+/// Half the side of the square that tells a cell's light: as a share of the cell, and at most so many pixels (guesses).
 constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
 /// As CellMesh::blur_px, with what interpolation adds: 0.7 px to red and blue, half of that to green.
 constexpr float kMosaicBlurPx = 1.0f;
@@ -65,7 +65,8 @@ void BoardFinder::UnmixCells(const LightReader& reader) {
   const Lattice::Window& cells = grid_->cell_window;
   CellMesh mesh{.image_from_cells = grid_->image_from_lattice, .rows = cells.rows, .cols = cells.cols};
   if (reader.mosaic()) mesh.blur_px = kMosaicBlurPx;
-  mesh.image_from_cells.col(2) += cells.x * grid_->image_from_lattice.col(0) + cells.y * grid_->image_from_lattice.col(1);
+  mesh.image_from_cells.col(2) +=
+      cells.x * grid_->image_from_lattice.col(0) + cells.y * grid_->image_from_lattice.col(1);
   grid_->unmixed.resize(grid_->cells.size());
   const bool solved = unmixer_.Solve(reader, mesh, grid_->unmixed);
   grid_->work.Add(WorkStep::kMixedPixel, unmixer_.pixels());

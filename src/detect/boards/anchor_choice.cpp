@@ -9,13 +9,12 @@ namespace {
 
 /// Share of a line of the lattice that holds corners if it lies inside a checkerboard for sure.
 constexpr double kLeastOfLine = 1;
-/// A side of a window goes on if at least this share of the cells beyond it are like those inside it, to so much of the
-/// contrast; with so many sides that do,
-/// the window is a part of a larger board.
+/// The board goes on beyond a side if at least kLeastAlike of the cells there equal those inside, to kAlike of the
+/// contrast. A window that goes on beyond kMostSides sides is a part of a larger board (guesses).
 constexpr double kLeastAlike = 0.8;
 constexpr float kAlike = 0.35f;
 constexpr int kMostSides = 2;
-/// How much a placement must beat those it overlaps with.
+/// How much the score of a placement must exceed those of the placements it overlaps (a guess).
 constexpr double kLeastLead = 3;
 
 }  // namespace

@@ -7,13 +7,14 @@
 namespace chequer {
 namespace {
 
-/// Least share of cells that must be seen as lighter or darker than their neighbours.
+/// Least share of cells that are clearly lighter or darker than their neighbours (a guess).
 constexpr double kLeastVisible = 0.5;
-/// The same of a board that something lies over, of the other cells.
+/// The same share for a partly occluded board, among its other cells (a guess).
 constexpr double kLeastVisibleBesides = 0.8;
-/// Lines of cells along one side that something may lie over.
+/// Lines of cells along one side that may be occluded. Three would leave half of a 6 × 6 border.
 constexpr int kMostCovered = 2;
-/// Places in a grid that are tried so. A board's grid has 40 at most; more are a texture of inks without end.
+/// Windows of a grid that are tried as partly occluded boards. The grid of one board has at most 40; more come from
+/// textures.
 constexpr int kMostWithCover = 1000;
 
 }  // namespace

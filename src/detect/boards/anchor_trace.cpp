@@ -35,59 +35,60 @@ std::array<Eigen::Vector2f, 4> BoardFinder::OutlineOf(const Place& place, int x,
   return outline;
 }
 
+const BoardFinder::CellSample& BoardFinder::SampleOf(const Placement& placement, const Cell& in_footprint) const {
+  return grid_
+      ->cells[grid_->Slot(placement.corners.x - 1 + in_footprint.col, placement.corners.y - 1 + in_footprint.row)];
+}
+
+Eigen::Vector3f BoardFinder::WhiteOf(const Placement& placement, MarkerSize size,
+                                     const std::vector<std::uint8_t>& border) const {
+  Eigen::Vector3f white = Eigen::Vector3f::Zero(), lightest = Eigen::Vector3f::Constant(1e-4f);
+  int whites = 0;
+  ForCells(size, [&](std::size_t cell, int row, int col) {
+    const CellSample& sample = SampleOf(placement, InFootprint(size, row, col, placement.turn));
+    if (!sample.inside) return;
+    lightest = lightest.cwiseMax(sample.light);
+    if (!IsBorder(size, row, col) || IsDark(row, col) || border[cell]) return;
+    white += sample.light;
+    ++whites;
+  });
+  if (whites > 0) white /= static_cast<float>(whites);
+  return white.minCoeff() > 1e-4f ? white : lightest;
+}
+
 void BoardFinder::TraceCells(const Placement& placement, TraceCandidate& attempt) const {
   const BorderPattern& pattern = sought_.patterns[static_cast<std::size_t>(placement.pattern)];
   const MarkerSize size = attempt.size = pattern.size;
   const std::vector<std::uint8_t> border = CellSaturation(size, 0);
   const int cols = placement.corners.cols + 1, rows = placement.corners.rows + 1;
-  const auto sample_of = [&](const Cell& in_footprint) -> const CellSample& {
-    const int x = placement.corners.x - 1 + in_footprint.col, y = placement.corners.y - 1 + in_footprint.row;
-    return grid_->cells[grid_->Slot(x, y)];
-  };
-  // White as the border would have it; as the lightest cell where it has none.
-  Eigen::Vector3f white = Eigen::Vector3f::Zero(), lightest = Eigen::Vector3f::Constant(1e-4f);
-  int whites = 0;
-  for (int row = 0; row < size.rows; ++row)
-    for (int col = 0; col < size.cols; ++col) {
-      const CellSample& sample = sample_of(InFootprint(size, row, col, placement.turn));
-      if (!sample.inside) continue;
-      lightest = lightest.cwiseMax(sample.light);
-      if (!IsBorder(size, row, col) || IsDark(row, col) || border[static_cast<std::size_t>(row * size.cols + col)])
-        continue;
-      white += sample.light;
-      ++whites;
-    }
-  if (whites > 0) white /= static_cast<float>(whites);
-  if (!(white.minCoeff() > 1e-4f)) white = lightest;
+  const Eigen::Vector3f white = WhiteOf(placement, size, border);
   // The window was marked for the last placement that was tried in it, which this is.
   const bool marked =
       grid_->samples.size() == static_cast<std::size_t>(rows * cols) && attempt.refusal < Refusal::kRivalled;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   int placed = 0;
   std::array<std::array<GaussianSum, 2>, 2> groups;  // [dark][saturated], of the border
-  for (int row = 0; row < size.rows; ++row)
-    for (int col = 0; col < size.cols; ++col) {
-      const Cell in_footprint = InFootprint(size, row, col, placement.turn);
-      const CellSample& sample = sample_of(in_footprint);
-      TraceCell cell;
-      cell.at = {row, col};
-      const int x = placement.corners.x - 1 + in_footprint.col, y = placement.corners.y - 1 + in_footprint.row;
-      if (const auto place = grid_->shared ? PlaceByHomography(x, y) : PlaceByNeighbours(x, y)) {
-        cell.center_px = place->center;
-        cell.outline_px = OutlineOf(*place, x, y);
-        sum += cell.center_px;
-        ++placed;
-      }
-      cell.seen =
-          sample.inside &&
-          (!marked || grid_->visible[static_cast<std::size_t>(in_footprint.row * cols + in_footprint.col)] != 0);
-      const CellColour colour = ColourOf(sample.light, white, cell.dark(), sought_.space);
-      cell.luminance = colour.luminance;
-      cell.saturation = colour.saturation;
-      if (IsBorder(size, row, col)) cell.expected = border[static_cast<std::size_t>(row * size.cols + col)] != 0;
-      if (cell.expected && cell.seen) groups[cell.dark()][*cell.expected].Add(cell.saturation);
-      attempt.cells.push_back(cell);
+  ForCells(size, [&](std::size_t index, int row, int col) {
+    const Cell in_footprint = InFootprint(size, row, col, placement.turn);
+    const CellSample& sample = SampleOf(placement, in_footprint);
+    TraceCell cell;
+    cell.at = {row, col};
+    const int x = placement.corners.x - 1 + in_footprint.col, y = placement.corners.y - 1 + in_footprint.row;
+    if (const auto place = grid_->shared ? PlaceByHomography(x, y) : PlaceByNeighbours(x, y)) {
+      cell.center_px = place->center;
+      cell.outline_px = OutlineOf(*place, x, y);
+      sum += cell.center_px;
+      ++placed;
     }
+    cell.seen = sample.inside &&
+                (!marked || grid_->visible[static_cast<std::size_t>(in_footprint.row * cols + in_footprint.col)] != 0);
+    const CellColour colour = ColourOf(sample.light, white, cell.dark(), sought_.space);
+    cell.luminance = colour.luminance;
+    cell.saturation = colour.saturation;
+    if (IsBorder(size, row, col)) cell.expected = border[index] != 0;
+    if (cell.expected && cell.seen) groups[cell.dark()][*cell.expected].Add(cell.saturation);
+    attempt.cells.push_back(cell);
+  });
   for (TraceCell& cell : attempt.cells) {
     const double plain = groups[cell.dark()][0].Get().mean, inked = groups[cell.dark()][1].Get().mean;
     if (cell.seen && inked > plain) cell.saturated = cell.saturation > (plain + inked) / 2;

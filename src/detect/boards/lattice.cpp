@@ -7,13 +7,13 @@
 namespace chequer {
 namespace {
 
-/// Larger grids are no boards: a wall of tiles.
+/// Larger grids are no boards: a wall of tiles (a guess).
 constexpr int kMostLattice = 160;
-/// Lattice points around a grid that are looked at in any case.
+/// Lattice points around a grid that are looked at in any case (a guess).
 constexpr int kBeyond = 2;
-/// A corner belongs if it lies nearer to its place than this share of a cell, or than so many pixels.
+/// A corner belongs to a lattice point if it lies nearer than this share of a cell, or than so many pixels (guesses).
 constexpr double kBelongs = 0.25, kBelongsPx = 1;
-/// Share of the corners of a window that may lie elsewhere.
+/// Share of the corners of a window that may lie elsewhere (a guess).
 constexpr double kMostOutliers = 0.25;
 
 /// Side of the cell around a lattice point in the image, pixels: the shorter of the two.

@@ -9,14 +9,15 @@
 namespace chequer {
 namespace {
 
-/// No pixel is moved by more times its distance from its neighbours: noise would be, too.
+/// A pixel moves away from its neighbours by at most so many times its difference to them: beyond it, noise would be
+/// raised too (a guess).
 constexpr float kMostShare = 6;
 /// Change along rows that is aimed at, of that across: what lies around the board, and its rim, change too (measured:
 /// with 1 and with 2, fewer corners are linked).
 constexpr float kChangeAlong = 1.5f;
-/// Part of the contrasts that is kept, so that what is raised stays within a byte.
+/// Part of the contrasts that is kept, so that what is raised stays within a byte (a guess).
 constexpr float kContrastKept = 0.6f;
-/// Around the middle of a board of six, its own cells, less what the spread misjudges.
+/// Around the middle of a board of six, its own cells, less what the spread misjudges (a guess below 3).
 constexpr float kCircleCells = 2.6f;
 
 /// Calls visit(x, y) for every other pixel of every other row within a circle, `rim` px inside the plane.

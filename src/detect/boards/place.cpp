@@ -12,20 +12,23 @@ namespace {
 /// Corners of an even lattice lie within so many standard deviations of their middle (2.83 for 5 × 5), with a margin
 /// for what is linked to it by chance.
 constexpr float kReach = 3.0f;
-/// A filled square lies within so many standard deviations of its middle: more lets it grow where it goes on.
+/// A filled square lies within so many standard deviations of its middle: more lets it grow where it goes on (the first
+/// is √6, the others guesses).
 constexpr float kAreaReach = 2.45f, kReachOfArea = 3.0f, kLastReachOfArea = 2.6f;
 /// From kReachOfArea up to this one, there is at most such a share of the change, by area: 0.1 at most around boards
 /// among photographs, 0.1 to 0.4 where ground has its colours.
 constexpr float kAroundReach = 4.5f, kMostAround = 0.1f;
 /// Standard deviations of a filled square and of its corners, cells: 6 / √12 of a board of six.
 constexpr float kAreaCells = 1.73f;
-/// What a pixel changes by counts beyond that share of what is common there: paper, grain and the edges' foot do not.
+/// Pixels count whose change exceeds this share of the usual change there. Paper, grain and the feet of edges stay
+/// below it (a guess).
 constexpr float kLeastChange = 0.3f;
 /// Of more, no pixel counts: sums of a row are within an int.
 constexpr int kMostCounted = 127;
-/// What spreads wider, longer, or so many times longer than wide, px, is not followed: it is ground, or a line.
+/// What spreads wider, longer, or so many times longer than wide, px, is not followed: it is ground, or a line (1.73
+/// times cells of 5.5 px and of 35 px; the slant is a guess).
 constexpr float kMostWide = 9.5f, kMostLong = 60, kMostSlant = 14;
-/// A place whose spread changes by less of its width has settled.
+/// A place whose spread changes by less of its width has settled (guesses).
 constexpr float kSettledPlace = 0.02f;
 constexpr int kMostSteps = 12;
 
@@ -115,6 +118,12 @@ int CommonChange(const BytePlane& plane, const Place& place) {
 }
 
 }  // namespace
+
+std::array<Eigen::Vector2f, 4> OutlineAround(const Eigen::Vector2f& middle, const Eigen::Matrix2f& axes,
+                                             const Eigen::Vector2f& reach) {
+  const Eigen::Vector2f along = axes.col(0) * reach[0], across = axes.col(1) * reach[1];
+  return {middle - along - across, middle + along - across, middle + along + across, middle - along + across};
+}
 
 Place GatherPoints(std::span<const StrongPoint> points, const Place& place) {
   Eigen::Vector2f sum = Eigen::Vector2f::Zero();

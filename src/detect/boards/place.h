@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <span>
 
@@ -23,6 +24,10 @@ struct Place {
   /// Of a board's cells, the shorter side.
   float cell_px() const { return spread[1] / kSpreadCells; }
 };
+
+/// Round what lies up to `reach` away from a middle along two axes.
+std::array<Eigen::Vector2f, 4> OutlineAround(const Eigen::Vector2f& middle, const Eigen::Matrix2f& axes,
+                                             const Eigen::Vector2f& reach);
 
 /// The place of the points that lie within reach of another. Corners of an even lattice lie within 2.83 spreads of
 /// their middle; the reach is a little more, so that a place grows where points go on.

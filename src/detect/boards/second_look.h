@@ -7,8 +7,9 @@
 #include <vector>
 
 #include "chequer/detect_trace.h"
-#include "detect/boards/motion_blur_view.h"
 #include "detect/boards/place.h"
+#include "detect/boards/place_view.h"
+#include "detect/boards/strong_points.h"
 #include "detect/common/light.h"
 #include "detect/common/scratch.h"
 #include "detect/common/work_meter.h"
@@ -28,6 +29,7 @@ namespace chequer {
 /// kMostLooks places have shown no board: a knocked camera blurs every board of an image, clutter has none.
 class SecondLook {
  public:
+  /// (A guess.)
   static constexpr int kMostLooks = 2;
 
   /// Takes over the points of an image; those in `boards` are explained already, and where there are many, only those
@@ -40,85 +42,54 @@ class SecondLook {
   /// Fills corners() and grids() with what the next place shows, or the last one once more. False once there is none
   /// left.
   bool Next(const Pyramid& pyramid, const LightReader& reader);
-  /// The last look showed a board: it does not count among those that are given to an image.
+  /// The last look showed a board. It does not count as one of the image's looks.
   void CountBoard();
 
   /// The most units that Next() takes from here on until it has found nothing kMostLooks times, boards in its views
   /// included.
   std::uint64_t MostUnits() const;
-  /// The same of one call alone.
+  /// The same of one call alone (a guess).
   static constexpr std::uint64_t kMostUnitsOfLook = 2'000;
   /// What the image took so far, but for boards.
   const WorkMeter& work() const { return image_->work; }
 
   /// Of the last look, positions in the image.
-  const std::vector<Corner>& corners() const { return shown_->corners; }
-  const Grids& grids() const { return shown_->grids; }
-  const GridLinker& linker() const { return shown_->linker; }
+  const std::vector<Corner>& corners() const { return view_.corners(); }
+  const Grids& grids() const { return view_.grids(); }
+  const GridLinker& linker() const { return view_.linker(); }
   /// Whether the place seems motion-blurred, and was sharpened.
-  bool motion_blurred() const { return shown_->motion_blurred; }
+  bool motion_blurred() const { return view_.motion_blurred(); }
 
  private:
-  /// Where there are many points, leaves out the weakest of too many, and those that do not stand among inks.
-  void ThinOut(const LightReader& reader);
-  /// Leaves out the points that do not stand among yellow and blue.
-  void KeepInks(const LightReader& reader);
-  /// Where points lie closest, from their fullest tile on; without a count if that leads nowhere. Too few of them are
-  /// forgotten at once.
+  /// Where points lie closest; without a count if that leads nowhere.
   std::optional<Place> FindPlace();
   /// kViewed where the first look may have missed a board, else why not.
   static PlaceFate Judge(const Place& place);
-  /// Leaves out the points of a place.
-  void Forget(const Place& place);
-  void LookAt(const Pyramid& pyramid, Place place);
-  void View(const Pyramid& pyramid, const Place& place);
+  /// Views a place by its points, or else by its pixels. Whether it was viewed.
+  bool LookAt(const Pyramid& pyramid, const LightReader& reader, const Place& place);
   /// The place around some points that its pixels' change tells, if the first look may have missed a board there and
   /// it stands among inks.
   std::optional<Place> FindChange(const Pyramid& pyramid, const LightReader& reader, const Place& points);
   /// Views that place; false if there is none.
   bool LookByChange(const Pyramid& pyramid, const LightReader& reader, const Place& points);
-  /// Views a place with what is blurred along its narrow side raised again.
-  void ViewSharpened(const Pyramid& pyramid, const Place& place);
-  /// Whether so much is linked that it will be a board if it is one.
-  bool ShowsBoard() const;
-  /// Views a place that seems motion-blurred, sharpened; false if it does not.
-  bool LookThroughMotionBlur(const Pyramid& pyramid, const Place& place);
-  /// Finds and links the corners of the view of a place.
-  void ShowCorners(const Place& place, const Eigen::Matrix2f& image_by_view, float scale);
+  // What follows does nothing where nobody asks for a trace.
   void NotePlace(const Place& place, PlaceFate fate);
-  void NoteView(const Place& place, const Eigen::Matrix2f& image_by_view);
   /// What would have been viewed if an image's looks had not been used up.
   void NoteTheRest();
+  /// Of the place that was noted last.
+  TracePlace* noted() { return image_->trace ? &image_->trace->back() : nullptr; }
 
   /// What is known of an image.
   struct Search {
-    int width = 0, height = 0;
     WorkMeter work;
     int looks = 0, places = 0, sparse = 0;  ///< that have shown no board
-    std::vector<StrongPoint> points;
-    bool thinned_out = false;
-    std::vector<Eigen::Vector2f> members;  ///< some points of the last place
-    std::optional<Place> unclear;          ///< was viewed, but shows little
-    std::vector<std::uint16_t> in_tile;
-    std::vector<std::uint8_t> explained;  ///< tiles with boards
+    StrongPoints points;
+    std::optional<Place> unclear;  ///< was viewed, but shows little
     std::vector<TracePlace>* trace = nullptr;
-  };
-  /// What one view shows.
-  struct Shown {
-    DetectionPlane view;
-    std::vector<std::uint8_t> smoothed;
-    MotionBlurScratch motion_blur;
-    PeakScan scan;
-    std::vector<RefusedPeak> refused;
-    GridLinker linker;
-    std::vector<Corner> corners;
-    Grids grids;
-    bool motion_blurred = false;
-    std::vector<StrongPoint> seen;  ///< what looks like corners
   };
 
   Scratch<Search> image_;
-  Scratch<Shown> shown_;
+  PlaceView view_;
 };
 
 }  // namespace chequer

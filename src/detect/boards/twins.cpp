@@ -9,7 +9,7 @@
 namespace chequer {
 namespace {
 
-/// How far from the middle of a box its middle half goes, along each axis.
+/// How far from the middle of a box its middle half goes, along each axis (a guess).
 constexpr double kMiddleHalf = 0.25;
 
 bool LiesInTheMiddle(const SeenBoard& board, const SeenBoard& other) {
@@ -31,7 +31,8 @@ bool IsBetter(const SeenBoard& a, const SeenBoard& b) {
 
 }  // namespace
 
-bool LiesOn(const Eigen::Matrix3d& plane_from_board, const Eigen::Matrix3d& plane_from_other, MarkerSize size_of_other) {
+bool LiesOn(const Eigen::Matrix3d& plane_from_board, const Eigen::Matrix3d& plane_from_other,
+            MarkerSize size_of_other) {
   const Eigen::Vector2d at = (plane_from_other.inverse() * plane_from_board.col(2)).hnormalized();
   return std::abs(at.x()) < 0.5 * size_of_other.cols && std::abs(at.y()) < 0.5 * size_of_other.rows;
 }

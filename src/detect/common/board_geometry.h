@@ -69,14 +69,6 @@ class BoardGeometry {
     Eigen::Vector2d plane = Eigen::Vector2d::Zero();
     double depth = 1;  ///< the homography's third coordinate
     Eigen::Matrix2d plane_by_board = Eigen::Matrix2d::Zero();
-
-    /// How board coordinate `axis` moves with the plane point.
-    Eigen::RowVector2d BoardByPlane(int axis) const {
-      const Eigen::Matrix2d& m = plane_by_board;
-      const double inverse = 1 / (m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0));
-      return axis == 0 ? Eigen::RowVector2d(m(1, 1) * inverse, -m(0, 1) * inverse)
-                       : Eigen::RowVector2d(-m(1, 0) * inverse, m(0, 0) * inverse);
-    }
   };
   Local At(const Eigen::Vector2d& board) const {
     const Eigen::Matrix3d& h = plane_from_board_;
@@ -116,6 +108,14 @@ RigidTransform CameraFromMarker(const RigidTransform& camera_from_board);
 /// Board coordinates of the inner corner (row, col), rows and cols counted from the first inner corner.
 inline Eigen::Vector2d CornerOnBoard(MarkerSize size, int row, int col) {
   return {col + 1 - 0.5 * size.cols, row + 1 - 0.5 * size.rows};
+}
+
+/// Calls visit(cell, row, col) for every cell of a board, row by row.
+template <class Visit>
+void ForCells(MarkerSize size, const Visit& visit) {
+  std::size_t cell = 0;
+  for (int row = 0; row < size.rows; ++row)
+    for (int col = 0; col < size.cols; ++col) visit(cell++, row, col);
 }
 
 /// Board coordinates of the middle of a cell, counted row by row.

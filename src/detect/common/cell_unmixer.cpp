@@ -11,14 +11,15 @@ namespace {
 
 /// Where the prior has the cells' codes: grey.
 constexpr float kPriorCode = 128;
-/// Weight of the prior against a sample: noise of 10 codes (JPEG's of chroma) against cells' spread of 40. From 0.005 to
-/// 0.2 it makes no difference of 1 % in what is read.
+/// Weight of the prior against a sample: noise of 10 codes (JPEG's of chroma) against cells' spread of 40. From 0.005
+/// to 0.2 it makes no difference of 1 % in what is read.
 constexpr float kPriorWeight = 0.06f;
-/// Shares below that are left out.
+/// Shares below that are left out (a guess).
 constexpr float kLeastShare = 0.003f;
-/// A cell's edges blur so far into it that windows have to leave out, standard deviations.
+/// Windows keep so many standard deviations of the blur away from the edges of a cell. There, an edge leaves 12 % of
+/// its step, Φ(−1.2) (a guess).
 constexpr double kBlurReach = 1.2;
-/// No image is sharper than its pixels.
+/// Least blur: that of a pixel, 1/√12.
 constexpr float kLeastBlurPx = 0.3f;
 
 }  // namespace
@@ -69,8 +70,7 @@ std::optional<CellUnmixer::Pixel> CellUnmixer::PixelAt(int x, int y, const View&
     share[1] = std::max(1 - share[0] - share[2], 0.0f);
     return from;
   };
-  const Eigen::Vector3f at =
-      view.cells_from_image * Eigen::Vector3f(static_cast<float>(x), static_cast<float>(y), 1);
+  const Eigen::Vector3f at = view.cells_from_image * Eigen::Vector3f(static_cast<float>(x), static_cast<float>(y), 1);
   const float col = at.x() / at.z(), row = at.y() / at.z();
   if (!(col >= 0.5f && row >= 0.5f && col <= static_cast<float>(cols_) - 0.5f &&
         row <= static_cast<float>(rows_) - 0.5f))

@@ -63,8 +63,7 @@ LightReader::LightReader(const ImageView& image, const std::array<float, 256>& t
   if (!IsYuv(image.format()) || image.yuv_range() == YuvRange::kFull) return;
   limited_luma_.emplace();
   for (std::size_t y = 0; y < limited_luma_->size(); ++y)
-    (*limited_luma_)[y] =
-        LightAtCode(table, (static_cast<float>(y) - kLimitedRange.y_offset) * kLimitedRange.y_scale);
+    (*limited_luma_)[y] = LightAtCode(table, (static_cast<float>(y) - kLimitedRange.y_offset) * kLimitedRange.y_scale);
 }
 
 LightReader::Sharing LightReader::chroma_sharing() const {
@@ -293,40 +292,47 @@ Eigen::Vector3f LightReader::MosaicMean(int x0, int y0, int x1, int y1) const {
   return light;
 }
 
-std::optional<LightReader::Mosaic> FindInterpolatedMosaic(const ImageView& image, const std::array<float, 256>& table,
-                                                          int x0, int y0, int x1, int y1) {
-  if (image.format() != PixelFormat::kBgr8 && image.format() != PixelFormat::kRgb8) return std::nullopt;
-  const int red = image.format() == PixelFormat::kBgr8 ? 2 : 0;
-  // How far a value lies from the mean of its neighbours, in steps of the 8-bit code at that value. The mean is taken
-  // both of light and of coded values: cameras interpolate before their curve, programs often after it.
-  struct Sums {
-    double in_light = 0, coded = 0;
-  };
-  const auto add = [&](Sums& sums, int channel, int x, int y, std::array<int, 4> dx, std::array<int, 4> dy) {
-    float light = 0, coded = 0;
+namespace {
+
+/// How far values lie from the mean of four neighbours, in steps of the 8-bit code at that value. The mean is taken
+/// both of light and of coded values: cameras interpolate before their curve, programs often after it.
+struct OffNeighbours {
+  double in_light = 0, coded = 0;
+
+  void Add(const ImageView& image, const std::array<float, 256>& table, int channel, int x, int y,
+           const std::array<int, 4>& dx, const std::array<int, 4>& dy) {
+    float light_mean = 0, coded_mean = 0;
     for (std::size_t k = 0; k < 4; ++k) {
       const std::uint8_t value = image.row(y + dy[k])[3 * (x + dx[k]) + channel];
-      light += 0.25f * table[value];
-      coded += 0.25f * static_cast<float>(value);
+      light_mean += 0.25f * table[value];
+      coded_mean += 0.25f * static_cast<float>(value);
     }
     const int value = image.row(y)[3 * x + channel];
     const std::size_t low = static_cast<std::size_t>(std::max(value - 1, 0)),
                       high = static_cast<std::size_t>(std::min(value + 1, 255));
     const float step = (table[high] - table[low]) / static_cast<float>(high - low);
     // Bounded, so that a few overshooting pixels do not decide.
-    sums.in_light += std::min(std::abs(table[static_cast<std::size_t>(value)] - light) / step, 8.0f);
-    sums.coded += std::min(std::abs(static_cast<float>(value) - coded), 8.0f);
-  };
+    in_light += std::min(std::abs(table[static_cast<std::size_t>(value)] - light_mean) / step, 8.0f);
+    coded += std::min(std::abs(static_cast<float>(value) - coded_mean), 8.0f);
+  }
+};
+
+}  // namespace
+
+std::optional<LightReader::Mosaic> FindInterpolatedMosaic(const ImageView& image, const std::array<float, 256>& table,
+                                                          int x0, int y0, int x1, int y1) {
+  if (image.format() != PixelFormat::kBgr8 && image.format() != PixelFormat::kRgb8) return std::nullopt;
+  const int red = image.format() == PixelFormat::kBgr8 ? 2 : 0;
   constexpr std::array<int, 4> kCrossX{1, -1, 0, 0}, kCrossY{0, 0, 1, -1}, kDiagonalX{1, 1, -1, -1},
       kDiagonalY{1, -1, 1, -1};
-  std::array<Sums, 2> green{};    // by parity of x + y
-  std::array<Sums, 4> red_sum{};  // by parities of x (1) and y (2)
+  std::array<OffNeighbours, 2> green{};    // by parity of x + y
+  std::array<OffNeighbours, 4> red_sum{};  // by parities of x (1) and y (2)
   std::array<int, 4> count{};
   for (int y = std::max(y0, 1); y <= std::min(y1, image.height() - 2); ++y)
     for (int x = std::max(x0, 1); x <= std::min(x1, image.width() - 2); ++x) {
       const std::size_t site = static_cast<std::size_t>((x & 1) + 2 * (y & 1));
-      add(green[static_cast<std::size_t>((x + y) & 1)], 1, x, y, kCrossX, kCrossY);
-      add(red_sum[site], red, x, y, kDiagonalX, kDiagonalY);
+      green[static_cast<std::size_t>((x + y) & 1)].Add(image, table, 1, x, y, kCrossX, kCrossY);
+      red_sum[site].Add(image, table, red, x, y, kDiagonalX, kDiagonalY);
       ++count[site];
     }
   const int least = *std::min_element(count.begin(), count.end());
@@ -345,8 +351,8 @@ std::optional<LightReader::Mosaic> FindInterpolatedMosaic(const ImageView& image
     if (red_sum[blue].*member / least > kRounding || red_sum[red_site].*member / least < kMeasured) return std::nullopt;
     return LightReader::Mosaic{static_cast<int>(red_site & 1), static_cast<int>(red_site >> 1)};
   };
-  if (auto mosaic = decide(&Sums::in_light)) return mosaic;
-  return decide(&Sums::coded);
+  if (auto mosaic = decide(&OffNeighbours::in_light)) return mosaic;
+  return decide(&OffNeighbours::coded);
 }
 
 }  // namespace chequer

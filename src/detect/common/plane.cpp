@@ -144,11 +144,6 @@ void FillDetectionPlane(const ImageView& image, int first, int past, DetectionPl
   }
 }
 
-void HalvePlane(const BytePlane& full, BytePlane& half) {
-  half.Resize(full.width() / 2, full.height() / 2);
-  HalveRows(full, 0, half.height(), half);
-}
-
 void HalveRows(const BytePlane& full, int first, int past, BytePlane& half) {
   for (int y = first; y < past; ++y)
     HWY_DYNAMIC_DISPATCH(HalveRow)(full.row(2 * y), full.row(2 * y + 1), half.width(), half.row(y));

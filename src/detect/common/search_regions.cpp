@@ -6,12 +6,13 @@
 namespace chequer {
 namespace {
 
-/// Of the image: with more of it in regions, the whole is searched, which costs little more and needs no merging.
+/// If the regions cover more of the image, all of it is searched: that costs little more and needs no merging (a
+/// guess).
 constexpr double kMostInRegions = 0.6;
 /// Rows that bands share with the next: corners at their ends are found with what lies around them, and rows begin at
 /// whole pixels of the coarsest level.
 constexpr int kSharedRows = 16, kWholeRows = 4;
-/// A grid may go on beyond a region's end that is nearer than so much of its side.
+/// A grid may go on beyond a region's end that is nearer than so much of its side (a guess).
 constexpr float kNearEnd = 0.5f;
 
 bool Overlap(const SearchRegion& a, const SearchRegion& b) {
@@ -117,7 +118,8 @@ void KnownTiles::Add(const std::array<Eigen::Vector2d, 4>& outline) {
     // Within the image: outlines may reach far beyond it.
     const int first = static_cast<int>(std::clamp(std::ceil(column(left)), 0.0, 1.0 * cols_)),
               last = static_cast<int>(std::clamp(std::floor(column(right)), -1.0, cols_ - 1.0));
-    if (first <= last) std::fill_n(tiles_.begin() + std::ptrdiff_t{row} * cols_ + first, last - first + 1, std::uint8_t{1});
+    if (first <= last)
+      std::fill_n(tiles_.begin() + std::ptrdiff_t{row} * cols_ + first, last - first + 1, std::uint8_t{1});
   }
 }
 

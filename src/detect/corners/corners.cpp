@@ -21,7 +21,7 @@ constexpr double kManyPeaks = 0.0005;
 /// corners of one board, of cells of 4 px, differ by as much.
 constexpr float kWeakShare = 0.15f;
 /// Of all others, there may be no more than a lot, unless they have this response, grey levels, or this share: textured
-/// ground has less for the most part, print more.
+/// ground has less for the most part, print more (guesses).
 constexpr int kClearResponse = 12;
 constexpr float kClearShare = 0.7f;
 /// The same where the strongest are print, or boards in good light: of a sharp board of 60 grey levels all corners have
@@ -78,7 +78,7 @@ void LimitPeaks(double area_px, std::size_t most, std::vector<Peak>& peaks) {
   KeepStrongest(std::min<std::size_t>(kMaxPeaks, most), count, peaks);
 }
 
-/// Of the peaks that are left to look at, coarser levels have one in so many.
+/// Of the peaks that are left to look at, coarser levels have one in so many (as of the pixels).
 constexpr std::size_t kShareOfCoarser = 4;
 
 /// Where corners of finer levels lie, one bit for every block of 2 × 2 image pixels.

@@ -44,10 +44,11 @@ struct Pyramid {
   }
 };
 
-/// Peaks that are looked at in one level; beyond it, noise has won and the weakest are left out.
+/// Peaks that are looked at in one level; beyond it, noise has won and the weakest are left out (a guess).
 inline constexpr int kMaxPeaks = 60000;
 
-/// Contrast of peaks that are remembered where they are no corners, grey levels: textured ground has less, print more.
+/// Contrast of peaks that are remembered where they are no corners, grey levels: textured ground has less, print more
+/// (a guess).
 inline constexpr float kStrongContrast = 30;
 
 /// A part of an image that is searched for corners.

@@ -18,9 +18,9 @@ constexpr int kRing = 12;
 constexpr int kRingX[kRing] = {3, 2, 1, -1, -2, -3, -3, -2, -1, 1, 2, 3};
 constexpr int kRingY[kRing] = {1, 2, 3, 3, 2, 1, -1, -2, -3, -3, -2, -1};
 
-/// Least share of the contrast in the response: see PeakScan for that of corners; clutter has mostly less.
+/// Least share of the contrast in the response: see PeakScan for that of corners; clutter has mostly less (a guess).
 constexpr float kLeastShare = 0.10f;
-/// Cosine of how far opposite edges may be from a straight line (43 degrees).
+/// Cosine of how far opposite edges may be from a straight line (43 degrees; a guess).
 constexpr float kStraight = 0.73f;
 
 /// Peaks that are looked at together: the lanes of the widest vectors (AVX-512).
@@ -196,13 +196,14 @@ constexpr std::size_t kAhead = 16;
 /// pixel off, a corner of a sharp image differs by 0.3; the inside of a cell that is narrower than the ring by 0.5.
 constexpr float kMostOffMiddle = 0.4f;
 
-/// Corners nearer to each other are one with two peaks, as where edges run between pixels, px: those of boards are
-/// farther apart.
+/// Nearer corners are two peaks of one corner, as where edges run between pixels, px. Corners of boards are farther
+/// apart (a guess).
 constexpr float kTwinPx = 1.5f;
 
 /// Peaks of one corner lie in rows no farther apart: its place is half a pixel off each of them at most.
 constexpr std::size_t kTwinRows = 4;
-/// Along a row, corners come by their peaks' columns, to so many pixels: a place between two peaks lies off both.
+/// Along a row, corners come by their peaks' columns, to so many pixels: a place between two peaks lies off both (a
+/// guess).
 constexpr float kRowOrderPx = 4;
 
 /// Where the corners of the last few rows of peaks begin. Looking for a corner's twin in all of them would take, in a

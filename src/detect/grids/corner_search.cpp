@@ -6,22 +6,24 @@
 namespace chequer {
 namespace {
 
-/// Cells are empty but for noise: a neighbour is among the nearest corners, or there is none. In clutter, this bounds
-/// the work.
+/// Corners that are considered for one ray. Cells are empty but for noise, so that the neighbour is among the nearest
+/// corners. In clutter, this bounds the work (a guess).
 constexpr int kMostConsidered = 24;
-/// Fewer corners are hardly ever enough: they are looked at together with those around them.
+/// Fewer corners are hardly ever enough: they are looked at together with those around them (a guess).
 constexpr int kEnoughAtOnce = 16;
 /// No ray is searched farther than so many times the nearest neighbour, as long as only one direction of the lattice
-/// has one: seen at a slant, cells are that much longer than wide.
+/// has one: seen at a slant, cells are that much longer than wide (guesses).
 constexpr float kFarthestRatio = 3;
 constexpr float kFarthestMore = 16;
-/// With one in both directions, the opposite ones lie hardly farther.
+/// With one in both directions, the opposite ones lie hardly farther (guesses).
 constexpr float kOppositeRatio = 1.5f;
 constexpr float kOppositeMore = 3;
-/// How much farther corners on ridges count: inside narrow cells they lie nearer to a corner than its neighbour.
+/// Factor on the distance of corners on ridges: inside narrow cells, these lie nearer to a corner than its true
+/// neighbour (a guess).
 constexpr float kRidgeHandicap = 3;
 
-/// So many corners, and so many a pixel, cost little in any case: frames of boards and textured ground mostly have fewer.
+/// So many corners, and so many a pixel, cost little in any case: frames of boards and textured ground mostly have
+/// fewer (guesses).
 constexpr std::size_t kFewCorners = 2000;
 constexpr double kFewCornersPerPixel = 0.001;
 /// The most pairs a pixel of the image: a thousand boards in 12 megapixels have a tenth of that.

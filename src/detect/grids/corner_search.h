@@ -21,7 +21,7 @@ struct NearestCorners {
 /// Finds neighbours among the corners of an image, which it keeps by square buckets in arrays for vectors.
 class CornerSearch {
  public:
-  /// The longest link, image pixels.
+  /// The longest link, image pixels (a guess).
   static constexpr float kLongest = 220;
 
   /// Sorts the corners by buckets and keeps what the search needs of them. Corners outside the image count to the

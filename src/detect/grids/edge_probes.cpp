@@ -11,9 +11,9 @@
 namespace chequer {
 namespace edge_probes {
 
-/// Where along the line it is crossed.
+/// Where along the line it is crossed (a guess).
 constexpr float kParts[] = {0.3f, 0.5f, 0.7f};
-/// How far from the line both ends of a crossing lie, as a share of its length.
+/// How far from the line both ends of a crossing lie, as a share of its length (a guess).
 constexpr float kReach = 0.25f;
 constexpr int kPoints = 6;
 

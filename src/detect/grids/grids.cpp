@@ -5,15 +5,15 @@
 namespace chequer {
 namespace {
 
-/// How much opposite sides of a square may differ: perspective of cells makes 1.2.
+/// Largest ratio of opposite sides of a square: perspective gives 1.2 (a guess above it).
 constexpr float kMostRatio = 1.6f;
 
-/// How much a step of the lattice may differ from the one before it, as a share of it.
+/// How much a step of the lattice may differ from the one before it, as a share of it (a guess).
 constexpr float kMostChange = 0.2f;
 
-/// Share of the contrast of the weaker end that an edge has all along.
+/// Least contrast all along an edge, as a share of that of its weaker end (a guess).
 constexpr float kLeastStep = 0.2f;
-/// How far from an edge its sides are looked at, at most: pixels of the plane that shows the corners.
+/// How far from an edge its sides are looked at, at most: pixels of the plane that shows the corners (a guess).
 constexpr float kMostReach = 3;
 
 /// Steps in the lattice along directions 0 … 3.

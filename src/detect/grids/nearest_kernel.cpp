@@ -13,13 +13,14 @@
 namespace chequer {
 namespace nearest {
 
-/// Squared cosine of how far the neighbour may lie off the ray (25 degrees), at both ends.
+/// Squared cosine of how far the neighbour may lie off the ray (25 degrees), at both ends (a guess).
 constexpr float kLeastSquaredCosine = 0.906f * 0.906f;
-/// How much more a candidate that lies off the ray has to be nearer: a share of the square of how far it lies off.
+/// How much more a candidate that lies off the ray has to be nearer: a share of the square of how far it lies off (a
+/// guess).
 constexpr float kOffAxisCost = 3;
-/// Contrasts of neighbours differ less.
+/// Largest ratio of the contrasts of neighbours (a guess).
 constexpr float kMostContrastRatio = 4;
-/// Nearer corners are one and the same, px.
+/// Corners that are nearer to each other are the same corner, px (a guess).
 constexpr float kShortest = 2;
 
 }  // namespace nearest

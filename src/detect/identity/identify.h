@@ -1,17 +1,17 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "chequer/detector.h"
-#include "detect/common/cell_unmixer.h"
 #include "detect/common/colours.h"
 #include "detect/common/light.h"
-#include "detect/common/neighbours.h"
 #include "detect/common/scratch.h"
 #include "detect/fit/fitted_board.h"
+#include "detect/identity/cell_inks.h"
+#include "detect/identity/cell_occlusion.h"
+#include "detect/identity/cell_sampler.h"
 
 namespace chequer {
 
@@ -56,66 +56,23 @@ class Identifier {
   Reading ReadingOf(MarkerSize size, Cell cell) const;
 
  private:
-  /// Of light or dark cells: means of unsaturated and saturated border cells, and the spread about them.
-  struct Class {
-    double plain = 0, inked = 0, deviation = 0;
-    bool usable = false;
-
-    /// Of one cell, as a share of the means' distance. @pre usable.
-    double spread() const { return deviation / (inked - plain); }
-  };
-
-  void ReadCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
-  /// Where windows within the cells would be too small: reads them all at once. False where that fails.
-  bool ReadSmallCells(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
-  /// Mean light of a cell's middle, which its neighbours do not blur into.
-  Eigen::Vector3f MiddleLight(const FittedBoard& board, MarkerSize size, int cell, const LightReader& reader,
-                              const Lens& lens) const;
-  /// The level of an overexposed cell is known by the mixed pixels at its edges alone, and takes those of its
-  /// neighbours with it: where there is one, reads the cells' middles instead. White stays white there, and yellow is
-  /// short of blue.
-  void ReadOverexposed(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
-  /// Where shadows' edges cross the board: as if it were lit alike all over.
-  void EvenOutCells(const FittedBoard& board, MarkerSize size);
-  void FindOccluded(const FittedBoard& board, MarkerSize size);
-  /// Hides what lies over the board: cells that look wrong, and those between them. Whether there are more now.
-  bool HideWrong(MarkerSize size);
-  bool MeasureSaturation(MarkerSize size, const std::vector<std::uint8_t>& border);
-  /// Writes of light cells what tells yellow from white, and what the border says of it: the saturation, or where that
-  /// is spread widely, as by a highlight, a difference of light if that is spread less.
-  Class MeasureYellow(MarkerSize size, const std::vector<std::uint8_t>& border);
-  /// Writes of dark cells what tells blue from black, and what the border says of it.
-  Class MeasureBlue(MarkerSize size, const std::vector<std::uint8_t>& border);
-  /// Writes by how much what tells blue from black is larger in dark cells under a veil of white light.
-  /// @param green its share of green light.
-  void MeasureVeils(MarkerSize size, const Class& dark, float green);
-  Class ClassOf(MarkerSize size, const std::vector<std::uint8_t>& border, bool dark) const;
-  /// Light cells of colours that the board does not have belong to what lies over it. Whether there are some.
-  bool HideOffColour(MarkerSize size, const std::vector<std::uint8_t>& border);
+  /// Measures the inks by the border and leaves out cells of other colours. False if the inks of neither class differ.
+  bool MeasureInks(MarkerSize size, const std::vector<std::uint8_t>& border);
+  /// Log likelihood ratio of each kernel cell, saturated to unsaturated; 0 if the cell is occluded.
+  void WeighKernel(MarkerSize size, Identity& identity);
+  /// The likeliest word of all families of that size.
   void Decode(MarkerSize size, Identity& identity);
+  /// Whether its margin decides it.
+  void Decide(Identity& identity) const;
   /// Whether the cells that show would be as right on a board that lies otherwise.
   bool MayLieElsewhere(MarkerSize size, const std::vector<std::uint8_t>& border);
   void MeasureOverlaps(MarkerSize size, Identity& identity) const;
 
-  /// What is known of one board, by cell where nothing else is said.
+  /// What is known of one board.
   struct Cells {
-    std::vector<Eigen::Vector3f> light, middles, unmixed;
-    std::size_t mixed_pixels = 0;
-    std::vector<CellColour> colours;
-    std::vector<float> ink;  ///< what tells saturated cells from others
-    std::vector<std::uint8_t> occluded;
-    std::vector<float> half_lit;  ///< by how much less of its light may have come than was taken for it
-    std::vector<float> veil;      ///< by how much less of `ink` may be the cell's own, as a highlight lies on it
-    Eigen::Vector3f white = Eigen::Vector3f::Zero();  ///< light of the border's white cells
-    std::vector<std::uint8_t> wrong;    ///< those that do not look like the board's, and what lies between them
-    std::vector<float> log_likelihood;  ///< of the kernel's
-    std::array<Class, 2> classes;       ///< of light (0) and dark (1) ones
-    // What single steps need.
-    std::vector<Eigen::Vector3f> shares;  ///< of the three channels in a cell's light
-    std::vector<std::size_t> known;       ///< those of one ink
-    std::vector<float> values;
-    std::vector<std::uint8_t> saturated, seen;
-    NeighbourLead neighbours;
+    CellLights lights;
+    std::vector<float> log_likelihood;    ///< of the kernel's
+    std::vector<std::uint8_t> saturated;  ///< for a single step
   };
 
   const DetectorOptions& options_;
@@ -124,7 +81,9 @@ class Identifier {
   /// By family: saturation of the border's cells, row by row of the whole board.
   const std::vector<std::vector<std::uint8_t>> borders_;
   Scratch<Cells> cells_;
-  CellUnmixer unmixer_;  ///< keeps only memory from one board to the next
+  CellSampler sampler_;
+  CellOcclusion occlusion_;
+  CellInks inks_;
 };
 
 }  // namespace chequer

@@ -10,9 +10,9 @@
 namespace chequer {
 namespace {
 
-/// Warn of an ambiguous pose above this probability.
+/// Warn of an ambiguous pose above this probability (a choice).
 constexpr double kAmbiguous = 0.001;
-/// Below this probability, the other pose adds nothing to the covariance.
+/// Below this probability, the other pose adds nothing to the covariance (a choice).
 constexpr double kNeverTheOther = 1e-6;
 /// A homography has eight parameters, a pose six.
 constexpr double kLeftOver = 2;

@@ -15,12 +15,13 @@ namespace {
 using Parameters = BoardGeometry::Parameters;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
+/// Steps at most (a guess).
 constexpr int kMaxSteps = 12;
-/// A step that will explain so little more, as a share of what is unexplained plus one, ends the descent: it moves the
-/// pose by a hundredth of its standard deviation.
+/// The descent ends with a step that reduces the unexplained part by less than this share of itself plus one. Such a
+/// step moves the pose by a hundredth of its standard deviation.
 constexpr double kSettled = 1e-4;
-/// A pose that explains so much less, by what its first step promises, is not looked at any closer: of as likely poses
-/// it has a probability of e^−500.
+/// A pose whose first step promises a χ² larger by this is not refined: if both were equally likely before, it has a
+/// probability of e^−500.
 constexpr double kMuchWorse = 1000;
 
 /// The homography of a pose: focal · [w r₁ h r₂ t] of cells w × h over its last entry t_z; and its derivative.

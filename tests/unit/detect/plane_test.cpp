@@ -86,12 +86,13 @@ TEST(DetectionPlane, YuvTakesLuma) {
   }
 }
 
-TEST(HalvePlane, EachPixelIsTheMeanOfFour) {
+TEST(HalveRows, EachPixelIsTheMeanOfFour) {
   const Image image = Noise(PixelFormat::kMono8, 131, 7);
   DetectionPlane full;
   BuildDetectionPlane(image.view(), full);
   BytePlane half;
-  HalvePlane(full.plane, half);
+  half.Resize(full.plane.width() / 2, full.plane.height() / 2);
+  HalveRows(full.plane, 0, half.height(), half);
   ASSERT_EQ(half.width(), 65);
   ASSERT_EQ(half.height(), 3);
   for (int y = 0; y < 3; ++y)

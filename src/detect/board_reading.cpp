@@ -1,0 +1,140 @@
+#include "detect/board_reading.h"
+
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "detect/identity/marker_description.h"
+#include "detect/pose/plane_pose.h"
+
+namespace chequer {
+namespace {
+
+/// Least contrast of a board over the noise of a pixel (a guess).
+constexpr double kLeastSignal = 2.5;
+
+/// Largest corner error of a board, px. Even with 8 px of motion blur, corners lie on their plane to 0.15 px; half a
+/// pixel off, it is no board.
+constexpr double kMostDeviationPx = 0.5;
+
+/// A followed board lies this near to where it was expected. A fit that was pulled along the pattern lies a whole cell
+/// off (a guess below that).
+constexpr double kMostOffCells = 0.4;
+
+/// Blur of a board before it is fitted, pixels of the level where its corners were found (a guess).
+constexpr double kBlurOfLevel = 0.8;
+
+/// Of a board's cells as printed, height over width.
+double CellRatioOf(MarkerSize size, const DetectorOptions& options) {
+  for (const MarkerFamily& family : options.families)
+    if (family.code.size() == size) return family.CellM().y() / family.CellM().x();
+  return 1;
+}
+
+/// How far inks of boards of that size may lie out of register, along the board's axes, cells.
+Eigen::Vector2d RegisterOf(MarkerSize size, const DetectorOptions& options) {
+  Eigen::Vector2d cells = Eigen::Vector2d::Zero();
+  for (const MarkerFamily& family : options.families)
+    if (family.code.size() == size)
+      cells = cells.cwiseMax(options.print_tolerance.register_m * family.CellM().cwiseInverse());
+  return cells;
+}
+
+/// How well the place of a board is known before it is fitted.
+BoardFit::Start::Known KnownTo(const ImageState& frame, std::size_t board) {
+  using Known = BoardFit::Start::Known;
+  if (!frame.IsExpected(board)) return Known::kFound;
+  return frame.expected[board].off_px < BoardFit::kNearPredictionPx ? Known::kNear : Known::kPredicted;
+}
+
+PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
+  const AnchoredBoard& board = job.frame.boards[order.board];
+  return {.board = {.size = board.size,
+                    .cell_ratio = CellRatioOf(board.size, job.options),
+                    .geometry = BoardGeometry(board.plane_from_board),
+                    .blur_px = kBlurOfLevel * board.scale,
+                    .light = board.light,
+                    .saturated = board.saturated,
+                    .covered = board.covered,
+                    .found = board.found,
+                    .known = KnownTo(job.frame, order.board),
+                    .register_cells = RegisterOf(board.size, job.options),
+                    .image = order.image},
+          .motion_blurred = board.motion_blurred,
+          .most_units = order.most_units,
+          .plain_only = order.plain_only};
+}
+
+/// Whether what shows of a board that was expected, and whose identity is not decided, lies where it was expected and
+/// is the remembered one's.
+bool AgreesWithExpected(const ImageJob& job, std::size_t board, const FittedBoard& fitted, const Identity& identity,
+                        const Identifier& identifier) {
+  if (!job.frame.IsExpected(board) || !identity.saturation_told) return false;
+  const AnchoredBoard& expected = job.frame.boards[board];
+  const double cell = std::sqrt(std::abs(BoardGeometry(expected.plane_from_board).PlaneByBoard({0, 0}).determinant()));
+  return FarthestOff(expected, fitted.geometry.plane_from_board()) < kMostOffCells * cell &&
+         AgreesWith(job.expected_boards.EvidenceOf(job.frame.expected[board], identifier));
+}
+
+/// Width and height of a board's cells: of the marker that it is, or that was followed there.
+/// @param agrees whether it is as the board that was expected.
+Eigen::Vector2d CellOf(const ImageJob& job, const Identity& identity, std::size_t board, bool agrees) {
+  const MarkerFamily& family = job.options.families[static_cast<std::size_t>(identity.family)];
+  if (identity.id_decided) return family.CellM(identity.decoded->id);
+  if (!agrees || !AreCellsAlike(job.options, identity.family, job.frame.expected[board].family)) return family.CellM();
+  // It may be given the identity of the board that was expected there.
+  const RememberedBoard& expected = job.frame.expected[board];
+  return job.options.families[static_cast<std::size_t>(expected.family)].CellM(expected.id);
+}
+
+}  // namespace
+
+BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& reader) {
+  job.TellProgress();
+  const std::size_t index = order.board;
+  const MarkerSize size = job.frame.boards[index].size;
+  BoardOutcome outcome;
+  const FittedBoard* fitted = reader.fit.Fit(job.measured, job.lens, StartOf(job, order));
+  outcome.wants_more = reader.fit.wants_more();
+  outcome.work.Add(reader.fit.work());
+  outcome.work.Add(WorkStep::kReading);
+  const auto refuse = [&](Refusal why, double measured = 0, double required = 0) {
+    job.tracer.Refuse(index, why, measured, required);
+    return outcome;
+  };
+  if (!fitted) return refuse(Refusal::kNoFit);
+  if (fitted->signal_to_noise < kLeastSignal) return refuse(Refusal::kNoise, fitted->signal_to_noise, kLeastSignal);
+  if (fitted->reprojection_rms_px > kMostDeviationPx)
+    return refuse(Refusal::kCornersOff, fitted->reprojection_rms_px, kMostDeviationPx);
+  Identity identity = reader.identifier.Identify(*fitted, size, job.measured, job.lens);
+  outcome.work.Add(WorkStep::kMixedPixel, identity.mixed_pixels);
+  job.tracer.Read(index, *fitted, identity, reader.identifier, job.lens);
+  if (!identity.id_decided || !identity.plausible)
+    outcome.agrees = AgreesWithExpected(job, index, *fitted, identity, reader.identifier);
+  if (!identity.plausible) {
+    if (!outcome.agrees) return refuse(Refusal::kCellsHidden);
+    // Too little shows for a board that is not followed: it counts only with the identity that it had.
+    outcome.carried_or_none = true;
+    identity.id_decided = false;
+  }
+  std::optional<std::array<PlanePose, 2>> poses;
+  BoardMeasurement measured;
+  if (job.lens.calibrated()) {
+    const Eigen::Vector2d cell_m = CellOf(job, identity, index, outcome.agrees);
+    measured = MeasurementOf(*fitted, size, cell_m, job.options.print_tolerance, job.lens);
+    poses = PosesOf(measured);
+    if (!poses) return refuse(Refusal::kNoPose);
+  }
+  outcome.accepted = true;
+  outcome.plane_from_board = fitted->geometry.plane_from_board();
+  if (identity.id_decided) outcome.kernel = identity.decoded->kernel;
+  outcome.image = fitted->image;
+  Describe(*fitted, identity, job.options, job.lens, outcome.marker);
+  if (!poses) return outcome;
+  DescribePose(*poses, measured, outcome.marker);
+  if (reader.fit.cut_short()) outcome.marker.covariance *= kPlainCovariance;
+  return outcome;
+}
+
+}  // namespace chequer

@@ -1,0 +1,293 @@
+#include "detect/expectations.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/median.h"
+#include "detect/identity/marker_description.h"
+#include "detect/memory/common_shift.h"
+#include "detect/region_choice.h"
+
+namespace chequer {
+namespace {
+
+/// If the median board shows less of its last contrast, all may lie elsewhere: half a cell off, no contrast is left. A
+/// change of illumination looks the same and costs a search (a guess).
+constexpr float kContrastOfExpected = 0.8f;
+/// A board that shows less contrast than before may be blurred: its remembered contrast falls by no more than this
+/// factor a frame. Light that fades faster costs a search (a guess).
+constexpr double kContrastKept = 0.9;
+/// A board that shows less of it is not where it was expected: half a cell off leaves none. One that moved while the
+/// shutter was open shows more, and is missed by the plain fit alone. (With half or more, which would spare boards of
+/// 3 px cells fits that begin a third of a cell off, 2 to 5 % less are read in knocks.)
+constexpr double kContrastThatIsThere = 0.25;
+/// Cost of that search for one board, in units of WorkStep::kPlace (a guess).
+constexpr std::uint64_t kPlacesOfShift = 67;
+/// Share of the remaining budget that the search for a common shift may take (a guess; a search of the image takes
+/// less).
+constexpr double kMostOfBudgetForShift = 0.25;
+
+/// Boards in plain view show this share of the contrast of the clearest one, each relative to its own in the last frame
+/// (a guess).
+constexpr double kClearAmongAll = 0.8;
+
+/// Whether the motion of most boards is known.
+bool MostAreFollowed(const ImageState& frame) {
+  const auto followed = std::count_if(frame.expected.begin(), frame.expected.end(),
+                                      [](const RememberedBoard& board) { return board.before_s > 0; });
+  return 2 * static_cast<std::size_t>(followed) > frame.expected.size();
+}
+
+/// Whether some of a board's contrast shows where it was expected.
+bool Shows(const ImageState& frame, std::size_t board) {
+  return SampledContrast(frame.boards[board]) > kContrastThatIsThere * frame.expected[board].contrast;
+}
+
+/// Whether too little of it shows there.
+bool MayLieElsewhere(const ImageState& frame, std::size_t board) {
+  const RememberedBoard& expected = frame.expected[board];
+  if (expected.before_s > 0) return !Shows(frame, board);
+  // Where it went is not known.
+  return SampledContrast(frame.boards[board]) < kContrastOfExpected * expected.contrast;
+}
+
+/// The first board tells the image's traits: makes it one that shows as it did in the last frame.
+void LeadWithClearest(ImageState& frame) {
+  // It gives the noise and blur, which an occlusion would falsify.
+  const auto clearness = [&](std::size_t i) {
+    const AnchoredBoard& board = frame.boards[i];
+    if (!ShowsAllCorners(board)) return 0.0;
+    return SampledContrast(board) / std::max(frame.expected[i].contrast, 1e-6) *
+           (frame.expected[i].decided == frame.stream.last_captured ? 1 : 0.5);
+  };
+  double most = 0;
+  for (std::size_t i = 0; i < frame.expected.size(); ++i) most = std::max(most, clearness(i));
+  if (most == 0) return;
+  const std::size_t first =
+      frame.Topmost(frame.expected.size(), [&](std::size_t i) { return clearness(i) >= kClearAmongAll * most; });
+  if (first == 0) return;
+  std::swap(frame.boards[0], frame.boards[first]);
+  std::swap(frame.expected[0], frame.expected[first]);
+}
+
+/// Boards that are asked for the common shift, by what is left of the budget; 0: too few.
+std::size_t AskedForShift(const ImageState& frame) {
+  const double left = kMostOfBudgetForShift * static_cast<double>(frame.plan.Left(frame.work.units())),
+               of_a_board =
+                   kPlacesOfShift * WorkMeter::Instructions(WorkStep::kPlace) / WorkMeter::kInstructionsPerUnit;
+  const std::size_t asked =
+      static_cast<std::size_t>(std::min(left / of_a_board, static_cast<double>(kMostAskedForShift)));
+  return asked < kFewestAskedForShift ? 0 : asked;
+}
+
+/// Where most of the boards do not show where they are expected, moves all by the shift that they share.
+void FollowShift(const ImageJob& job) {
+  ImageState& frame = job.frame;
+  std::vector<float>& shares = frame.stream.shares;
+  for (std::size_t i = 0; i < frame.expected.size(); ++i)
+    shares.push_back(static_cast<float>(SampledContrast(frame.boards[i]) / frame.expected[i].contrast));
+  if (shares.empty()) return;
+  frame.stream.contrast_share = MedianInPlace(shares);
+  // What has moved by itself since it was found does not tell how a camera moved.
+  if (frame.stream.contrast_share >= kContrastOfExpected || !MostAreFollowed(frame)) return;
+  const std::size_t asked = AskedForShift(frame);
+  if (asked == 0) return;
+  frame.stream.shift_px = FindCommonShift(frame.boards, asked, job.reader, job.lens);
+  frame.work.Add(WorkStep::kPlace, kPlacesOfShift * std::min(frame.boards.size(), asked));
+  if (frame.stream.shift_px.isZero()) return;
+  for (std::size_t i = 0; i < frame.expected.size();) {
+    const Eigen::Matrix3d shifted = Shifted(frame.boards[i].plane_from_board, frame.stream.shift_px, job.lens);
+    if (job.expected_boards.Expect(frame.expected[i], shifted, job.reader, job.lens, frame.boards[i])) {
+      ++i;
+      continue;
+    }
+    const std::ptrdiff_t out = static_cast<std::ptrdiff_t>(i);
+    frame.boards.erase(frame.boards.begin() + out);
+    frame.expected.erase(frame.expected.begin() + out);
+  }
+}
+
+/// Refuses a board whose word contradicts the remembered one: it is another board, or none, and may lie otherwise.
+void RefuseContradicting(const ImageJob& job, std::size_t board) {
+  BoardOutcome& outcome = job.frame.outcomes[board];
+  if (!outcome.is_read() || job.frame.WasRead(board)) return;
+  outcome.accepted = outcome.wants_more = false;
+  outcome.contradicted = true;
+  job.tracer.Refuse(board, Refusal::kSeenTwice);
+}
+
+/// Whether a board that was fitted, but not read, keeps its identity.
+bool MayCarry(const ImageJob& job, const StreamImage& stream, std::size_t board) {
+  const BoardOutcome& outcome = job.frame.outcomes[board];
+  const RememberedBoard& expected = job.frame.expected[board];
+  return !job.frame.WasRead(board) && outcome.accepted && outcome.agrees && expected.may_carry &&
+         AreCellsAlike(job.options, outcome.marker.family, expected.family) &&
+         Seconds(stream.captured - expected.decided) <= job.options.carry_s && !job.frame.ReadElsewhere(board);
+}
+
+/// How far the camera moved since the last frame, image pixels. What moved all boards by as much may have been either
+/// that or an own motion that was remembered wrongly, which would have to be corrected in every frame from then on:
+/// what leaves the boards slower is likelier.
+Eigen::Vector2d ShiftOfCamera(const ImageState& frame, const Lens& lens) {
+  double own = 0, with_camera = 0;
+  for (std::size_t i = 0; i < frame.expected.size(); ++i) {
+    if (!frame.outcomes[i].accepted) continue;
+    const Eigen::Matrix3d &last = frame.expected[i].plane_from_board, &now = frame.outcomes[i].plane_from_board;
+    own += (now - last).col(2).head<2>().norm();
+    with_camera += (now - Shifted(last, frame.stream.shift_px, lens)).col(2).head<2>().norm();
+  }
+  return with_camera < own ? frame.stream.shift_px : Eigen::Vector2d::Zero();
+}
+
+/// What the next frame is to know of a board that was read; of its motion alone nothing yet.
+/// @param before what was known of it; null: nothing.
+void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, const RememberedBoard* before,
+                  RememberedBoard& read) {
+  const ImageState& frame = job.frame;
+  const BoardOutcome& outcome = frame.outcomes[board];
+  const AnchoredBoard& anchored = frame.boards[board];
+  read.family = outcome.marker.family;
+  read.id = *outcome.marker.id;
+  read.kernel = outcome.carried ? before->kernel : outcome.kernel;
+  read.decided = outcome.carried ? before->decided : captured;
+  read.scale = anchored.scale;
+  if (frame.IsExpected(board)) {
+    read.off_px = FarthestOff(anchored, outcome.plane_from_board);
+    if (before->before_s > 0 && frame.stream.shift_px.isZero()) {
+      const Eigen::Matrix3d &expected = anchored.plane_from_board, &fitted = outcome.plane_from_board;
+      read.drift = before->drift + (fitted - expected).col(2).head<2>();
+      read.spin = before->spin + TurnBetween(expected, fitted);
+    }
+  }
+  read.box = anchored.box;
+  read.contrast = std::max(SampledContrast(anchored), before ? kContrastKept * before->contrast : 0.0);
+  if (!outcome.carried && !outcome.marker.Has(Warning::kPartlyHidden) &&
+      outcome.marker.corners_used == CornerCount(anchored.size))
+    job.expected_boards.LearnLeads(anchored, read);
+  else if (before)
+    read.leads = before->leads;
+}
+
+}  // namespace
+
+void ExpectBoards(const ImageJob& job, const StreamImage& stream) {
+  ImageState& frame = job.frame;
+  MemoryState& state = stream.memory;
+  frame.stream.frames_on = state.Continue(stream.captured, job.image.width(), job.image.height());
+  const double ahead_s = Seconds(stream.captured - state.captured);
+  frame.stream.last_captured = state.captured;
+  for (const RememberedBoard& remembered : state.boards) {
+    AnchoredBoard& board = frame.boards.emplace_back();
+    frame.work.Add(WorkStep::kBoard);
+    if (job.expected_boards.Expect(remembered, Predict(remembered, ahead_s), job.reader, job.lens, board))
+      frame.expected.push_back(remembered);
+    else
+      frame.boards.pop_back();
+  }
+  frame.stats.expected = static_cast<int>(frame.expected.size());
+  FollowShift(job);
+  const bool sharp = frame.stream.contrast_share >= kContrastOfExpected;
+  for (std::size_t i = 0; i < frame.expected.size(); ++i)
+    job.expected_boards.HideWhatDoesNotShow(frame.expected[i], sharp, frame.boards[i]);
+  LeadWithClearest(frame);
+  // Boards that all do not show where their motion takes them may be blurred: they are fitted first.
+  const bool may_search = sharp || !MostAreFollowed(frame);
+  for (std::size_t i = 0; i < frame.expected.size(); ++i)
+    frame.stream.postponed.push_back(may_search && MayLieElsewhere(frame, i));
+}
+
+void JudgeExpected(const ImageJob& job, const StreamImage& stream) {
+  ImageState& frame = job.frame;
+  for (std::size_t i = 0; i < frame.expected.size(); ++i) {
+    RefuseContradicting(job, i);
+    const BoardOutcome& outcome = frame.outcomes[i];
+    const bool shows = Shows(frame, i);
+    frame.stream.missing += !outcome.accepted && !shows;
+    // What shows where it was expected is fitted further first; what does not is searched for in any case.
+    if (frame.WasRead(i) || MayCarry(job, stream, i) || (outcome.wants_more && (outcome.accepted || shows))) continue;
+    frame.stream.lost.push_back(i);
+    SearchAround(frame.boards[i].box, frame.regions);
+  }
+}
+
+void DecideExpected(const ImageJob& job, const StreamImage& stream) {
+  ImageState& frame = job.frame;
+  for (std::size_t i = 0; i < frame.expected.size(); ++i) {
+    RefuseContradicting(job, i);
+    BoardOutcome& outcome = frame.outcomes[i];
+    frame.stats.expected_read += frame.WasRead(i);
+    if (MayCarry(job, stream, i)) {
+      outcome.carried = true;
+      CarryIdentity(frame.expected[i].family, frame.expected[i].id, job.options, outcome.marker);
+    } else if (outcome.carried_or_none && outcome.accepted) {
+      outcome.accepted = false;
+      job.tracer.Refuse(i, Refusal::kCellsHidden);
+    }
+  }
+}
+
+void TraceExpectations(const ImageJob& job, const StreamImage& stream) {
+  if (!job.tracer) return;
+  const ImageState& frame = job.frame;
+  std::vector<TraceExpected> traced;
+  for (std::size_t i = 0; i < frame.expected.size(); ++i) {
+    const AnchoredBoard& board = frame.boards[i];
+    const BoardOutcome& outcome = frame.outcomes[i];
+    TraceExpected& expected = traced.emplace_back();
+    expected.id = frame.expected[i].id;
+    expected.ago_s = Seconds(stream.captured - frame.expected[i].decided);
+    const auto outline = OutlineOf(board.size, board.plane_from_board, job.lens);
+    for (std::size_t corner = 0; corner < outline.size(); ++corner)
+      expected.outline_px[corner] = outline[corner].cast<float>();
+    const auto center = [&](const Eigen::Matrix3d& plane_from_board) {
+      return job.lens.ToImage(plane_from_board.col(2).hnormalized());
+    };
+    expected.center_px = center(board.plane_from_board);
+    if (outcome.accepted) expected.off_px = center(outcome.plane_from_board) - expected.center_px;
+    expected.fate = outcome.carried                        ? ExpectedFate::kCarried
+                    : outcome.accepted && frame.WasRead(i) ? ExpectedFate::kRead
+                    : outcome.accepted                     ? ExpectedFate::kNoId
+                    : outcome.contradicted                 ? ExpectedFate::kOther
+                    : outcome.deferred                     ? ExpectedFate::kDeferred
+                                                           : ExpectedFate::kLost;
+  }
+  job.tracer.Expected(std::move(traced), frame.stream.shift_px);
+}
+
+void Remember(const ImageJob& job, const StreamImage& stream) {
+  ImageState& frame = job.frame;
+  MemoryState& state = stream.memory;
+  const Eigen::Vector2d shift_px = ShiftOfCamera(frame, job.lens);
+  const double passed_s = Seconds(stream.captured - state.captured);
+  const auto place_now = [&](const RememberedBoard& before) {
+    return Shifted(before.plane_from_board, shift_px, job.lens);
+  };
+  for (std::size_t i = 0; i < frame.outcomes.size(); ++i) {
+    const BoardOutcome& outcome = frame.outcomes[i];
+    if (outcome.is_read()) {
+      const RememberedBoard* before =
+          frame.IsExpected(i) ? &frame.expected[i] : state.Find(outcome.marker.family, *outcome.marker.id);
+      RememberedBoard& read = frame.stream.read.emplace_back();
+      DescribeRead(job, i, stream.captured, before, read);
+      read.Move(before, before ? place_now(*before) : Eigen::Matrix3d::Identity(), outcome.plane_from_board, passed_s);
+    } else if (frame.IsExpected(i) && outcome.deferred && !outcome.accepted) {
+      // It waits for the next frame where it is expected in this one. Its identity cannot be carried across the gap.
+      RememberedBoard& waits = frame.stream.read.emplace_back(frame.expected[i]);
+      waits.may_carry = false;
+      waits.Move(&frame.expected[i], place_now(frame.expected[i]), frame.boards[i].plane_from_board, passed_s);
+    } else if (frame.IsExpected(i) || outcome.accepted) {
+      frame.open.push_back(frame.boards[i].box);
+    }
+  }
+  MemoryState::Lesson lesson{
+      .now = stream.captured, .frames_on = frame.stream.frames_on, .open = frame.open, .cut = frame.cut};
+  const int bands = BandsOf(job.options);
+  for (int band = 0; band < bands; ++band)
+    lesson.searched[static_cast<std::size_t>(band)] = frame.regions.HasBand(band, bands);
+  state.Learn(lesson, frame.stream.read);
+}
+
+}  // namespace chequer

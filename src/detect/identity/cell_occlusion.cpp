@@ -1,0 +1,109 @@
+#include "detect/identity/cell_occlusion.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/median.h"
+#include "detect/common/cover.h"
+
+namespace chequer {
+namespace {
+
+/// A light cell is occluded if its colour is farther from both white and yellow than this share of their distance (a
+/// guess).
+constexpr float kOffColour = 0.45f;
+/// One line of cells is occluded if no more cells than that line and so many others have no used corner (a guess).
+constexpr int kFewUnseen = 2;
+/// Least difference of a cell to its neighbours, as a share of the contrast of the board (a guess).
+constexpr double kLeastContrastOfCell = 0.3;
+
+}  // namespace
+
+void CellOcclusion::Find(const FittedBoard& board, MarkerSize size, std::span<const Eigen::Vector3f> light) {
+  std::vector<std::uint8_t>& occluded = found_.Start().occluded;
+  occluded.assign(light.size(), 1);
+  // Seen are the cells around the corners that the model explains.
+  for (int corner = 0; corner < CornerCount(size); ++corner) {
+    if (!board.corner_used[static_cast<std::size_t>(corner)]) continue;
+    for (const int cell : CellsAround(size, corner)) occluded[static_cast<std::size_t>(cell)] = 0;
+  }
+  // Cells that no corner tells of may look like the board's: where they are but a line or so, only those that do not
+  // are evidence of a cover. More of them lie under one.
+  const auto unseen = std::count(occluded.begin(), occluded.end(), 1);
+  found_->wrong.assign(light.size(), 0);
+  if (unseen > std::max(size.rows, size.cols) + kFewUnseen) found_->wrong = occluded;
+  MarkFlat(size, light);
+  HideWrong(size);
+}
+
+void CellOcclusion::MarkFlat(MarkerSize size, std::span<const Eigen::Vector3f> light) {
+  const std::vector<std::uint8_t>& occluded = found_->occluded;
+  std::vector<float>& values = found_->values;
+  values.clear();
+  for (const Eigen::Vector3f& of_cell : light) values.push_back(std::sqrt(std::max(of_cell[0] + of_cell[1], 0.0f)));
+  std::array<double, 2> sums{};
+  std::array<int, 2> counts{};
+  ForCells(size, [&](std::size_t cell, int row, int col) {
+    if (occluded[cell]) return;
+    sums[IsDark(row, col)] += double{values[cell]};
+    ++counts[IsDark(row, col)];
+  });
+  const double contrast = sums[0] / std::max(counts[0], 1) - sums[1] / std::max(counts[1], 1);
+  found_->seen.resize(occluded.size());
+  for (std::size_t cell = 0; cell < occluded.size(); ++cell) found_->seen[cell] = !occluded[cell];
+  const std::span<const float> leads = found_->neighbours.Of(size.rows, size.cols, values, found_->seen);
+  ForCells(size, [&](std::size_t cell, int row, int col) {
+    const float lead = IsDark(row, col) ? -leads[cell] : leads[cell];
+    found_->wrong[cell] |= static_cast<std::uint8_t>(lead < kLeastContrastOfCell * contrast);
+  });
+}
+
+bool CellOcclusion::HideWrong(MarkerSize size) {
+  HideBetween(size, found_->wrong);
+  bool found = false;
+  for (std::size_t cell = 0; cell < found_->occluded.size(); ++cell) {
+    if (!found_->wrong[cell] || found_->occluded[cell]) continue;
+    found_->occluded[cell] = 1;
+    found = true;
+  }
+  return found;
+}
+
+bool CellOcclusion::MeasureShares(MarkerSize size, std::span<const std::uint8_t> border,
+                                  std::array<Eigen::Vector3f, 2>& middle) {
+  std::vector<float>& values = found_->values;
+  for (const std::uint8_t saturated : std::array<std::uint8_t, 2>{0, 1})
+    for (int channel = 0; channel < 3; ++channel) {
+      values.clear();
+      ForCells(size, [&](std::size_t cell, int row, int col) {
+        if (IsBorder(size, row, col) && !IsDark(row, col) && !found_->occluded[cell] && border[cell] == saturated)
+          values.push_back(found_->shares[cell][channel]);
+      });
+      if (values.empty()) return false;
+      middle[saturated][channel] = MedianInPlace(values);
+    }
+  return true;
+}
+
+bool CellOcclusion::AddOffColour(MarkerSize size, std::span<const std::uint8_t> border,
+                                 std::span<const Eigen::Vector3f> light, const Eigen::Vector3f& white) {
+  // Shading leaves the shares of the three channels alone. White and yellow are as the border has them.
+  std::vector<Eigen::Vector3f>& shares = found_->shares;
+  shares.resize(light.size());
+  for (std::size_t cell = 0; cell < light.size(); ++cell) {
+    const Eigen::Vector3f of_white = light[cell].cwiseQuotient(white).cwiseMax(0);
+    shares[cell] = of_white / std::max(of_white.sum(), 1e-6f);
+  }
+  std::array<Eigen::Vector3f, 2> middle;
+  if (!MeasureShares(size, border, middle)) return false;
+  const float most = kOffColour * (middle[1] - middle[0]).norm();
+  ForCells(size, [&](std::size_t cell, int row, int col) {
+    if (IsDark(row, col) || found_->wrong[cell]) return;
+    const float off = std::min((shares[cell] - middle[0]).norm(), (shares[cell] - middle[1]).norm());
+    if (!(off <= most)) found_->wrong[cell] = 1;
+  });
+  return HideWrong(size);
+}
+
+}  // namespace chequer
