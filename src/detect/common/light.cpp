@@ -159,7 +159,7 @@ LightReader::Rows LightReader::AllRows() const {
   if (height() > 1) rows.stride_ = image_.row(1) - image_.row(0);
   for (int y = 0; y < std::min(2, height()); ++y) {
     const Row row = RowAt(y);
-    std::copy_n(row.offset_, 2, rows.offset_[y]);
+    std::copy_n(row.offset_, 2, rows.offset_[static_cast<std::size_t>(y)].begin());
     if (row.red_ >= 0) rows.red_ = row.red_ - row.offset_[0];
   }
   return rows;

@@ -111,24 +111,40 @@ class LightReader {
     bool is_mixed() const { return red != 0; }
     float Mixed(const std::uint8_t* p) const { return RedAndGreen::Of(table[p[red]], table[*p]); }
   };
+  /// One row's.
+  struct RunsOfRow {
+    const std::uint8_t* start;
+    const float* table;
+    std::ptrdiff_t step, red;
+    std::array<std::ptrdiff_t, 4> offset;  ///< of a run's first and second byte, from even x and from odd x
+
+    Run From(int x) const {
+      const std::uint8_t* p = start + step * x;
+      const std::ptrdiff_t* of_x = offset.data() + 2 * (x & 1);
+      return {p + of_x[0], p + of_x[1], 2 * step, red, table};
+    }
+  };
   /// Rows of the image for those who read many: the format is asked for once.
   class Rows {
    public:
     /// Of all runs, Run::is_mixed().
     bool are_mixed() const { return red_ != 0; }
-    /// @pre the pixel lies in the image.
-    Run From(int x, int y) const {
-      const std::uint8_t* p = base_ + stride_ * y + step_ * x;
-      const int* offset = offset_[y & 1];
-      return {p + offset[x & 1], p + step_ + offset[(x + 1) & 1], 2 * step_, red_, table_};
+    /// @pre the row lies in the image.
+    RunsOfRow At(int y) const {
+      const std::array<int, 2>& offset = offset_[static_cast<std::size_t>(y & 1)];
+      return {base_ + stride_ * y, table_, step_, red_, {offset[0], offset[1] + step_, offset[1], offset[0] + step_}};
     }
+    /// The row becomes the next one of its parity, which may be none of the image.
+    void NextButOne(RunsOfRow& row) const { row.start += 2 * stride_; }
+    /// @pre the pixel lies in the image.
+    Run From(int x, int y) const { return At(y).From(x); }
 
    private:
     friend class LightReader;
     const std::uint8_t* base_ = nullptr;
     const float* table_ = nullptr;
     std::ptrdiff_t stride_ = 0, step_ = 1, red_ = 0;
-    int offset_[2][2] = {};  ///< by parities of y and x
+    std::array<std::array<int, 2>, 2> offset_{};  ///< by parities of y and x
   };
   Rows AllRows() const;
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "detect/fit/corner_pixels.h"
 
@@ -24,6 +25,7 @@ struct Spans {
   /// Plane coordinates of the first, and how they change to the next.
   HWY_ALIGN float at[2][kRowsTogether];
   HWY_ALIGN float step[2][kRowsTogether];
+  int widest, past;  ///< most pixels of a row, and the column beyond the last one, from CornerPart::x
 };
 
 /// @param left, right columns of the image's edges, from CornerPart::x.
@@ -32,6 +34,7 @@ void FindSpans(const CornerPart& part, int first_row, float left, float right, S
   const hn::RebindToSigned<decltype(d)> di;
   const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
   const Band &a = part.bands[0], &b = part.bands[1];
+  auto widest = hn::Zero(di), past = hn::Set(di, std::numeric_limits<int>::min());
   for (int row = 0; row < kRowsTogether; row += static_cast<int>(hn::Lanes(d))) {
     const auto dy = hn::Iota(d, static_cast<float>(first_row + row) - part.corner_y);
     const auto at_a = hn::MulAdd(dy, set(a.slope), set(part.corner_x));
@@ -40,8 +43,12 @@ void FindSpans(const CornerPart& part, int first_row, float left, float right, S
     const auto to = hn::Min(hn::Add(at_a, set(a.high)), hn::Add(at_b, set(b.high)));
     const auto first = hn::Ceil(hn::Min(hn::Max(from, set(left)), set(right + 1)));
     const auto last = hn::Floor(hn::Max(hn::Min(to, set(right)), set(left - 1)));
-    hn::Store(hn::ConvertTo(di, first), di, spans.first + row);
-    hn::Store(hn::ConvertTo(di, hn::Add(hn::Sub(last, first), set(1))), di, spans.pixels + row);
+    const auto from_x = hn::ConvertTo(di, first), to_x = hn::Add(hn::ConvertTo(di, last), hn::Set(di, 1));
+    const auto pixels = hn::Sub(to_x, from_x);
+    hn::Store(from_x, di, spans.first + row);
+    hn::Store(pixels, di, spans.pixels + row);
+    widest = hn::Max(widest, pixels);
+    past = hn::Max(past, to_x);
     const auto dx = hn::Sub(first, set(part.corner_x));
     const LocalPlane& plane = part.plane;
     for (std::size_t i = 0; i < 2; ++i) {
@@ -52,21 +59,17 @@ void FindSpans(const CornerPart& part, int first_row, float left, float right, S
       hn::Store(hn::MulAdd(hn::Add(hn::Add(dx, dx), set(1)), bend, slope), d, spans.step[i] + row);
     }
   }
+  spans.widest = hn::GetLane(hn::MaxOfLanes(di, widest));
+  spans.past = hn::GetLane(hn::MaxOfLanes(di, past));
 }
 
-/// The plane coordinates of the pixels of a row: parabolas, by differences.
+/// The plane coordinates of the pixels of a row: parabolas.
 struct PlaneWalk {
   float u, v, step_u, step_v, change_u, change_v;
 
-  HWY_INLINE void Next() {
-    u += step_u, v += step_v;
-    step_u += change_u, step_v += change_v;
-  }
   /// So many pixels on from here.
-  HWY_INLINE PlaneWalk After(int pixels) const {
-    const float n = static_cast<float>(pixels), pairs = n * (n - 1) / 2;
-    return {u + n * step_u + pairs * change_u, v + n * step_v + pairs * change_v, 0, 0, 0, 0};
-  }
+  HWY_INLINE float UAfter(float n) const { return u + n * (step_u + (n - 1) / 2 * change_u); }
+  HWY_INLINE float VAfter(float n) const { return v + n * (step_v + (n - 1) / 2 * change_v); }
 };
 
 /// The next places of the lanes of a row's first pixel and second pixel, in turn.
@@ -74,31 +77,84 @@ struct Lanes {
   float *first, *second;
 };
 
-HWY_INLINE void Put(const PlaneWalk& walk, float light, float*& lane) {
-  lane[0] = walk.u;
-  lane[LaneBlock::kGroup] = walk.v;
-  lane[2 * LaneBlock::kGroup] = light;
-  lane += LaneBlock::kNextPixel;
-}
-
 /// Pixels of a row that are put in one go: as many as it takes for the processor to guess right how often to go round.
 constexpr int kTogether = 4;
 
 HWY_INLINE int WholeGoes(int count) { return (count + kTogether - 1) / kTogether * kTogether; }
 
+using DGo = hn::CappedTag<float, kTogether>;
+using VGo = hn::Vec<DGo>;
+/// Vectors that hold a go.
+constexpr int kGoLanes = static_cast<int>(hn::MaxLanes(DGo())), kGoVectors = kTogether / kGoLanes;
+
+/// One coordinate of the pixels of a row, a go at a time, by differences.
+class GoWalk {
+ public:
+  /// What all rows of a part share. @param change of the step from one pixel to the next.
+  struct Changes {
+    VGo of_first[static_cast<std::size_t>(kGoVectors)], of_step[static_cast<std::size_t>(kGoVectors)], of_go;
+
+    explicit HWY_INLINE Changes(float change) {
+      const DGo d;
+      const VGo by = hn::Set(d, change), half = hn::Set(d, 0.5f * change);
+      for (int i = 0; i < kGoVectors; ++i) {
+        const VGo n = hn::Iota(d, static_cast<float>(i * kGoLanes));
+        of_first[i] = hn::Mul(half, hn::Mul(n, hn::Sub(n, hn::Set(d, 1.0f))));
+        of_step[i] =
+            hn::Mul(by, hn::MulAdd(n, hn::Set(d, 1.0f * kTogether), hn::Set(d, kTogether * (kTogether - 1) / 2.0f)));
+      }
+      of_go = hn::Set(d, kTogether * kTogether * change);
+    }
+  };
+  HWY_INLINE GoWalk(float at, float step, const Changes& changes) : change_(changes.of_go) {
+    const DGo d;
+    const VGo by = hn::Set(d, step);
+    for (int i = 0; i < kGoVectors; ++i) {
+      at_[i] =
+          hn::MulAdd(by, hn::Iota(d, static_cast<float>(i * kGoLanes)), hn::Add(hn::Set(d, at), changes.of_first[i]));
+      step_[i] = hn::MulAdd(by, hn::Set(d, 1.0f * kTogether), changes.of_step[i]);
+    }
+  }
+  HWY_INLINE float operator[](std::size_t pixel) const {
+    return hn::ExtractLane(at_[pixel / kGoLanes], pixel % kGoLanes);
+  }
+  HWY_INLINE void Next() {
+    for (int i = 0; i < kGoVectors; ++i) {
+      at_[i] = hn::Add(at_[i], step_[i]);
+      step_[i] = hn::Add(step_[i], change_);
+    }
+  }
+
+ private:
+  VGo at_[static_cast<std::size_t>(kGoVectors)], step_[static_cast<std::size_t>(kGoVectors)], change_;
+};
+
 /// Puts the next `count` pixels of a row, a multiple of kTogether, into their lanes. @tparam kMixed is what
 /// run.is_mixed() says.
 template <bool kMixed>
-HWY_INLINE void PutGoes(const LightReader::Run& run, int count, PlaneWalk walk, Lanes lanes) {
+HWY_INLINE void PutGoes(const LightReader::Run& run, int count, GoWalk u, GoWalk v, Lanes lanes) {
+  static_assert(kTogether == 4);
   const std::uint8_t *first = run.first, *second = run.second;
-  const float* const table = run.table;
-  for (; count > 0; count -= kTogether)
-    for (int pair = 0; pair < kTogether / 2; ++pair, first += run.step, second += run.step) {
-      Put(walk, kMixed ? RedAndGreen::Of(table[first[run.red]], table[*first]) : table[*first], lanes.first);
-      walk.Next();
-      Put(walk, kMixed ? RedAndGreen::Of(table[second[run.red]], table[*second]) : table[*second], lanes.second);
-      walk.Next();
-    }
+  const float* HWY_RESTRICT const table = run.table;
+  const auto light = [&](const std::uint8_t* pixel) HWY_ATTR {
+    return kMixed ? RedAndGreen::Of(table[pixel[run.red]], table[*pixel]) : table[*pixel];
+  };
+  const auto put = [&](float at_u, float at_v, float of_pixel, float* HWY_RESTRICT lane) HWY_ATTR {
+    lane[0] = at_u;
+    lane[LaneBlock::kGroup] = at_v;
+    lane[2 * LaneBlock::kGroup] = of_pixel;
+  };
+  for (;;) {
+    put(u[0], v[0], light(first), lanes.first);
+    put(u[1], v[1], light(second), lanes.second);
+    put(u[2], v[2], light(first + run.step), lanes.first + LaneBlock::kNextPixel);
+    put(u[3], v[3], light(second + run.step), lanes.second + LaneBlock::kNextPixel);
+    count -= kTogether;
+    if (count <= 0) return;
+    first += 2 * run.step, second += 2 * run.step;
+    lanes.first += 2 * LaneBlock::kNextPixel, lanes.second += 2 * LaneBlock::kNextPixel;
+    u.Next(), v.Next();
+  }
 }
 
 /// Beyond any row's end.
@@ -159,96 +215,134 @@ class Keeper {
   int every_ = 1;        ///< one in so many
 };
 
-/// Puts those of the pixels of a row that next(index, count) leads to, and counts them.
+/// Puts those of the pixels of a row that next(index, count) leads to. Returns where the next ones go.
 template <class Next>
-void PutSome(const LightReader::Run& run, int count, Next&& next, const PlaneWalk& walk, Lanes lanes, int& first_count,
-             int& second_count) {
+Lanes PutSome(const LightReader::Run& run, int count, Next&& next, const PlaneWalk& walk, Lanes lanes) {
   for (int i = next(0, count); i < count; i = next(i + 1, count)) {
     const std::uint8_t* pixel = (i % 2 ? run.second : run.first) + i / 2 * run.step;
-    Put(walk.After(i), run.is_mixed() ? run.Mixed(pixel) : run.table[*pixel], i % 2 ? lanes.second : lanes.first);
-    ++(i % 2 ? second_count : first_count);
+    float*& lane = i % 2 ? lanes.second : lanes.first;
+    lane[0] = walk.UAfter(static_cast<float>(i));
+    lane[LaneBlock::kGroup] = walk.VAfter(static_cast<float>(i));
+    lane[2 * LaneBlock::kGroup] = run.is_mixed() ? run.Mixed(pixel) : run.table[*pixel];
+    lane += LaneBlock::kNextPixel;
   }
+  return lanes;
 }
 
-/// A row of pixels.
-struct Row {
-  int x, y, pixels;
-  PlaneWalk walk;
-
-  HWY_INLINE int phase() const { return (x & 1) + 2 * (y & 1); }  ///< of the first pixel
+/// The rows of a part, as they are put.
+struct PartRows {
+  const CornerPart& part;
+  const LightReader::Rows& rows;
+  const Spans& spans;
+  int from_y;     ///< of the spans' first row, from CornerPart::y
+  int right_end;  ///< columns from CornerPart::x to the image's end
+  GoWalk::Changes changes_u, changes_v;
 };
 
-/// What the rows of a part are put into.
-struct Target {
-  float* pixels;  ///< of the first lane
+/// Where the rows of even or of odd y go.
+struct RowLanes {
+  float *even, *odd;  ///< next places of the lanes of even x and of odd x
+  const float* start;
   int capacity;
-  int count[4];  ///< by phase
 
-  HWY_INLINE Lanes From(int phase) const {
-    return {pixels + phase + count[phase] * LaneBlock::kNextPixel,
-            pixels + (phase ^ 1) + count[phase ^ 1] * LaneBlock::kNextPixel};
+  int Count(const float* next) const {
+    return static_cast<int>(static_cast<std::size_t>(next - start) / static_cast<std::size_t>(LaneBlock::kNextPixel));
   }
-  /// For whole goes.
-  HWY_INLINE bool HasRoom(const Row& row) const {
-    const int fuller = count[row.phase()] > count[row.phase() ^ 1] ? count[row.phase()] : count[row.phase() ^ 1];
-    return fuller + WholeGoes(row.pixels) / 2 <= capacity;
+  /// Of the lane that has least.
+  int Room() const { return capacity - Count(even > odd ? even : odd); }
+  HWY_INLINE Lanes From(int x) const { return x & 1 ? Lanes{odd, even} : Lanes{even, odd}; }
+  HWY_INLINE void Continue(int x, Lanes lanes) {
+    even = x & 1 ? lanes.second : lanes.first;
+    odd = x & 1 ? lanes.first : lanes.second;
   }
 };
 
 /// Puts a row with no more pixels than there is room for. The pixels after it, up to whole goes, are put too, as they
 /// need: they are not counted, and the next row overwrites them.
 template <bool kMixed>
-HWY_INLINE void PutRow(const LightReader::Rows& rows, const Row& row, Target& target) {
-  const int phase = row.phase();
-  PutGoes<kMixed>(rows.From(row.x, row.y), WholeGoes(row.pixels), row.walk, target.From(phase));
-  target.count[phase] += (row.pixels + 1) / 2;
-  target.count[phase ^ 1] += row.pixels / 2;
+HWY_INLINE void PutRow(const PartRows& of, int i, const LightReader::RunsOfRow& row, RowLanes& to) {
+  const int x = of.part.x + of.spans.first[i], pixels = of.spans.pixels[i];
+  Lanes lanes = to.From(x);
+  PutGoes<kMixed>(row.From(x), pixels, {of.spans.at[0][i], of.spans.step[0][i], of.changes_u},
+                  {of.spans.at[1][i], of.spans.step[1][i], of.changes_v}, lanes);
+  const int seconds = pixels >> 1;
+  lanes.first += (pixels - seconds) * LaneBlock::kNextPixel;
+  lanes.second += seconds * LaneBlock::kNextPixel;
+  to.Continue(x, lanes);
 }
 
-/// Puts as much of a row as there is room for. @param dx, dy of its first pixel from the corner.
-void PutRowOfFew(const CornerPart& part, const LightReader::Rows& rows, const Row& row, float dx, float dy,
-                 Target& target) {
-  const int phase = row.phase();
-  int &first_count = target.count[phase], &second_count = target.count[phase ^ 1];
-  const int room = 2 * (target.capacity - (first_count > second_count ? first_count : second_count));
-  const int pixels = row.pixels < room ? row.pixels : room;
-  Keeper keeper(part.thinning, row.x, row.y,
-                {part.board_by_x[0] * dx + part.board_by_y[0] * dy, part.board_by_x[0]},
+/// Puts as much of a row as there is room for.
+void PutRowOfFew(const PartRows& of, int i, RowLanes& to) {
+  const CornerPart& part = of.part;
+  const int x = part.x + of.spans.first[i], y = part.y + of.from_y + i, all = of.spans.pixels[i];
+  const PlaneWalk walk{of.spans.at[0][i],   of.spans.at[1][i],       of.spans.step[0][i],
+                       of.spans.step[1][i], 2 * part.plane.by_xx[0], 2 * part.plane.by_xx[1]};
+  // Of its first pixel from the corner.
+  const float dx = static_cast<float>(of.spans.first[i]) - part.corner_x,
+              dy = static_cast<float>(of.from_y + i) - part.corner_y;
+  const int room = 2 * to.Room(), pixels = all < room ? all : room;
+  Keeper keeper(part.thinning, x, y, {part.board_by_x[0] * dx + part.board_by_y[0] * dy, part.board_by_x[0]},
                 {part.board_by_x[1] * dx + part.board_by_y[1] * dy, part.board_by_x[1]});
-  const LightReader::Run run = rows.From(row.x, row.y);
-  if (part.thinning.all || keeper.KeepsAll(row.pixels))
-    PutSome(
-        run, pixels, [](int i, int) { return i; }, row.walk, target.From(phase), first_count, second_count);
+  const LightReader::Run run = of.rows.From(x, y);
+  const Lanes lanes = to.From(x);
+  if (part.thinning.all || keeper.KeepsAll(all))
+    to.Continue(x, PutSome(
+                       run, pixels, [](int at, int) { return at; }, walk, lanes));
   else
-    PutSome(
-        run, pixels, [&](int i, int count) { return keeper.Next(i, count); }, row.walk, target.From(phase), first_count,
-        second_count);
+    to.Continue(x, PutSome(
+                       run, pixels, [&](int at, int count) { return keeper.Next(at, count); }, walk, lanes));
+}
+
+/// Puts the spans' rows of even or of odd y. @param i the first of them. @param past of the spans' rows.
+/// @param roomy whether all of them surely have room.
+template <bool kMixed>
+HWY_INLINE void PutRows(const PartRows& of, int i, int past, bool roomy, RowLanes& to) {
+  const Spans& spans = of.spans;
+  const bool all = of.part.thinning.all;
+  const LightReader::Rows& rows = of.rows;
+  for (LightReader::RunsOfRow row = rows.At(of.part.y + of.from_y + i); i < past; i += 2, rows.NextButOne(row)) {
+    const int pixels = spans.pixels[i];
+    if (pixels <= 0) continue;
+    if (all && (roomy || (spans.first[i] + WholeGoes(pixels) <= of.right_end && WholeGoes(pixels) / 2 <= to.Room())))
+      PutRow<kMixed>(of, i, row, to);
+    else
+      PutRowOfFew(of, i, to);
+  }
+}
+
+template <bool kMixed>
+void PutPart(PartRows& of, Spans& spans, int width, LaneBlock& block, int lane) {
+  const CornerPart& part = of.part;
+  float* const start = block.u_data() + block.Place(lane, 0);
+  const int capacity = block.capacity();
+  RowLanes of_row[2] = {{start, start + 1, start, capacity}, {start + 2, start + 3, start, capacity}};
+  int most = 0;  // in any lane so far
+  for (int together = 0; together < part.rows; together += kRowsTogether) {
+    const int past = part.rows - together < kRowsTogether ? part.rows - together : kRowsTogether;
+    of.from_y = part.first_row + together;
+    FindSpans(part, of.from_y, static_cast<float>(-part.x), static_cast<float>(width - 1 - part.x), spans);
+    most += kRowsTogether / 2 * WholeGoes(spans.widest) / 2;
+    const bool roomy = most <= capacity && spans.past + kTogether <= of.right_end;
+    const int odd_y = (part.y + of.from_y) & 1;
+    PutRows<kMixed>(of, odd_y, past, roomy, of_row[0]);
+    PutRows<kMixed>(of, 1 - odd_y, past, roomy, of_row[1]);
+  }
+  for (int y = 0; y < 2; ++y) {
+    block.SetCount(lane + 2 * y, of_row[y].Count(of_row[y].even));
+    block.SetCount(lane + 2 * y + 1, of_row[y].Count(of_row[y].odd));
+  }
 }
 
 void TakePart(const CornerPart& part, const LightReader::Rows& rows, int width, int lane, LaneBlock& block) {
-  Target target{block.u_data() + block.Place(lane, 0), block.capacity(), {}};
-  const float change_u = 2 * part.plane.by_xx[0], change_v = 2 * part.plane.by_xx[1];
   Spans spans;
-  for (int together = 0; together < part.rows; together += kRowsTogether) {
-    const int past = part.rows - together < kRowsTogether ? part.rows - together : kRowsTogether;
-    FindSpans(part, part.first_row + together, static_cast<float>(-part.x), static_cast<float>(width - 1 - part.x),
-              spans);
-    for (int i = 0; i < past; ++i) {
-      if (spans.pixels[i] <= 0) continue;
-      const int from_y = part.first_row + together + i;
-      const Row row{part.x + spans.first[i],
-                    part.y + from_y,
-                    spans.pixels[i],
-                    {spans.at[0][i], spans.at[1][i], spans.step[0][i], spans.step[1][i], change_u, change_v}};
-      if (part.thinning.all && row.x + WholeGoes(row.pixels) <= width && target.HasRoom(row)) {
-        rows.are_mixed() ? PutRow<true>(rows, row, target) : PutRow<false>(rows, row, target);
-        continue;
-      }
-      PutRowOfFew(part, rows, row, static_cast<float>(spans.first[i]) - part.corner_x,
-                  static_cast<float>(from_y) - part.corner_y, target);
-    }
-  }
-  for (int phase = 0; phase < 4; ++phase) block.SetCount(lane + phase, target.count[phase]);
+  PartRows of{part,
+              rows,
+              spans,
+              0,
+              width - part.x,
+              GoWalk::Changes(2 * part.plane.by_xx[0]),
+              GoWalk::Changes(2 * part.plane.by_xx[1])};
+  rows.are_mixed() ? PutPart<true>(of, spans, width, block, lane) : PutPart<false>(of, spans, width, block, lane);
 }
 
 }  // namespace HWY_NAMESPACE
