@@ -5,7 +5,6 @@
 #include <hwy/highway.h>
 
 #include <cstddef>
-#include <cstring>
 
 #include "detect/common/reciprocal-inl.h"
 #include "detect/fit/photometric_kernel.h"
@@ -155,12 +154,18 @@ void AddShapes(const CornerTerms* corners, int count, const SumsOfLanes& merged,
   system.normal[kResidualColumn][kResidualColumn] = residual;
 }
 
-/// The levels' matrix and right-hand sides, row by row: so much memory at once is cleared byte by byte on some processors.
+/// Vectors that hold a cell's right-hand sides.
+constexpr int kRightVectors = (4 * BoardSystem::kColumns + kGroupLanes - 1) / kGroupLanes;
+
+/// The levels' matrix and right-hand sides, as far as they are read.
 void Clear(BoardSystem& system) {
+  const DGroups d;
+  const auto zero = hn::Zero(d);
   for (int cell = 0; cell < system.cells; ++cell) {
-    std::memset(system.matrix + cell * system.matrix_row, 0,
-                sizeof(float) * static_cast<std::size_t>(system.matrix_row));
-    std::memset(system.right + cell * BoardSystem::kRightRow, 0, sizeof(float) * BoardSystem::kRightRow);
+    float* const column = system.matrix + cell * system.matrix_row;
+    float* const right = system.right + cell * BoardSystem::kRightRow;
+    for (int at = 0; at < system.matrix_row; at += kGroupLanes) hn::StoreU(zero, d, column + at);
+    for (int k = 0; k < kRightVectors; ++k) hn::StoreU(zero, d, right + k * kGroupLanes);
   }
 }
 
@@ -205,7 +210,7 @@ constexpr float kLeastShareLeft = 1e-5f;
 void Factor(float least, BoardSystem& system) {
   const DPhases d;
   const DGroups groups;
-  constexpr int kStep = static_cast<int>(hn::MaxLanes(DPhases())), kRightVectors = BoardSystem::kRightRow / kGroupLanes;
+  constexpr int kStep = static_cast<int>(hn::MaxLanes(DPhases()));
   const int band = system.band, cells = system.cells, matrix_row = system.matrix_row;
   const int column_floats = (4 * (band + 1) + kGroupLanes - 1) / kGroupLanes * kGroupLanes;
   float* HWY_RESTRICT column = system.matrix;
@@ -219,12 +224,14 @@ void Factor(float least, BoardSystem& system) {
     for (int part = 0; part < 4; part += kStep)
       hn::StoreU(hn::MulAdd(hn::LoadU(d, column + part), hn::Set(d, kLeastShareLeft), hn::Set(d, least)), d,
                  least_pivot + part);
-    // What the columns before leave of this one. Below the matrix and its band stand zeros.
+    // What the columns before leave of this one: each reaches as many entries less far as it stands before it. Beyond
+    // the band stand zeros.
     for (int at = 0; at < column_floats; at += kGroupLanes) {
       auto sum = hn::LoadU(groups, column + at);
+      const int reach = band - at / 4, skipped = above > reach ? above - reach : 0;
       // The column just before last, as it has only just been found.
-      const float* before = factors;
-      for (int i = 0; i < above; ++i, before += to_next)
+      const float* before = factors + skipped * to_next;
+      for (int i = skipped; i < above; ++i, before += to_next)
         sum = hn::NegMulAdd(Repeat(groups, before, at), hn::LoadU(groups, before + at), sum);
       hn::StoreU(sum, groups, column + at);
     }
@@ -256,7 +263,7 @@ void EliminateColumns(BoardSystem& system) {
   const DGroups d;
   using V = hn::Vec<DGroups>;
   // Of vectors that hold these columns and what follows.
-  constexpr int kFirst = 4 * kColumn / kGroupLanes, kVectors = BoardSystem::kRightRow / kGroupLanes - kFirst;
+  constexpr int kFirst = 4 * kColumn / kGroupLanes, kVectors = kRightVectors - kFirst;
   V sums[2 * static_cast<std::size_t>(kVectors)];
   for (V& sum : sums) sum = hn::Zero(d);
   const float* right = system.right;
@@ -373,9 +380,9 @@ int LevelCount(MarkerSize size, bool own_levels) { return own_levels ? 4 * Corne
 void BoardEquations::Prepare(MarkerSize size, bool own_levels) {
   cells_ = LevelCount(size, own_levels);
   band_ = own_levels ? 3 : size.cols + 1;
-  // A vector's floats at most run over the entries of the band, from any of them on.
+  // A vector's floats at most run over the entries of the band.
   constexpr int kVector = 16;
-  matrix_row_ = (8 * (band_ + 1) + kVector + kVector - 1) / kVector * kVector;
+  matrix_row_ = (4 * (band_ + 1) + kVector + kVector - 1) / kVector * kVector;
   const std::size_t matrix = static_cast<std::size_t>(cells_ * matrix_row_),
                     right = static_cast<std::size_t>(cells_ * BoardSystem::kRightRow);
   floats_.resize(std::max(floats_.size(), matrix + right + kVector));
@@ -450,18 +457,17 @@ void BoardEquations::MoveLevels(const Vector& step, std::span<PhaseValues> level
 }
 
 Eigen::Vector2d BoardEquations::ShiftGradientOfLevels(int lane, const QuadrantLevels& levels) const {
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  // Four phases side by side.
+  using Phases = Eigen::Array4f;
+  std::array<Phases, 2> sums{Phases::Zero(), Phases::Zero()};
   for (int i = 0; i < 4; ++i) {
-    const float* moves = right_ + levels[static_cast<std::size_t>(i)] * BoardSystem::kRightRow;
-    for (int axis = kShiftX; axis <= kShiftY; ++axis) {
-      const float* products = merged_.data() + ProductSum(axis, kLevel00 + i) * lanes_ + lane;
-      float of_cell = 0;
-      for (int phase = 0; phase < 4; ++phase)
-        of_cell += phase_weight_[static_cast<std::size_t>(phase)] * products[phase] * moves[phase];
-      sum[axis] += double{of_cell};
-    }
+    const Eigen::Map<const Phases> moves(right_ + levels[static_cast<std::size_t>(i)] * BoardSystem::kRightRow);
+    for (int axis = kShiftX; axis <= kShiftY; ++axis)
+      sums[static_cast<std::size_t>(axis)] +=
+          Eigen::Map<const Phases>(merged_.data() + ProductSum(axis, kLevel00 + i) * lanes_ + lane) * moves;
   }
-  return sum;
+  const Eigen::Map<const Phases> weight(phase_weight_.data());
+  return {double{(sums[0] * weight).sum()}, double{(sums[1] * weight).sum()}};
 }
 
 }  // namespace chequer
