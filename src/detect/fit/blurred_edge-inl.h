@@ -72,7 +72,7 @@ HWY_INLINE Normal NormalAt(D d, V a, const PowerTerms& edge) {
   p = hn::MulAdd(p, square, hn::MulAdd(by[2], size, by[1]));
   p = hn::MulAdd(p, square, hn::MulAdd(by[0], size, hn::Set(d, 4.9998433e-1f)));
   const V beyond = hn::Mul(p, e);
-  return {e, hn::IfThenElse(hn::Lt(a, hn::Zero(d)), beyond, hn::Sub(hn::Set(d, 1.0f), beyond))};
+  return {e, hn::IfNegativeThenElse(a, beyond, hn::Sub(hn::Set(d, 1.0f), beyond))};
 }
 
 }  // namespace HWY_NAMESPACE

@@ -30,9 +30,9 @@ struct Sums {
 constexpr int ProductsOf(int first, int last) { return ProductSum(last - 1, kRow - 1) - ProductSum(first, first) + 1; }
 
 /// sums += Σ over the chunk of row[a] · row[b], a = kFirst … kLast − 1, b = a …: rows of the triangle that share what
-/// is loaded, as many as the registers of AVX2 have sums for.
+/// is loaded, as many as the registers of AVX2 have sums for: in a function of its own, which has them all.
 template <int kFirst, int kLast>
-HWY_INLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, Sums sums) {
+HWY_NOINLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, Sums sums) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   constexpr int kProducts = ProductsOf(kFirst, kLast), kFirstProduct = ProductSum(kFirst, kFirst);
   V sum[static_cast<std::size_t>(kProducts)];
@@ -280,11 +280,9 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marke
 }
 
 /// The most pixels of a lane in the vector from `first` on.
-int MostOf(const LaneBlock& block, int first) {
-  const int past = first + static_cast<int>(hn::Lanes(D()));
-  int most = 0;
-  for (int lane = first; lane < past; ++lane) most = most > block.counts()[lane] ? most : block.counts()[lane];
-  return most;
+HWY_INLINE int MostOf(const LaneBlock& block, int first) {
+  const hn::RebindToSigned<D> di;
+  return hn::GetLane(hn::MaxOfLanes(di, hn::LoadU(di, block.counts() + first)));
 }
 
 /// Of the lanes from `first` on that fill a vector.
@@ -297,6 +295,7 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
   HWY_ALIGN float rows[kChunk * kRow * kMaxLanes];
   const Sums products{block.sum_data(0) + first, block.padded()};
   const V zero = hn::Zero(d);
+  HWY_UNROLL(6)
   for (int product = 0; product < kProductSums; ++product) hn::Store(zero, d, products.Of(product));
   const Model m = ModelOf(input, block, first);
   OtherSums sums{zero, zero, zero, zero, zero, zero, zero};
@@ -305,18 +304,20 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
   const std::ptrdiff_t next = stride * LaneBlock::kNextPixel;
   const std::size_t start = block.Place(first, 0);
   const float *u = block.u_data() + start, *v = block.v_data() + start, *light = block.light_data() + start;
-  const auto inside = [&](int k) HWY_ATTR { return hn::Lt(hn::Set(d, static_cast<float>(k)), m.count); };
+  // Pixels of each lane from the one that is looked at on.
+  const V step = hn::Set(d, static_cast<float>(stride));
+  V left_to_place = m.count, left_to_fill = m.count;
   for (int k = 0; k < most; k += kChunk * stride) {
     const int left = (most - k + stride - 1) / stride, pixels = left < kChunk ? left : kChunk;
-    for (int i = 0; i < pixels; ++i, u += next, v += next) {
+    for (int i = 0; i < pixels; ++i, u += next, v += next, left_to_place = hn::Sub(left_to_place, step)) {
       // Beyond a lane's count an earlier board's pixels may stand, which this homography may send to infinity.
-      const auto is_inside = inside(k + i * stride);
+      const auto is_inside = hn::Gt(left_to_place, zero);
       PlaceAtEdges(m, hn::IfThenElseZero(is_inside, hn::LoadU(d, u)), hn::IfThenElseZero(is_inside, hn::LoadU(d, v)),
                    edges + i * EdgeRow::kValues * lanes);
     }
     for (int i = 0; i < pixels; ++i) BlurEdges(m, edges + i * EdgeRow::kValues * lanes);
-    for (int i = 0; i < pixels; ++i, light += next)
-      FillRow<kSums>(m, edges + i * EdgeRow::kValues * lanes, hn::LoadU(d, light), inside(k + i * stride),
+    for (int i = 0; i < pixels; ++i, light += next, left_to_fill = hn::Sub(left_to_fill, step))
+      FillRow<kSums>(m, edges + i * EdgeRow::kValues * lanes, hn::LoadU(d, light), hn::Gt(left_to_fill, zero),
                      rows + i * kRow * lanes, sums);
     kSums == LaneSums::kShapes ? AddShapeProducts(d, rows, pixels, products)
                                : AddAllProducts(d, rows, pixels, products);
