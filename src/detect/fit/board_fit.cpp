@@ -186,7 +186,24 @@ void BoardFit::SetPlaces() {
     set(LaneBlock::kPxPerCellX, lane, px_x / wider_x);
     set(LaneBlock::kPxPerCellY, lane, px_y / wider_y);
     set(LaneBlock::kCorrelation, lane, board_by_pixel.row(0).dot(board_by_pixel.row(1)) * px_x * px_y);
-    if (!run_->light.fades) continue;
+  }
+  if (run_->light.fades) SetFades();
+}
+
+void BoardFit::SetFades() {
+  LaneBlock& lanes = pixels_.lanes();
+  const auto set = [&](LaneBlock::Parameter which, int lane, double value) {
+    std::fill_n(lanes.parameter_data(which) + lane, 4, static_cast<float>(value));
+  };
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    const CornerPlace& place = pixels_.place(corner);
+    // Without one, they stay as they were cleared.
+    if (!place.inside || place.fade.isZero()) continue;
+    const int lane = pixels_.Lane(corner);
+    const Eigen::Matrix2d board_by_pixel = place.pixel_by_board.inverse();
+    const double px_x = 1 / board_by_pixel.row(0).norm(), px_y = 1 / board_by_pixel.row(1).norm();
+    const double wider_x = WiderByMotionBlur(board_by_pixel.row(0), run_->model.motion_px, run_->model.blur_px),
+                 wider_y = WiderByMotionBlur(board_by_pixel.row(1), run_->model.motion_px, run_->model.blur_px);
     set(LaneBlock::kFadeX, lane, place.fade.x() / px_x * wider_x);
     set(LaneBlock::kFadeY, lane, place.fade.y() / px_y * wider_y);
     set(LaneBlock::kFadeXAt, lane, place.fade_at.x());
@@ -212,7 +229,7 @@ void BoardFit::SetLanes() {
   }
   LaneBlock& lanes = pixels_.lanes();
   const auto set = [&](int which, int lane, const PhaseValues& values) {
-    std::copy(values.begin(), values.end(), lanes.parameter_data(which) + lane);
+    std::copy_n(values.data(), 4, lanes.parameter_data(which) + lane);
   };
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
@@ -278,24 +295,27 @@ double BoardFit::FarthestStepPx() const {
   return farthest;
 }
 
-SeenCorner BoardFit::SeenAt(int corner, const Eigen::Vector2d& shift, const Eigen::Matrix2d& information) const {
-  const Eigen::Vector2d printed = pixels_.Printed(corner);
+SeenCorner BoardFit::SeenAt(const ShiftedCorner& corner) const {
+  const Eigen::Vector2d printed = pixels_.Printed(corner.corner);
   // Pixels whose coordinates are too small by the shift show the corner where coordinates are that much smaller.
-  const BoardGeometry::Local seen = pixels_.SeenAt(run_->model.geometry, printed - shift);
+  const BoardGeometry::Local seen = pixels_.SeenAt(run_->model.geometry, printed - corner.shift);
   const Eigen::Matrix2d board_by_plane = seen.plane_by_board.inverse();
-  return {printed, seen.plane, board_by_plane.transpose() * information * board_by_plane};
+  return {printed, seen.plane, board_by_plane.transpose() * corner.information * board_by_plane};
 }
 
-std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, std::span<const SeenCorner> corners,
+std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, std::span<const ShiftedCorner> corners,
                                             double least_square) const {
   // What inks, lights, motions and some of the pixels leave of the corners' places is not the paper's.
   const bool may_bend = run_->paper || run_->told.unexplained_shifts > kOffByBend;
   if (!may_bend || MayBeOutOfRegister() || !lens.calibrated() || static_cast<int>(corners.size()) < kFewestOfBend ||
       run_->terms.rough || run_->model.own_levels || run_->model.shadow || !run_->model.motion_px.isZero())
     return std::nullopt;
-  const std::optional<BentPaper> bent = FindBentPaper(
-      {run_->model.geometry, lens.focal(), run_->view.cell_ratio, run_->paper ? &*run_->paper : nullptr}, corners,
-      kLeastBend * kLeastBend * least_square);
+  std::array<SeenCorner, kMaxCorners> seen;
+  std::transform(corners.begin(), corners.end(), seen.begin(),
+                 [&](const ShiftedCorner& corner) { return SeenAt(corner); });
+  const std::optional<BentPaper> bent =
+      FindBentPaper({run_->model.geometry, lens.focal(), run_->view.cell_ratio, run_->paper ? &*run_->paper : nullptr},
+                    std::span(seen).first(corners.size()), kLeastBend * kLeastBend * least_square);
   if (!bent) return std::nullopt;
   const double left = bent->left() / (2 * static_cast<double>(corners.size()) - BentPaper::kUnknowns);
   if (bent->gain() < kLeastBend * kLeastBend * std::max(left, least_square)) return std::nullopt;
@@ -308,7 +328,7 @@ void BoardFit::Finish(const Lens& lens) {
   run_->result.geometry = run_->model.geometry;
   run_->result.corners_used = 0;
   run_->result.corner_used.fill(false);
-  std::array<SeenCorner, kMaxCorners> seen;
+  std::array<ShiftedCorner, kMaxCorners> shifted;
   run_->bent.reset();
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     run_->told.misfit[static_cast<std::size_t>(corner)] = MisfitOf(corner);
@@ -328,7 +348,7 @@ void BoardFit::Finish(const Lens& lens) {
     ++run_->result.corners_used;
     // What is left of the corner's own shift after the last step.
     const Eigen::Vector2d shift = information.inverse() * gradient;
-    seen[static_cast<std::size_t>(run_->result.corners_used - 1)] = SeenAt(corner, shift, information);
+    shifted[static_cast<std::size_t>(run_->result.corners_used - 1)] = {corner, shift, information};
     shift_square += (place.pixel_by_board * shift).squaredNorm();
     shift_chi_square += shift.dot(information * shift);
     contrast += lit * Contrast(corner);
@@ -344,8 +364,8 @@ void BoardFit::Finish(const Lens& lens) {
   // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
   double chi_square_per_shift = shift_chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
   run_->told.unexplained_shifts = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
-  const std::span<const SeenCorner> corners(seen.data(), static_cast<std::size_t>(run_->result.corners_used));
-  run_->bent = FindBend(lens, corners, chi_square_per_pixel);
+  run_->bent = FindBend(lens, std::span(shifted).first(static_cast<std::size_t>(run_->result.corners_used)),
+                        chi_square_per_pixel);
   const std::optional<BentPaper>& bent = run_->bent;
   if (bent) {
     shift_square *= std::min(bent->left() / std::max(shift_chi_square, 1e-9), 1.0);
@@ -419,8 +439,12 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
                settled_blur = found ? kSettledBlur : kSettledPredictedBlur;
   bool edges_sought = false;
   for (int pass = 1; pass < kMaxPasses; ++pass) {
-    if (run_->step.corner_px > kFollowSettlingPx) pixels_.PlaceCorners(lens, run_->model.geometry);
-    if (run_->step.corner_px > kFollowSettlingPx || pass == 1) SetPlaces();
+    if (run_->step.corner_px > kFollowSettlingPx) {
+      pixels_.PlaceCorners(lens, run_->model.geometry);
+      SetPlaces();
+    } else if (pass == 1) {
+      SetFades();
+    }
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
     if (MayBeOutOfRegister()) MoveInks(start);

@@ -151,6 +151,8 @@ class BoardFit {
   void SetDerivatives();
   /// What the kernel is told of the corners' places, and of what changes with every step.
   void SetPlaces();
+  /// Of these, how pixels fade at the rim: where the others are set already.
+  void SetFades();
   void SetLanes();
   /// A step of Gauss-Newton by these sums of the kernel; by shapes alone, the cells' levels stay as they are.
   bool Step(LaneSums sums);
@@ -165,9 +167,16 @@ class BoardFit {
   void FinishBent(const LightReader& reader, const Lens& lens, const Start& start);
   /// Fits on by the pixels that show the board as it was found to be bent.
   bool FitBent(const LightReader& reader, const Lens& lens, const Start& start);
+  /// A corner whose pixels say that it lies elsewhere, board coordinates, and how well they know.
+  struct ShiftedCorner {
+    int corner = 0;
+    Eigen::Vector2d shift = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  };
   /// The bend of the paper if that explains where the corners lie. @param least_square of a shift, information times
   /// that, by the pixels' noise.
-  std::optional<BentPaper> FindBend(const Lens& lens, std::span<const SeenCorner> corners, double least_square) const;
+  std::optional<BentPaper> FindBend(const Lens& lens, std::span<const ShiftedCorner> corners,
+                                    double least_square) const;
   double CellPx() const;
   double MisfitOf(int corner) const;
   /// Information on moves of the geometry, all else following, in units of what pixels are worth.
@@ -175,8 +184,8 @@ class BoardFit {
   /// What a corner's pixels say of a shift of its own beyond the last step.
   ModelEquations::CornerShift ShiftOf(int corner) const;
   ModelEquations::CornerShift PlainShiftOf(int corner) const;
-  /// Where a corner with that shift is seen.
-  SeenCorner SeenAt(int corner, const Eigen::Vector2d& shift, const Eigen::Matrix2d& information) const;
+  /// Where it is seen.
+  SeenCorner SeenAt(const ShiftedCorner& corner) const;
   /// Whether the image's edges are no Gaussian's: from here on, they are fitted as they are.
   bool TellEdges(const Lens& lens);
   /// Of the last step, in board coordinates.
