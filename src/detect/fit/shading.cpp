@@ -86,11 +86,16 @@ template <int kTerms, class Terms, class Value>
 Regression<kTerms> Regress(const ShadedCells& cells, const Terms& terms, const Value& value) {
   Regression<kTerms> regression;
   for (int phase = 0; phase < cells.phases; ++phase) {
+    // The two phases of green have the same levels.
+    const bool mosaic = cells.blue_phase >= 0, both_green = mosaic && phase == (cells.blue_phase ^ 1);
+    if (mosaic && phase == (cells.blue_phase ^ 2)) continue;
     std::array<Group<kTerms>, 2> groups;  // by saturation
     VisitCells(cells, phase, [&](bool saturated, double x, double y, float level) {
       groups[saturated].Add(terms(x, y), value(x, y, static_cast<double>(level)));
     });
     for (const Group<kTerms>& group : groups) regression.Add(group);
+    if (both_green)
+      for (const Group<kTerms>& group : groups) regression.Add(group);
   }
   return regression;
 }
