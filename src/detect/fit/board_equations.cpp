@@ -86,6 +86,7 @@ void MergeKind(const float* HWY_RESTRICT from, const PhaseShares& shares, std::p
 #else
   const DGroups d;
   const auto opposite = hn::LoadDup128(d, shares.opposite), beside = hn::Set(d, shares.beside);
+  HWY_UNROLL(2)
   for (std::ptrdiff_t lane = 0; lane < lanes; lane += kGroupLanes) {
     const auto sums = hn::LoadU(d, from + lane);
     const auto half = hn::MulAdd(opposite, hn::Reverse4(d, sums), sums);

@@ -175,7 +175,7 @@ void BoardFit::SetPlaces() {
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
     const CornerPlace& place = pixels_.place(corner);
-    const Eigen::Matrix2d board_by_pixel = place.pixel_by_board.inverse();
+    const Eigen::Matrix2d& board_by_pixel = place.board_by_pixel;
     const double px_x = 1 / board_by_pixel.row(0).norm(), px_y = 1 / board_by_pixel.row(1).norm();
     const double wider_x = WiderByMotionBlur(board_by_pixel.row(0), run_->model.motion_px, run_->model.blur_px),
                  wider_y = WiderByMotionBlur(board_by_pixel.row(1), run_->model.motion_px, run_->model.blur_px);
@@ -200,7 +200,7 @@ void BoardFit::SetFades() {
     // Without one, they stay as they were cleared.
     if (!place.inside || place.fade.isZero()) continue;
     const int lane = pixels_.Lane(corner);
-    const Eigen::Matrix2d board_by_pixel = place.pixel_by_board.inverse();
+    const Eigen::Matrix2d& board_by_pixel = place.board_by_pixel;
     const double px_x = 1 / board_by_pixel.row(0).norm(), px_y = 1 / board_by_pixel.row(1).norm();
     const double wider_x = WiderByMotionBlur(board_by_pixel.row(0), run_->model.motion_px, run_->model.blur_px),
                  wider_y = WiderByMotionBlur(board_by_pixel.row(1), run_->model.motion_px, run_->model.blur_px);
@@ -252,7 +252,7 @@ Eigen::Vector2d BoardFit::MoveOf(int corner) const {
   return {by.x.dot(step), by.y.dot(step)};
 }
 
-Eigen::Matrix2d BoardFit::BoardByPixel() const { return pixels_.place(pixels_.corners() / 2).pixel_by_board.inverse(); }
+Eigen::Matrix2d BoardFit::BoardByPixel() const { return pixels_.place(pixels_.corners() / 2).board_by_pixel; }
 
 bool BoardFit::Step(LaneSums sums) {
   SetLanes();

@@ -164,7 +164,7 @@ void BoardFit::SetModelLanes() {
     const auto set = [&](int which, double value) {
       std::fill_n(model_lanes_.parameter_data(which) + lane, 4, static_cast<float>(value));
     };
-    const Eigen::Matrix2d by_pixel = place.pixel_by_board.inverse();
+    const Eigen::Matrix2d& by_pixel = place.board_by_pixel;
     const Eigen::Vector2d way = by_pixel * run_->model.motion_px, tap = way / run_->model_input.taps;
     // Of a point of the way: the lens's blur, and what the way to the next adds.
     const Eigen::Matrix2d lens = run_->model.blur_px * run_->model.blur_px * by_pixel * by_pixel.transpose();

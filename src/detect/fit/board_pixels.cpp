@@ -158,6 +158,7 @@ void BoardPixels::PlaceCorners(const Lens& lens, const BoardGeometry& geometry) 
     place.pixel = lens.ToImage(local.plane, &pixel_by_plane);
     place.plane_by_pixel = pixel_by_plane.inverse();
     place.pixel_by_board = pixel_by_plane * local.plane_by_board;
+    place.board_by_pixel = place.pixel_by_board.inverse();
   }
 }
 
@@ -220,8 +221,8 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
     if (lens.calibrated() && neighbours_tell) {
       const int row = corner / (size.cols - 1), col = corner % (size.cols - 1);
       const Eigen::Matrix2d by_col = SlopeAt(&place, col, size.cols - 1, 1),
-                            by_row = SlopeAt(&place, row, size.rows - 1, size.cols - 1),
-                            board_by_pixel = place.pixel_by_board.inverse();
+                            by_row = SlopeAt(&place, row, size.rows - 1, size.cols - 1);
+      const Eigen::Matrix2d& board_by_pixel = place.board_by_pixel;
       bend.by_x = by_col * board_by_pixel(0, 0) + by_row * board_by_pixel(1, 0);
       bend.by_y = by_col * board_by_pixel(0, 1) + by_row * board_by_pixel(1, 1);
     } else if (lens.calibrated()) {
@@ -270,7 +271,7 @@ void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Ro
   CornerPlace& place = places_[static_cast<std::size_t>(corner)];
   const int corner_row = corner / (size_.cols - 1), corner_col = corner % (size_.cols - 1);
   Region region;
-  region.board_by_pixel = place.pixel_by_board.inverse();
+  region.board_by_pixel = place.board_by_pixel;
   const double px_x = 1 / region.board_by_pixel.row(0).norm(), px_y = 1 / region.board_by_pixel.row(1).norm();
   const Window across = WindowOf(corner_col == 0, corner_col == size_.cols - 2, px_x, blur_px),
                down = WindowOf(corner_row == 0, corner_row == size_.rows - 2, px_y, blur_px);

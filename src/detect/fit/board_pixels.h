@@ -19,7 +19,7 @@ struct CornerPlace {
   Eigen::Vector2d plane = Eigen::Vector2d::Zero();           ///< the same point on the plane
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();           ///< and in the image
   Eigen::Matrix2d plane_by_pixel = Eigen::Matrix2d::Zero();  ///< derivative there
-  Eigen::Matrix2d pixel_by_board = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d pixel_by_board = Eigen::Matrix2d::Zero(), board_by_pixel = Eigen::Matrix2d::Zero();
   /// Centre of the region whose pixels are the corner's, cells from it: off zero at the board's rim.
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
   /// At the board's rim the pixels' weight falls to zero: its root by the distance from the corner, cells, and what it

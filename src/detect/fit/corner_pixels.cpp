@@ -300,10 +300,16 @@ HWY_INLINE void PutRows(const PartRows& of, int i, int past, bool roomy, RowLane
   const Spans& spans = of.spans;
   const bool all = of.part.thinning.all;
   const LightReader::Rows& rows = of.rows;
-  for (LightReader::RunsOfRow row = rows.At(of.part.y + of.from_y + i); i < past; i += 2, rows.NextButOne(row)) {
+  LightReader::RunsOfRow row = rows.At(of.part.y + of.from_y + i);
+  if (all && roomy) {
+    for (; i < past; i += 2, rows.NextButOne(row))
+      if (spans.pixels[i] > 0) PutRow<kMixed>(of, i, row, to);
+    return;
+  }
+  for (; i < past; i += 2, rows.NextButOne(row)) {
     const int pixels = spans.pixels[i];
     if (pixels <= 0) continue;
-    if (all && (roomy || (spans.first[i] + WholeGoes(pixels) <= of.right_end && WholeGoes(pixels) / 2 <= to.Room())))
+    if (all && spans.first[i] + WholeGoes(pixels) <= of.right_end && WholeGoes(pixels) / 2 <= to.Room())
       PutRow<kMixed>(of, i, row, to);
     else
       PutRowOfFew(of, i, to);

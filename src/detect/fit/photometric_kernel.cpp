@@ -362,7 +362,9 @@ void Mark(float saturation, LaneBlock& block) {
   }
 }
 
-void EvenOut(const LightFall& fall, LaneBlock& block) {
+/// @tparam kBent whether the fall has a second order.
+template <bool kBent>
+void EvenOutBy(const LightFall& fall, LaneBlock& block) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V by_u = hn::Set(d, fall.by_u), by_v = hn::Set(d, fall.by_v);
@@ -375,14 +377,19 @@ void EvenOut(const LightFall& fall, LaneBlock& block) {
     for (int k = 0; k < most; ++k, at += LaneBlock::kNextPixel) {
       const V light = hn::LoadU(d, block.light_data() + at);
       const V u = hn::LoadU(d, block.u_data() + at), v = hn::LoadU(d, block.v_data() + at);
-      const V s =
-          hn::MulAdd(u, hn::MulAdd(by_uu, u, hn::MulAdd(by_uv, v, by_u)), hn::Mul(v, hn::MulAdd(by_vv, v, by_v)));
+      const V along_u = kBent ? hn::MulAdd(by_uu, u, hn::MulAdd(by_uv, v, by_u)) : by_u;
+      const V s = hn::MulAdd(u, along_u, hn::Mul(v, kBent ? hn::MulAdd(by_vv, v, by_v) : by_v));
       // e^−s by its Padé approximant.
       const V even = hn::MulAdd(hn::Mul(s, s), twelfth, one);
       const V scale = hn::Mul(hn::NegMulAdd(s, half, even), Reciprocal(d, hn::MulAdd(s, half, even)));
       hn::StoreU(hn::Mul(light, scale), d, block.light_data() + at);
     }
   }
+}
+
+void EvenOut(const LightFall& fall, LaneBlock& block) {
+  const bool bent = fall.by_uu != 0 || fall.by_uv != 0 || fall.by_vv != 0;
+  bent ? EvenOutBy<true>(fall, block) : EvenOutBy<false>(fall, block);
 }
 
 }  // namespace HWY_NAMESPACE
