@@ -114,6 +114,17 @@ TEST(PrintTolerance, PosesOfPrintsWithinItAreHonest) {
   EXPECT_EQ(errors.poor, 0);
 }
 
+TEST(PrintTolerance, PosesOfPrintsFarBeyondItAreHonestToo) {
+  // Twice, four and eight times the deviation that is told.
+  for (const double stretch : {1.005, 1.01, 1.02}) {
+    const Errors errors = ErrorsOf({.scale = {stretch, 1}}, kOfficePrints, 10);
+    for (const double mean : {errors.normalised.position(), errors.normalised.orientation()}) {
+      EXPECT_GT(mean, 0.1) << stretch;
+      EXPECT_LT(mean, 2) << stretch;
+    }
+  }
+}
+
 TEST(PrintTolerance, InksOutOfRegisterPullNoPose) {
   struct Case {
     double register_m, most_depth_m;
