@@ -9,13 +9,14 @@ namespace chequer {
 
 /// Where two edges between dark and light are thought to cross, as at a corner of a chessboard. Pixels of the plane.
 struct CrossingStart {
-  Eigen::Vector2d at;
-  Eigen::Vector2d first_edge, second_edge;  ///< directions; any length but 0
-  double radius_px = 0;                     ///< of the pixels that are fitted; no other edge lies so near
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();
+  Eigen::Vector2d first_edge = Eigen::Vector2d::UnitX();  ///< directions; any length but 0
+  Eigen::Vector2d second_edge = Eigen::Vector2d::UnitY();
+  double radius_px = 0;  ///< of the pixels that are fitted; no other edge lies so near
 };
 
 struct Crossing {
-  Eigen::Vector2d at;
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();
   double misfit = 0;  ///< standard deviation of the pixels about the fit, as a share of the contrast
 };
 
