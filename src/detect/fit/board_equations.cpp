@@ -371,11 +371,6 @@ PhaseShares SharesOf(int red_phase, float* phase_weight) {
 
 }  // namespace
 
-QuadrantLevels LevelsAround(MarkerSize size, int corner, bool own_levels) {
-  if (own_levels) return {4 * corner, 4 * corner + 1, 4 * corner + 2, 4 * corner + 3};
-  return CellsAround(size, corner);
-}
-
 int LevelCount(MarkerSize size, bool own_levels) { return own_levels ? 4 * CornerCount(size) : size.rows * size.cols; }
 
 void BoardEquations::Prepare(MarkerSize size, bool own_levels) {

@@ -24,7 +24,10 @@ using PhaseValues = std::array<float, 4>;
 /// Which levels the four quadrants around a corner have, in the order of the lanes' columns.
 using QuadrantLevels = std::array<int, 4>;
 /// Those of their cells, row by row of the board; or each its own, for boards whose cells are not lit alike all over.
-QuadrantLevels LevelsAround(MarkerSize size, int corner, bool own_levels);
+inline QuadrantLevels LevelsAround(MarkerSize size, int corner, bool own_levels) {
+  if (own_levels) return {4 * corner, 4 * corner + 1, 4 * corner + 2, 4 * corner + 3};
+  return CellsAround(size, corner);
+}
 int LevelCount(MarkerSize size, bool own_levels);
 
 /// Gauss-Newton's normal equations of one board, with the cells' levels, of which there are many but each touches only

@@ -72,14 +72,16 @@ bool CellOcclusion::HideWrong(MarkerSize size) {
 
 bool CellOcclusion::MeasureShares(MarkerSize size, std::span<const std::uint8_t> border,
                                   std::array<Eigen::Vector3f, 2>& middle) {
+  std::array<std::vector<std::size_t>, 2>& told_by = found_->told_by;
+  for (std::vector<std::size_t>& cells : told_by) cells.clear();
+  ForCells(size, [&](std::size_t cell, int row, int col) {
+    if (IsBorder(size, row, col) && !IsDark(row, col) && !found_->occluded[cell]) told_by[border[cell]].push_back(cell);
+  });
   std::vector<float>& values = found_->values;
-  for (const std::uint8_t saturated : std::array<std::uint8_t, 2>{0, 1})
+  for (std::size_t saturated = 0; saturated < 2; ++saturated)
     for (int channel = 0; channel < 3; ++channel) {
       values.clear();
-      ForCells(size, [&](std::size_t cell, int row, int col) {
-        if (IsBorder(size, row, col) && !IsDark(row, col) && !found_->occluded[cell] && border[cell] == saturated)
-          values.push_back(found_->shares[cell][channel]);
-      });
+      for (const std::size_t cell : told_by[saturated]) values.push_back(found_->shares[cell][channel]);
       if (values.empty()) return false;
       middle[saturated][channel] = MedianInPlace(values);
     }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -41,6 +42,7 @@ class CellOcclusion {
     // What single steps need.
     std::vector<Eigen::Vector3f> shares;  ///< of the three channels in a cell's light
     std::vector<float> values;
+    std::array<std::vector<std::size_t>, 2> told_by;  ///< border cells that tell white, and yellow
     std::vector<std::uint8_t> seen;
     NeighbourLead neighbours;
   };

@@ -10,8 +10,8 @@ namespace {
 
 /// How far it is looked for, in steps of first some, then one pixel.
 constexpr int kReachPx = 16, kCoarsePx = 2;
-/// Distance of the sampled points from the middle of their cell, cells. A wrong shift moves some of them to another cell,
-/// so that the best shift is known to a fraction of a cell.
+/// Distance of the sampled points from the middle of their cell, cells. A wrong shift moves some of them to another
+/// cell, so that the best shift is known to a fraction of a cell.
 constexpr double kFromMiddle = 0.3;
 /// Contrast of a shift over that of none: less is noise.
 constexpr double kClearer = 1.2;
@@ -74,8 +74,8 @@ Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size
   const float none = contrast_at(0, 0);
   float most = none;
   Eigen::Vector2i best(0, 0);
-  // By all points: half of them take other shifts for the best where boards are blurred (of knocked boards of 7 px cells,
-  // 2 to 8 % less were read).
+  // By all points: half of them take other shifts for the best where boards are blurred (of knocked boards of 7 px
+  // cells, 2 to 8 % less were read).
   for (int y = -kReachPx; y <= kReachPx; y += kCoarsePx)
     for (int x = -kReachPx; x <= kReachPx; x += kCoarsePx) {
       const float contrast = contrast_at(x, y);
@@ -96,13 +96,13 @@ Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size
 }
 
 double SampledContrast(const AnchoredBoard& board) {
+  if (board.light.size() == 0) return 0;
   double sum = 0;
-  for (std::size_t cell = 0; cell < board.light.size(); ++cell) {
-    const int row = static_cast<int>(cell) / board.size.cols, col = static_cast<int>(cell) % board.size.cols;
+  ForCells(board.size, [&](std::size_t cell, int row, int col) {
     const double light = double{board.light[cell][0]} + double{board.light[cell][1]};
     sum += IsDark(row, col) ? -light : light;
-  }
-  return sum / static_cast<double>(std::max<std::size_t>(board.light.size(), 1));
+  });
+  return sum / static_cast<double>(board.light.size());
 }
 
 Eigen::Matrix3d Shifted(const Eigen::Matrix3d& plane_from_board, const Eigen::Vector2d& shift_px, const Lens& lens) {

@@ -26,22 +26,19 @@ constexpr int kFewestOccluded = 3;
 /// Of two words, all but one of the cells that differ may be occluded: a single one ends what is carried.
 constexpr double kContradiction = 4.6;
 
-bool IsDarkAt(MarkerSize size, std::size_t cell) {
-  return IsDark(static_cast<int>(cell) / size.cols, static_cast<int>(cell) % size.cols);
-}
-
 }  // namespace
 
 ExpectedBoards::ExpectedBoards(const DetectorOptions& options) : options_(options) {
   for (const MarkerFamily& family : options.families) borders_.push_back(CellSaturation(family.code.size(), 0));
 }
 
-bool ExpectedBoards::IsSaturated(const RememberedBoard& board, int row, int col) const {
+void ExpectedBoards::TellSaturation(const RememberedBoard& board, std::uint8_t* saturated) const {
   const std::size_t family = static_cast<std::size_t>(board.family);
   const MarkerSize size = options_.families[family].code.size();
-  if (IsBorder(size, row, col)) return borders_[family][static_cast<std::size_t>(row * size.cols + col)] != 0;
-  const int bit = (row - 1) * (size.cols - 2) + col - 1;
-  return (board.kernel >> (KernelBits(size) - 1 - bit) & 1) != 0;
+  std::copy(borders_[family].begin(), borders_[family].end(), saturated);
+  int bit = KernelBits(size);
+  for (int row = 1; row < size.rows - 1; ++row)
+    for (int col = 1; col < size.cols - 1; ++col) saturated[row * size.cols + col] = board.kernel >> --bit & 1;
 }
 
 bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matrix3d& plane_from_board,
@@ -69,6 +66,7 @@ bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matr
   const std::size_t cells = static_cast<std::size_t>(board.size.rows * board.size.cols);
   board.light.Assign(cells, Eigen::Vector3f::Zero());
   board.saturated.Assign(cells, 0);
+  TellSaturation(remembered, board.saturated.data());
   board.covered.Assign(cells, 0);
   Eigen::Matrix2d pixel_by_plane;
   lens.ToImage(geometry.ToPlane({0, 0}), &pixel_by_plane);
@@ -76,9 +74,7 @@ bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matr
   const float half_px =
       static_cast<float>(std::min(kSampledShare * pixel_by_board.colwise().norm().minCoeff(), kMostSampledPx));
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    const int row = static_cast<int>(cell) / board.size.cols, col = static_cast<int>(cell) % board.size.cols;
     const Eigen::Vector2d pixel = lens.ToImage(geometry.ToPlane(MiddleOfCell(board.size, static_cast<int>(cell))));
-    board.saturated[cell] = IsSaturated(remembered, row, col);
     board.covered[cell] = !inside(pixel);
     if (board.covered[cell]) continue;
     board.light[cell] =
@@ -93,15 +89,18 @@ void ExpectedBoards::MeasureLeads(const AnchoredBoard& board) {
   std::array<std::uint8_t, kMaxCells> counts;
   const std::size_t cells = board.light.size();
   float contrast = 0;
-  for (std::size_t cell = 0; cell < cells; ++cell) {
+  const float per_cell = 2 / static_cast<float>(cells);
+  ForCells(size, [&](std::size_t cell, int row, int col) {
     value[cell] = std::sqrt(std::max(board.light[cell][0] + board.light[cell][1], 0.0f));
     counts[cell] = !board.covered[cell];
-    contrast += (IsDarkAt(size, cell) ? -2.0f : 2.0f) * value[cell] / static_cast<float>(cells);
-  }
+    contrast += IsDark(row, col) ? -per_cell * value[cell] : per_cell * value[cell];
+  });
   const std::span<const float> leads =
       neighbours_.Of(size.rows, size.cols, std::span(value).first(cells), std::span(counts).first(cells));
-  for (std::size_t cell = 0; cell < cells; ++cell)
-    leads_[cell] = (IsDarkAt(size, cell) ? -leads[cell] : leads[cell]) / std::max(contrast, 1e-6f);
+  const float of_contrast = 1 / std::max(contrast, 1e-6f);
+  ForCells(size, [&](std::size_t cell, int row, int col) {
+    leads_[cell] = (IsDark(row, col) ? -leads[cell] : leads[cell]) * of_contrast;
+  });
 }
 
 void ExpectedBoards::LearnLeads(const AnchoredBoard& board, RememberedBoard& remembered) {
@@ -139,22 +138,23 @@ void ExpectedBoards::HideWhatDoesNotShow(const RememberedBoard& remembered, bool
 ExpectedBoards::Evidence ExpectedBoards::EvidenceOf(const RememberedBoard& remembered,
                                                     const Identifier& identifier) const {
   const MarkerSize size = options_.families[static_cast<std::size_t>(remembered.family)].code.size();
+  std::array<std::uint8_t, kMaxCells> saturated;
+  TellSaturation(remembered, saturated.data());
   Evidence evidence;
-  for (int row = 0; row < size.rows; ++row)
-    for (int col = 0; col < size.cols; ++col) {
-      const Identifier::Reading reading = identifier.ReadingOf(size, {row, col});
-      if (reading.occluded) continue;
-      const bool saturated = IsSaturated(remembered, row, col);
-      if (IsBorder(size, row, col)) {
-        if (!reading.saturated) continue;
-        ++evidence.border_seen;
-        evidence.border_matches += *reading.saturated == saturated;
-      } else {
-        const double for_word = saturated ? double{reading.log_likelihood} : -double{reading.log_likelihood};
-        evidence.log_likelihood += for_word;
-        evidence.contradictions += for_word < -kContradiction;
-      }
+  ForCells(size, [&](std::size_t cell, int row, int col) {
+    const Identifier::Reading reading = identifier.ReadingOf(size, {row, col});
+    if (reading.occluded) return;
+    const bool is_saturated = saturated[cell] != 0;
+    if (IsBorder(size, row, col)) {
+      if (!reading.saturated) return;
+      ++evidence.border_seen;
+      evidence.border_matches += *reading.saturated == is_saturated;
+    } else {
+      const double for_word = is_saturated ? double{reading.log_likelihood} : -double{reading.log_likelihood};
+      evidence.log_likelihood += for_word;
+      evidence.contradictions += for_word < -kContradiction;
     }
+  });
   return evidence;
 }
 

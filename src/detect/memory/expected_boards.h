@@ -45,7 +45,8 @@ class ExpectedBoards {
  private:
   /// By how much the cells stand out from their neighbours, over the board's contrast; covered cells do not count.
   void MeasureLeads(const AnchoredBoard& board);
-  bool IsSaturated(const RememberedBoard& board, int row, int col) const;
+  /// Which of its cells are saturated, row by row.
+  void TellSaturation(const RememberedBoard& board, std::uint8_t* saturated) const;
 
   const DetectorOptions& options_;
   /// By family: saturation of the cells of a board without kernel, row by row.
