@@ -178,6 +178,7 @@ void BoardFit::SetModelLanes() {
     set(ModelLanes::kCornerX, printed.x());
     set(ModelLanes::kCornerY, printed.y());
     set(ModelLanes::kCovariance, blur(0, 1));
+    set(ModelLanes::kCovarianceByBlur, 2 * lens(0, 1) / run_->model.blur_px);
     set(ModelLanes::kByPixelXx, by_pixel(0, 0));
     set(ModelLanes::kByPixelXy, by_pixel(0, 1));
     set(ModelLanes::kByPixelYx, by_pixel(1, 0));

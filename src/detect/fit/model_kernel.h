@@ -12,7 +12,7 @@ namespace chequer {
 /// The model of a board's picture with all its terms, evaluated around many corners at once.
 ///
 /// Around a corner lie 4 × 4 cells of one level each. Their picture is
-///   M(x, y) = Σ_ij L_ij s_i(x) s_j(y) + ρ ∂²M/∂x∂y,
+///   M(x, y) = Σ_ij L_ij (s_i(x) s_j(y) + ρ s_i′(x) s_j′(y) + ½ ρ² s_i″(x) s_j″(y)),
 /// with x, y the distance from the corner in cells, s the cells' shares as the lens blurs their edges and ρ the
 /// covariance of the blur along x and y. The terms bend it:
 ///   motion     M is the mean over the way of a point during the exposure (a few points of it, each with the blur that
@@ -77,6 +77,7 @@ class ModelLanes {
     kBlurX,  ///< how the logarithm of that blur grows with the lens's, 1 / px
     kBlurY,
     kCovariance,  ///< of the blur, cells²
+    kCovarianceByBlur,  ///< how that grows with the lens's, cells² / px
     kByPixelXx,   ///< derivative of the board by the image, row by row
     kByPixelXy,
     kByPixelYx,

@@ -61,13 +61,17 @@ void Load(const ModelInput& input, const ModelLanes& model, int first, LaneModel
 /// Light and its derivatives at a pixel, the mean over the way's points.
 struct Picture {
   V light, by_x, by_y, by_blur, by_gain, by_xy, by_xx, by_yy, way_x, way_y;
-  V share[kSide][kSide];
+  /// In units of the blur's variances: of the light's derivative by x and y, those by x, by y, and by both.
+  V twist_by_x, twist_by_y, twist_by_both;
+  V share[kSide][kSide], twist_share[kSide][kSide];
 
   HWY_INLINE void Clear() {
     const V zero = hn::Zero(D());
     light = by_x = by_y = by_blur = by_gain = by_xy = by_xx = by_yy = way_x = way_y = zero;
-    for (auto& row : share)
-      for (V& cell : row) cell = zero;
+    twist_by_x = twist_by_y = twist_by_both = zero;
+    for (auto* shares : {&share, &twist_share})
+      for (auto& row : *shares)
+        for (V& cell : row) cell = zero;
   }
 };
 
@@ -95,9 +99,9 @@ HWY_INLINE V AtEdges(const V* row, const V* edge) {
   return hn::MulAdd(row[1], edge[0], hn::MulAdd(row[2], edge[1], hn::Mul(row[3], edge[2])));
 }
 
-/// The shares of the four cells along an axis.
-HWY_INLINE void SharesOf(const V* edge, V* cells) {
-  cells[0] = hn::Sub(Splat(1), edge[0]);
+/// The shares of the four cells along an axis. @param all of them: 1; of the shares' derivatives, 0.
+HWY_INLINE void SharesOf(V all, const V* edge, V* cells) {
+  cells[0] = hn::Sub(all, edge[0]);
   cells[1] = hn::Sub(edge[0], edge[1]);
   cells[2] = hn::Sub(edge[1], edge[2]);
   cells[3] = edge[2];
@@ -130,13 +134,21 @@ HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms*
   p.by_y = hn::Add(p.by_y, light_by_y);
   AddBends(m, hn::Add(bend_x[0], AtEdges(bend_x, down.share)), AtEdges(row, down.bend), p);
   p.by_xy = hn::Add(p.by_xy, AtEdges(by_x, down.slope));
+  p.twist_by_x = hn::Add(p.twist_by_x, AtEdges(bend_x, down.slope));
+  p.twist_by_y = hn::Add(p.twist_by_y, AtEdges(by_x, down.bend));
+  p.twist_by_both = hn::Add(p.twist_by_both, AtEdges(bend_x, down.bend));
   p.way_x = hn::MulAdd(part, light_by_x, p.way_x);
   p.way_y = hn::MulAdd(part, light_by_y, p.way_y);
-  V cols[kSide], rows[kSide];
-  SharesOf(along.share, cols);
-  SharesOf(down.share, rows);
+  V cols[kSide], rows[kSide], col_slopes[kSide], row_slopes[kSide];
+  SharesOf(Splat(1), along.share, cols);
+  SharesOf(Splat(1), down.share, rows);
+  SharesOf(zero, along.slope, col_slopes);
+  SharesOf(zero, down.slope, row_slopes);
   for (int j = 0; j < kSide; ++j)
-    for (int i = 0; i < kSide; ++i) p.share[j][i] = hn::MulAdd(rows[j], cols[i], p.share[j][i]);
+    for (int i = 0; i < kSide; ++i) {
+      p.share[j][i] = hn::MulAdd(rows[j], cols[i], p.share[j][i]);
+      p.twist_share[j][i] = hn::MulAdd(row_slopes[j], col_slopes[i], p.twist_share[j][i]);
+    }
 }
 
 /// Along one axis, what cells that grow, cells that give way, and the overlaps at both of their ends have of a pixel.
@@ -220,24 +232,46 @@ HWY_INLINE void AddGrownPoint(const LaneModel& m, V x, V y, V part, const PowerT
   AddBends(m, LightOf(bend_x, down.share), LightOf(rows, down.bend), p);
   p.by_gain = hn::Add(p.by_gain, hn::Add(LightOf(by_gain, down.share), LightOf(rows, down.gain)));
   p.by_xy = hn::Add(p.by_xy, LightOf(by_x, down.slope));
+  p.twist_by_x = hn::Add(p.twist_by_x, LightOf(bend_x, down.slope));
+  p.twist_by_y = hn::Add(p.twist_by_y, LightOf(by_x, down.bend));
+  p.twist_by_both = hn::Add(p.twist_by_both, LightOf(bend_x, down.bend));
   p.way_x = hn::MulAdd(part, light_by_x, p.way_x);
   p.way_y = hn::MulAdd(part, light_by_y, p.way_y);
   for (int j = 0; j < kSide; ++j)
     for (int i = 0; i < kSide; ++i) {
       const bool even = (i + j) % 2 == 0;
-      const V own = even ? hn::Mul(down.share.grown[j], along.share.grown[i])
-                         : hn::Mul(down.share.given[j], along.share.given[i]);
-      const V overlap = hn::Mul(hn::Mul(down.share.overlap[j], along.share.overlap[i]),
-                                m.of(even ? ModelLanes::kHalfEven : ModelLanes::kHalfOdd));
-      p.share[j][i] = hn::Add(p.share[j][i], hn::Sub(own, overlap));
+      const V half = m.of(even ? ModelLanes::kHalfEven : ModelLanes::kHalfOdd);
+      const auto cell = [&](const GrownCells& rows_of, const GrownCells& cols_of) HWY_ATTR {
+        const V own = even ? hn::Mul(rows_of.grown[j], cols_of.grown[i]) : hn::Mul(rows_of.given[j], cols_of.given[i]);
+        return hn::NegMulAdd(hn::Mul(rows_of.overlap[j], cols_of.overlap[i]), half, own);
+      };
+      p.share[j][i] = hn::Add(p.share[j][i], cell(down.share, along.share));
+      p.twist_share[j][i] = hn::Add(p.twist_share[j][i], cell(down.slope, along.slope));
     }
 }
 
 HWY_INLINE void Scale(V by, Picture& p) {
-  for (V* value : {&p.light, &p.by_x, &p.by_y, &p.by_blur, &p.by_gain, &p.by_xy, &p.by_xx, &p.by_yy, &p.way_x, &p.way_y})
+  for (V* value : {&p.light, &p.by_x, &p.by_y, &p.by_blur, &p.by_gain, &p.by_xy, &p.by_xx, &p.by_yy, &p.way_x, &p.way_y,
+                   &p.twist_by_x, &p.twist_by_y, &p.twist_by_both})
     *value = hn::Mul(*value, by);
-  for (auto& row : p.share)
-    for (V& cell : row) cell = hn::Mul(cell, by);
+  for (auto* shares : {&p.share, &p.twist_share})
+    for (auto& row : *shares)
+      for (V& cell : row) cell = hn::Mul(cell, by);
+}
+
+/// Edges that are not square to each other, or are blurred by motion along both, blur together: all that follows of a
+/// blur whose covariance is not zero, to its second order (derivatives to the first).
+HWY_INLINE void Twist(const LaneModel& m, Picture& p) {
+  const V covariance = m.of(ModelLanes::kCovariance);
+  const V scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
+  const V per_xx = hn::Mul(scale_x, scale_x), per_yy = hn::Mul(scale_y, scale_y);
+  const V by_covariance = hn::MulAdd(hn::Mul(hn::Mul(per_xx, per_yy), covariance), p.twist_by_both, p.by_xy);
+  p.light = hn::MulAdd(hn::Mul(covariance, Splat(0.5f)), hn::Add(p.by_xy, by_covariance), p.light);
+  p.by_x = hn::MulAdd(hn::Mul(covariance, per_xx), p.twist_by_x, p.by_x);
+  p.by_y = hn::MulAdd(hn::Mul(covariance, per_yy), p.twist_by_y, p.by_y);
+  p.by_blur = hn::MulAdd(m.of(ModelLanes::kCovarianceByBlur), by_covariance, p.by_blur);
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i) p.share[j][i] = hn::MulAdd(covariance, p.twist_share[j][i], p.share[j][i]);
 }
 
 void LookAt(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTerms* terms, Picture& p) {
@@ -249,8 +283,7 @@ void LookAt(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTe
     input.terms.dot_gain ? AddGrownPoint(m, at_x, at_y, part, terms, p) : AddPoint(m, at_x, at_y, part, terms, p);
   }
   if (input.taps > 1) Scale(Splat(1 / taps), p);
-  // Edges that are not square to each other, or are blurred by motion along both, blur together.
-  p.light = hn::MulAdd(m.of(ModelLanes::kCovariance), p.by_xy, p.light);
+  Twist(m, p);
 }
 
 /// The light of a shadow that falls on it. @param x, y on the board. Writes the derivatives by the shadow.
