@@ -47,7 +47,10 @@ CornerPicture Evaluate(const CornerScene& s) {
   set(ModelLanes::kCornerX, 0.5), set(ModelLanes::kCornerY, -0.5);
   set(ModelLanes::kScaleX, 1 / s.blur), set(ModelLanes::kScaleY, 1 / s.blur);
   set(ModelLanes::kBlurX, 1 / s.blur), set(ModelLanes::kBlurY, 1 / s.blur);
-  set(ModelLanes::kCovariance, s.covariance);
+  // That grows with the blur as its variances do.
+  constexpr double kBlur = 0.3;
+  set(ModelLanes::kCovariance, s.covariance * std::pow(s.blur / kBlur, 2));
+  set(ModelLanes::kCovarianceByBlur, 2 * s.covariance * s.blur / (kBlur * kBlur));
   set(ModelLanes::kByPixelXx, 1), set(ModelLanes::kByPixelXy, 0), set(ModelLanes::kByPixelYx, 0), set(ModelLanes::kByPixelYy, 1);
   set(ModelLanes::kWayX, s.terms.motion ? s.way_x : 0), set(ModelLanes::kWayY, s.terms.motion ? s.way_y : 0);
   set(ModelLanes::kGain, s.even_dark ? s.gain : -s.gain);
@@ -109,7 +112,7 @@ std::vector<CornerScene> Scenes() {
 
 TEST(ModelKernel, DerivativesAreThoseOfDifferences) {
   for (CornerScene scene : Scenes()) {
-    // The derivatives leave out how the blur's covariance mixes the edges' own: 3 % of the light here.
+    // Those by terms leave out how the blur's covariance mixes the edges' own.
     scene.covariance = 0.004;
     SCOPED_TRACE(testing::Message() << "motion " << scene.terms.motion << " gain " << scene.terms.dot_gain << " shadow "
                                     << scene.terms.shadow);
