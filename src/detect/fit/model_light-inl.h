@@ -61,14 +61,13 @@ void Load(const ModelInput& input, const ModelLanes& model, int first, LaneModel
 /// Light and its derivatives at a pixel, the mean over the way's points.
 struct Picture {
   V light, by_x, by_y, by_blur, by_gain, by_xy, by_xx, by_yy, way_x, way_y;
-  /// In units of the blur's variances: of the light's derivative by x and y, those by x, by y, and by both.
-  V twist_by_x, twist_by_y, twist_by_both;
+  V twist_by_both;  ///< of the light's derivative by x and y, that by both, in units of the blur's variances
   V share[kSide][kSide], twist_share[kSide][kSide];
 
   HWY_INLINE void Clear() {
     const V zero = hn::Zero(D());
     light = by_x = by_y = by_blur = by_gain = by_xy = by_xx = by_yy = way_x = way_y = zero;
-    twist_by_x = twist_by_y = twist_by_both = zero;
+    twist_by_both = zero;
     for (auto* shares : {&share, &twist_share})
       for (auto& row : *shares)
         for (V& cell : row) cell = zero;
@@ -115,6 +114,19 @@ HWY_INLINE void AddBends(const LaneModel& m, V bend_x, V bend_y, Picture& p) {
   p.by_yy = hn::MulAdd(bend_y, hn::Mul(scale_y, scale_y), p.by_yy);
 }
 
+/// The light's derivatives by the place at a point of the way, given those of a blur without covariance, and how they
+/// change along both axes in units of the blur's variances.
+HWY_INLINE void AddSlopes(const LaneModel& m, V part, V by_x, V by_y, V twist_by_x, V twist_by_y, Picture& p) {
+  const V covariance = m.of(ModelLanes::kCovariance);
+  const V scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
+  by_x = hn::MulAdd(hn::Mul(covariance, hn::Mul(scale_x, scale_x)), twist_by_x, by_x);
+  by_y = hn::MulAdd(hn::Mul(covariance, hn::Mul(scale_y, scale_y)), twist_by_y, by_y);
+  p.by_x = hn::Add(p.by_x, by_x);
+  p.by_y = hn::Add(p.by_y, by_y);
+  p.way_x = hn::MulAdd(part, by_x, p.way_x);
+  p.way_y = hn::MulAdd(part, by_y, p.way_y);
+}
+
 /// A point of the way, cells printed as they should be. @param part of the way, −½ … ½.
 HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms* terms,
                          Picture& p) {
@@ -130,15 +142,10 @@ HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms*
   }
   const V light_by_x = hn::Add(by_x[0], AtEdges(by_x, down.share)), light_by_y = AtEdges(row, down.slope);
   p.light = hn::Add(p.light, hn::Add(row[0], AtEdges(row, down.share)));
-  p.by_x = hn::Add(p.by_x, light_by_x);
-  p.by_y = hn::Add(p.by_y, light_by_y);
+  AddSlopes(m, part, light_by_x, light_by_y, AtEdges(bend_x, down.slope), AtEdges(by_x, down.bend), p);
   AddBends(m, hn::Add(bend_x[0], AtEdges(bend_x, down.share)), AtEdges(row, down.bend), p);
   p.by_xy = hn::Add(p.by_xy, AtEdges(by_x, down.slope));
-  p.twist_by_x = hn::Add(p.twist_by_x, AtEdges(bend_x, down.slope));
-  p.twist_by_y = hn::Add(p.twist_by_y, AtEdges(by_x, down.bend));
   p.twist_by_both = hn::Add(p.twist_by_both, AtEdges(bend_x, down.bend));
-  p.way_x = hn::MulAdd(part, light_by_x, p.way_x);
-  p.way_y = hn::MulAdd(part, light_by_y, p.way_y);
   V cols[kSide], rows[kSide], col_slopes[kSide], row_slopes[kSide];
   SharesOf(Splat(1), along.share, cols);
   SharesOf(Splat(1), down.share, rows);
@@ -227,16 +234,11 @@ HWY_INLINE void AddGrownPoint(const LaneModel& m, V x, V y, V part, const PowerT
   RowsOf(m, along.gain, by_gain);
   const V light_by_x = LightOf(by_x, down.share), light_by_y = LightOf(rows, down.slope);
   p.light = hn::Add(p.light, LightOf(rows, down.share));
-  p.by_x = hn::Add(p.by_x, light_by_x);
-  p.by_y = hn::Add(p.by_y, light_by_y);
+  AddSlopes(m, part, light_by_x, light_by_y, LightOf(bend_x, down.slope), LightOf(by_x, down.bend), p);
   AddBends(m, LightOf(bend_x, down.share), LightOf(rows, down.bend), p);
   p.by_gain = hn::Add(p.by_gain, hn::Add(LightOf(by_gain, down.share), LightOf(rows, down.gain)));
   p.by_xy = hn::Add(p.by_xy, LightOf(by_x, down.slope));
-  p.twist_by_x = hn::Add(p.twist_by_x, LightOf(bend_x, down.slope));
-  p.twist_by_y = hn::Add(p.twist_by_y, LightOf(by_x, down.bend));
   p.twist_by_both = hn::Add(p.twist_by_both, LightOf(bend_x, down.bend));
-  p.way_x = hn::MulAdd(part, light_by_x, p.way_x);
-  p.way_y = hn::MulAdd(part, light_by_y, p.way_y);
   for (int j = 0; j < kSide; ++j)
     for (int i = 0; i < kSide; ++i) {
       const bool even = (i + j) % 2 == 0;
@@ -252,23 +254,21 @@ HWY_INLINE void AddGrownPoint(const LaneModel& m, V x, V y, V part, const PowerT
 
 HWY_INLINE void Scale(V by, Picture& p) {
   for (V* value : {&p.light, &p.by_x, &p.by_y, &p.by_blur, &p.by_gain, &p.by_xy, &p.by_xx, &p.by_yy, &p.way_x, &p.way_y,
-                   &p.twist_by_x, &p.twist_by_y, &p.twist_by_both})
+                   &p.twist_by_both})
     *value = hn::Mul(*value, by);
   for (auto* shares : {&p.share, &p.twist_share})
     for (auto& row : *shares)
       for (V& cell : row) cell = hn::Mul(cell, by);
 }
 
-/// Edges that are not square to each other, or are blurred by motion along both, blur together: all that follows of a
-/// blur whose covariance is not zero, to its second order (derivatives to the first).
+/// Edges that are not square to each other, or are blurred by motion along both, blur together: what that does to the
+/// light, to the second order of the blur's covariance, and to the derivatives that AddSlopes() has not, to the first.
 HWY_INLINE void Twist(const LaneModel& m, Picture& p) {
   const V covariance = m.of(ModelLanes::kCovariance);
   const V scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
   const V per_xx = hn::Mul(scale_x, scale_x), per_yy = hn::Mul(scale_y, scale_y);
   const V by_covariance = hn::MulAdd(hn::Mul(hn::Mul(per_xx, per_yy), covariance), p.twist_by_both, p.by_xy);
   p.light = hn::MulAdd(hn::Mul(covariance, Splat(0.5f)), hn::Add(p.by_xy, by_covariance), p.light);
-  p.by_x = hn::MulAdd(hn::Mul(covariance, per_xx), p.twist_by_x, p.by_x);
-  p.by_y = hn::MulAdd(hn::Mul(covariance, per_yy), p.twist_by_y, p.by_y);
   p.by_blur = hn::MulAdd(m.of(ModelLanes::kCovarianceByBlur), by_covariance, p.by_blur);
   for (int j = 0; j < kSide; ++j)
     for (int i = 0; i < kSide; ++i) p.share[j][i] = hn::MulAdd(covariance, p.twist_share[j][i], p.share[j][i]);
