@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "detect/common/trace_kernel.h"
+#include "detect/toolbox.h"
 
 namespace chequer {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "chequer/detect_trace.h"
 #include "core/crop.h"
-#include "detect/common/colours.h"
+#include "detect/toolbox.h"
 
 namespace chequer {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "detect/fit/fit.h"
-#include "detect/identity/identify.h"
+#include "detect/identity/marker_description.h"
 #include "detect/image_state.h"
 
 namespace chequer {

@@ -3,8 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "detect/boards/anchor.h"
-#include "detect/boards/second_look.h"
+#include "detect/boards/boards.h"
 #include "detect/common/scratch.h"
 #include "detect/common/search_regions.h"
 #include "detect/corners/corners.h"

@@ -6,13 +6,13 @@
 #include <stdexcept>
 
 #include "chequer/check.h"
+#include "chequer/tone_curve.h"
 #include "detect/board_fits.h"
 #include "detect/board_search.h"
-#include "detect/boards/twins.h"
-#include "detect/common/tone_table.h"
+#include "detect/boards/boards.h"
 #include "detect/expectations.h"
 #include "detect/image_state.h"
-#include "detect/pose/constant_errors.h"
+#include "detect/pose/plane_pose.h"
 #include "detect/region_choice.h"
 
 namespace chequer {
@@ -23,6 +23,24 @@ DetectorOptions WithUsualCalibration(DetectorOptions options) {
     options.camera->covariance = UsualLensCovariance(*options.camera);
   return options;
 }
+
+/// The table of the tone curve that was asked for last. It is kept from image to image, as a camera hardly ever changes
+/// its curve, and depends on nothing but the curve.
+class ToneTable {
+ public:
+  /// Light (0..1) of each 8-bit value. Valid until another curve is asked for.
+  const std::array<float, 256>& Of(const ToneCurve& curve) {
+    if (!(curve == curve_)) {
+      table_ = curve.LinearTable();
+      curve_ = curve;
+    }
+    return table_;
+  }
+
+ private:
+  ToneCurve curve_ = ToneCurve::Srgb();
+  std::array<float, 256> table_ = ToneCurve::Srgb().LinearTable();
+};
 
 }  // namespace
 

@@ -9,13 +9,12 @@
 #include <vector>
 
 #include "chequer/detector.h"
-#include "detect/boards/anchor.h"
-#include "detect/boards/twins.h"
+#include "detect/boards/boards.h"
 #include "detect/common/light.h"
 #include "detect/common/search_regions.h"
 #include "detect/common/work_meter.h"
 #include "detect/deferred_places.h"
-#include "detect/fit/fitted_board.h"
+#include "detect/fit/fit.h"
 #include "detect/memory/expected_boards.h"
 #include "detect/memory/memory.h"
 #include "detect/tracer.h"

@@ -4,11 +4,10 @@
 #include <vector>
 
 #include "chequer/detect_trace.h"
-#include "detect/boards/anchor.h"
-#include "detect/boards/second_look.h"
-#include "detect/fit/fitted_board.h"
+#include "detect/boards/boards.h"
+#include "detect/fit/fit.h"
 #include "detect/grids/grids.h"
-#include "detect/identity/identify.h"
+#include "detect/identity/marker_description.h"
 
 namespace chequer {
 

@@ -4,7 +4,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "core/median.h"
-#include "detect/common/plane.h"
+#include "detect/toolbox.h"
 #include "lens/bounded_search.h"
 #include "lens/crossing_fit.h"
 #include "lens/edge_width.h"

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "detect/common/plane.h"
+#include "detect/toolbox.h"
 
 namespace chequer {
 

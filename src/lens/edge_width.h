@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "detect/common/plane.h"
+#include "detect/toolbox.h"
 
 namespace chequer {
 

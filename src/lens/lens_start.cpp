@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "core/median.h"
-#include "detect/common/homography.h"
+#include "detect/toolbox.h"
 
 namespace chequer {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/median.h"
-#include "detect/common/plane.h"
+#include "detect/toolbox.h"
 #include "lens/edge_width.h"
 #include "lens/lens_target.h"
 

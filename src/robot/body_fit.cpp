@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "core/robot_pose.h"
-#include "detect/pose/plane_pose.h"
+#include "detect/toolbox.h"
 
 namespace chequer {
 namespace {

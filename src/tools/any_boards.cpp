@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "chequer/detect_trace.h"
-#include "detect/common/trace_kernel.h"
+#include "detect/toolbox.h"
 
 namespace chequer {
 namespace {

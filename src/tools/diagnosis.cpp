@@ -13,7 +13,7 @@
 #include <string>
 
 #include "core/picture_check.h"
-#include "detect/common/trace_kernel.h"
+#include "detect/toolbox.h"
 #include "marker/variant_guess.h"
 #include "marker/variants.h"
 #include "tools/any_boards.h"

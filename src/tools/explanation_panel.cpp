@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "detect/common/colours.h"
+#include "detect/toolbox.h"
 #include "tools/plot.h"
 
 namespace chequer {

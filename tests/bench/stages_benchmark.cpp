@@ -7,7 +7,7 @@
 #include <random>
 
 #include "chequer/detector.h"
-#include "detect/boards/anchor.h"
+#include "detect/boards/boards.h"
 #include "detect/common/board_geometry.h"
 #include "detect/common/homography.h"
 #include "detect/common/light.h"
@@ -16,7 +16,7 @@
 #include "detect/corners/corners.h"
 #include "detect/fit/fit.h"
 #include "detect/grids/grids.h"
-#include "detect/identity/identify.h"
+#include "detect/identity/marker_description.h"
 #include "detect/pose/plane_pose.h"
 #include "simulate/layouts.h"
 #include "simulate/render.h"

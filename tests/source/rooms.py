@@ -3,12 +3,13 @@
 
 Each row of the table that begins with a folder names the headers to enter it by. A file may include those, what `common/`
 has, and what lies in its own folder; `common/` knows no room, and no room knows what lies beside the folders, but the
-detector itself. Status 1, with a line for each, if an #include does otherwise.
+detector itself. Other modules include `toolbox.h` alone. Status 1, with a line for each, if an #include does otherwise.
 """
 import pathlib
 import re
 import sys
 
+TOOLBOX = "toolbox.h"
 INCLUDE = re.compile(r'^#include "detect/([^"]+)"', re.M)
 
 
@@ -46,6 +47,10 @@ def main(folder):
         for included in INCLUDE.findall(path.read_text()):
             if fault := fault_of(room, included, entrances):
                 faults.append(f'{path}: "detect/{included}": {fault}')
+    for path in sorted(folder.parent.rglob("*")):
+        if path.suffix in (".h", ".cpp") and folder not in path.parents:
+            faults += [f'{path}: "detect/{included}": other modules include detect/{TOOLBOX}'
+                       for included in INCLUDE.findall(path.read_text()) if included != TOOLBOX]
     for room, headers in entrances.items():
         faults += [f"{folder}/README.md: {room}/{header} is not there" for header in sorted(headers)
                    if not (folder / room / header).exists()]

@@ -1,10 +1,9 @@
-#include "detect/boards/anchor.h"
-
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
 #include "core/median.h"
+#include "detect/boards/boards.h"
 
 namespace chequer {
 namespace {
@@ -16,20 +15,33 @@ constexpr double kLeastOfMost = 0.8;
 /// Two lines of cells may be occluded where less of the border shows than this share. Of a 6 × 6 border, one line
 /// leaves 0.7 and two leave 0.6.
 constexpr double kAllButTwoLines = 0.66;
-/// In narrower cells, half of what a window measures comes from their neighbours, by blur and interpolation (a guess).
-constexpr double kSmallCellPx = 4;
+/// Lines of cells along one side that may be occluded. Three would leave half of a 6 × 6 border.
+constexpr int kMostCovered = 2;
+/// Windows of a grid that are tried as partly occluded boards. The grid of one board has at most 40; more come from
+/// textures.
+constexpr int kMostWithCover = 1000;
 /// The most units that one window takes, its share of the work before it included (a guess).
 constexpr std::uint64_t kUnitsOfWindow = 30;
 
-}  // namespace
-
-BoardFinder::Sought::Sought(std::vector<BorderPattern> given_patterns, ColorSpace given_space)
-    : patterns(std::move(given_patterns)), space(given_space) {
-  for (const BorderPattern& pattern : patterns)
-    most_corners = std::max({most_corners, pattern.size.rows - 1, pattern.size.cols - 1});
+int MostCorners(const std::vector<BorderPattern>& patterns) {
+  int most = 0;
+  for (const BorderPattern& pattern : patterns) most = std::max({most, pattern.size.rows - 1, pattern.size.cols - 1});
+  return most;
 }
 
-BoardFinder::BoardFinder(std::vector<BorderPattern> patterns, ColorSpace space) : sought_(std::move(patterns), space) {}
+/// Where a point of the lattice lies on the board.
+Eigen::Vector2d OnBoard(const Placement& placement, const Eigen::Vector2d& lattice) {
+  const Lattice::Window& window = placement.corners;
+  const Eigen::Vector2d center(window.x + 0.5 * (window.cols - 1), window.y + 0.5 * (window.rows - 1));
+  constexpr std::array<int, 4> kCos{1, 0, -1, 0}, kSin{0, 1, 0, -1};
+  const int cos = kCos[static_cast<std::size_t>(placement.turn)], sin = kSin[static_cast<std::size_t>(placement.turn)];
+  return (Eigen::Matrix2d() << cos, sin, -sin, cos).finished() * (lattice - center);
+}
+
+}  // namespace
+
+BoardFinder::BoardFinder(std::vector<BorderPattern> patterns, ColorSpace space)
+    : patterns_(std::move(patterns)), most_corners_(MostCorners(patterns_)), space_(space), judge_(space) {}
 
 float BoardFinder::ContrastOf(const std::vector<Corner>& corners) const {
   float sum = 0, count = 0;
@@ -38,57 +50,80 @@ float BoardFinder::ContrastOf(const std::vector<Corner>& corners) const {
   return sum / std::max(count, 1.0f);
 }
 
-bool BoardFinder::FitWindow(const Lattice::Window& window, std::vector<PointPair>* pairs) {
-  const auto homography = grid_->lattice.Fit(window, pairs);
-  if (!homography) return false;
-  grid_->image_from_lattice = *homography;
-  return true;
+bool BoardFinder::JudgeOpen(Placement& placement) {
+  LatticeCells& cells = grid_->cells;
+  if (!Accept(placement, ShowsEnough(placement, grid_->footprint))) return false;
+  if (Accept(placement, judge_.Judge(grid_->footprint, placement, grid_->work))) return true;
+  if (!placement.inks_alike || !cells.small()) return false;
+  cells.Unmix(unmixer_);
+  cells.Look(placement.corners, grid_->footprint);
+  return Accept(placement, ShowsEnough(placement, grid_->footprint)) &&
+         Accept(placement, judge_.Judge(grid_->footprint, placement, grid_->work));
 }
 
-void BoardFinder::TryWindow(int pattern, const Lattice::Window& window, bool turned, const LightReader& reader) {
-  const MarkerSize size = sought_.patterns[static_cast<std::size_t>(pattern)].size;
-  if (grid_->mixed) {
-    // Only where a checkerboard shows: clutter is not worth it.
-    MarkVisible(window, reader);
-    if (ShowsEnough({.pattern = pattern, .corners = window, .covered = {}})) UnmixCells(reader);
+bool BoardFinder::JudgeCovered(Placement& placement) {
+  if (++grid_->with_cover > kMostWithCover) return false;
+  // The cover lies where it explains most of what does not show: at another side, the border that is left may match
+  // too.
+  std::array<std::pair<int, int>, 4> sides;
+  for (placement.covered.lines = 1; placement.covered.lines <= kMostCovered; ++placement.covered.lines) {
+    for (int side = 0; side < 4; ++side) {
+      placement.covered.side = side;
+      sides[static_cast<std::size_t>(side)] = {NotShowing(placement, grid_->footprint), side};
+    }
+    std::sort(sides.begin(), sides.end());
+    for (const auto& [not_showing, side] : sides) {
+      placement.covered.side = side;
+      if (ShowsEnough(placement, grid_->footprint).passed() &&
+          judge_.Judge(grid_->footprint, placement, grid_->work).passed())
+        return true;
+    }
   }
-  bool marked = false;
+  return false;
+}
+
+void BoardFinder::TryWindow(const BorderPattern& pattern, const Lattice::Window& window, bool turned) {
+  const MarkerSize size = pattern.size;
+  LatticeCells& cells = grid_->cells;
+  if (cells.mixed()) {
+    // Only where a checkerboard shows: clutter is not worth it.
+    cells.Look(window, grid_->footprint);
+    const Placement placement{.pattern = &pattern, .corners = window, .covered = {}};
+    if (Accept(placement, ShowsEnough(placement, grid_->footprint))) cells.Unmix(unmixer_);
+  }
+  bool looked = false;
   // A square board's footprint is the same for all turns.
   const int step = size.rows == size.cols ? 1 : 2;
   for (int turn = turned ? 1 : 0; turn < 4; turn += step) {
-    Placement placement{.pattern = pattern, .corners = window, .turn = turn, .covered = {}};
+    Placement placement{.pattern = &pattern, .corners = window, .turn = turn, .covered = {}};
     // The lattice's cell (i, j) is light where i + j is even; the board's first cell is dark.
     const Cell first = InFootprint(size, 0, 0, placement.turn);
     if ((window.x - 1 + first.col + window.y - 1 + first.row) % 2 == 0) continue;
     grid_->work.Add(WorkStep::kWindow);
-    const bool may_be = MayBeBorder(sought_.patterns[static_cast<std::size_t>(pattern)], window, turn, reader);
+    const bool may_be = judge_.MayBeBorder(placement, cells);
     if (!may_be && !grid_->attempt) continue;
-    if (!marked) MarkVisible(window, reader);
-    marked = true;
+    if (!looked) cells.Look(window, grid_->footprint);
+    looked = true;
     if (!may_be) {
-      Refuse(placement, Refusal::kNoYellow, 0, 0);
+      Accept(placement, {Refusal::kNoYellow});
       continue;
     }
-    if (!(ShowsEnough(placement) && (JudgeBorder(placement) || JudgeUnmixed(placement, reader))) &&
-        !JudgeCovered(placement))
-      continue;
+    if (!JudgeOpen(placement) && !JudgeCovered(placement)) continue;
     // The border's period is four cells: turned by half a turn and two cells off, a board with two lines occluded looks
     // the same, but one of its sides lies inside the board in truth.
-    if (placement.border_seen < kAllButTwoLines * BorderLength(size) && HasCornersOnItsSides(window)) {
-      Refuse(placement, Refusal::kGoesOn, 0, 0);
+    if (placement.border_seen < kAllButTwoLines * BorderLength(size) && HasCornersOnItsSides(grid_->lattice, window)) {
+      Accept(placement, {Refusal::kGoesOn});
       continue;
     }
     grid_->placements.push_back(placement);
   }
 }
 
-void BoardFinder::TryWindows(int pattern, bool turned, const LightReader& reader) {
-  const MarkerSize size = sought_.patterns[static_cast<std::size_t>(pattern)].size;
+int BoardFinder::GatherWindows(const BorderPattern& pattern, Lattice::Window window) {
   const Lattice::Window& all = grid_->lattice.window();
-  grid_->windows.clear();
-  Lattice::Window window{0, 0, (turned ? size.rows : size.cols) - 1, (turned ? size.cols : size.rows) - 1};
   const double least = std::max<double>(GridLinker::kFewest, kLeastCorners * window.cols * window.rows);
   int most = 0;
+  grid_->windows.clear();
   for (window.y = all.y; window.y + window.rows <= all.y + all.rows; ++window.y)
     for (window.x = all.x; window.x + window.cols <= all.x + all.cols; ++window.x) {
       const int count = grid_->lattice.Count(window);
@@ -96,13 +131,22 @@ void BoardFinder::TryWindows(int pattern, bool turned, const LightReader& reader
       if (count >= least) grid_->windows.emplace_back(count, window);
     }
   if (grid_->windows.empty())
-    Refuse({.pattern = pattern, .corners = {}, .covered = {}}, Refusal::kFewCorners, most, std::ceil(least));
-  // A board that is seen in part still has nearly all the corners that there are.
-  const bool one_board = all.cols < 2 * window.cols && all.rows < 2 * window.rows;
+    Accept({.pattern = &pattern, .corners = {}, .covered = {}},
+           {Refusal::kFewCorners, static_cast<double>(most), std::ceil(least)});
   // What is beyond doubt spares the others around it, which have fewer corners for the most part.
   std::sort(grid_->windows.begin(), grid_->windows.end(), [](const auto& a, const auto& b) {
     return std::tuple(-a.first, a.second.y, a.second.x) < std::tuple(-b.first, b.second.y, b.second.x);
   });
+  return most;
+}
+
+void BoardFinder::TryWindows(const BorderPattern& pattern, bool turned) {
+  const MarkerSize size = pattern.size;
+  const Lattice::Window& all = grid_->lattice.window();
+  const Lattice::Window window{0, 0, (turned ? size.rows : size.cols) - 1, (turned ? size.cols : size.rows) - 1};
+  const int most = GatherWindows(pattern, window);
+  // A board that is seen in part still has nearly all the corners that there are.
+  const bool one_board = all.cols < 2 * window.cols && all.rows < 2 * window.rows;
   if (grid_->limit.waited > 0 && !one_board && !grid_->windows.empty()) {
     const std::uint64_t tried =
         static_cast<std::uint64_t>(grid_->limit.waited) * (grid_->limit.units / kUnitsOfWindow + 1);
@@ -112,13 +156,12 @@ void BoardFinder::TryWindows(int pattern, bool turned, const LightReader& reader
   }
   grid_->spared.assign(static_cast<std::size_t>(all.cols * all.rows), 0);
   grid_->work.Add(WorkStep::kLatticePoint, grid_->spared.size());
-  for (const auto& counted : grid_->windows) {
-    if (one_board && counted.first <= kLeastOfMost * most) break;
-    const Lattice::Window& at = counted.second;
+  for (const auto& [count, at] : grid_->windows) {
+    if (one_board && count <= kLeastOfMost * most) break;
     if (grid_->spared[static_cast<std::size_t>((at.y - all.y) * all.cols + at.x - all.x)]) continue;
     if (grid_->left_undone = work().units() > grid_->limit.units; grid_->left_undone) break;
     const std::size_t before = grid_->placements.size();
-    TryWindow(pattern, at, turned, reader);
+    TryWindow(pattern, at, turned);
     const auto first_new = grid_->placements.begin() + static_cast<std::ptrdiff_t>(before);
     if (std::any_of(first_new, grid_->placements.end(), [&](const Placement& each) { return IsBeyondDoubt(each); }))
       SpareAround(at);
@@ -136,43 +179,50 @@ void BoardFinder::SpareAround(const Lattice::Window& window) {
 
 bool BoardFinder::IsBeyondDoubt(const Placement& placement) const {
   const Lattice::Window& window = placement.corners;
-  const int border = BorderLength(sought_.patterns[static_cast<std::size_t>(placement.pattern)].size);
+  const int border = BorderLength(placement.pattern->size);
   return grid_->lattice.Count(window) == window.cols * window.rows && placement.border_seen == border &&
          placement.border_matches == border;
 }
 
-bool BoardFinder::Build(const Placement& placement, const LightReader& reader, const Lens& lens, AnchoredBoard& board) {
-  const Lattice::Window& window = placement.corners;
-  board.size = sought_.patterns[static_cast<std::size_t>(placement.pattern)].size;
-  if (grid_->shared && grid_->lattice.Count(window) == grid_->lattice.Count(grid_->lattice.window())) {
-    // The same corners, which were fitted already.
-    grid_->pairs = grid_->shared_pairs;
-  } else if (!FitWindow(window, &grid_->pairs)) {
-    return Refuse(placement, Refusal::kNotPlane, 0, 0);
+void BoardFinder::TakeBest(const Lens& lens, std::vector<AnchoredBoard>& boards) {
+  grid_->choice.Choose(grid_->placements, grid_->work);
+  for (const std::size_t i : grid_->choice.rivalled) Accept(grid_->placements[i], {Refusal::kRivalled});
+  for (const std::size_t i : grid_->choice.taken) {
+    const Placement& placement = grid_->placements[i];
+    if (GoesOn(placement, grid_->placements, grid_->choice, grid_->cells))
+      Accept(placement, {Refusal::kGoesOn});
+    else if (!Build(placement, lens, boards.emplace_back()))
+      boards.pop_back();
   }
-  ResampleByHomography(window, reader);
+}
+
+bool BoardFinder::Build(const Placement& placement, const Lens& lens, AnchoredBoard& board) {
+  const Lattice::Window& window = placement.corners;
+  LatticeCells& cells = grid_->cells;
+  board.size = placement.pattern->size;
+  if (cells.on_plane() && grid_->lattice.Count(window) == grid_->lattice.Count(grid_->lattice.window())) {
+    // The same corners, which were fitted already.
+    grid_->pairs = grid_->all_pairs;
+  } else {
+    const auto homography = grid_->lattice.Fit(window, &grid_->pairs);
+    if (!homography) return Accept(placement, {Refusal::kNotPlane});
+    cells.Refine(*homography);
+  }
+  cells.Resample(window);
   Placement judged = placement;
   // Of the same samples, it would be judged as before.
-  if (!(grid_->shared && window == grid_->marked)) {
-    MarkVisible(window, reader);
-    if (!JudgeBorder(judged)) return false;
+  if (!(cells.on_plane() && window == grid_->footprint.window)) {
+    cells.Look(window, grid_->footprint);
+    if (!Accept(judged, judge_.Judge(grid_->footprint, judged, grid_->work))) return false;
   }
   grid_->work.Add(WorkStep::kBoard);
-  DescribeCells(judged, board);
+  judge_.Describe(judged, grid_->footprint, board);
   for (const PointPair& pair : grid_->pairs)
     board.box.Add(static_cast<float>(pair.to.x()), static_cast<float>(pair.to.y()));
   board.box.Widen(1.0f / static_cast<float>(std::min(window.cols, window.rows)));
-  if (!PlaceOnPlane(placement, lens, board)) return Refuse(placement, Refusal::kNotPlane, 0, 0);
+  if (!PlaceOnPlane(placement, lens, board)) return Accept(placement, {Refusal::kNotPlane});
   ClaimCorners(placement, board);
   return true;
-}
-
-Eigen::Vector2d BoardFinder::OnBoard(const Placement& placement, const Eigen::Vector2d& lattice) {
-  const Lattice::Window& window = placement.corners;
-  const Eigen::Vector2d center(window.x + 0.5 * (window.cols - 1), window.y + 0.5 * (window.rows - 1));
-  constexpr std::array<int, 4> kCos{1, 0, -1, 0}, kSin{0, 1, 0, -1};
-  const int cos = kCos[static_cast<std::size_t>(placement.turn)], sin = kSin[static_cast<std::size_t>(placement.turn)];
-  return (Eigen::Matrix2d() << cos, sin, -sin, cos).finished() * (lattice - center);
 }
 
 bool BoardFinder::PlaceOnPlane(const Placement& placement, const Lens& lens, AnchoredBoard& board) {
@@ -183,7 +233,7 @@ bool BoardFinder::PlaceOnPlane(const Placement& placement, const Lens& lens, Anc
     for (const double y : {0.0, 0.5, 1.0})
       for (const double x : {0.0, 0.5, 1.0}) {
         const Eigen::Vector2d at(window.x + x * (window.cols - 1), window.y + y * (window.rows - 1));
-        grid_->pairs.push_back({at, (grid_->image_from_lattice * at.homogeneous()).hnormalized()});
+        grid_->pairs.push_back({at, (grid_->cells.image_from_lattice() * at.homogeneous()).hnormalized()});
       }
   }
   for (PointPair& pair : grid_->pairs) {
@@ -198,18 +248,18 @@ bool BoardFinder::PlaceOnPlane(const Placement& placement, const Lens& lens, Anc
 
 void BoardFinder::ClaimCorners(const Placement& placement, AnchoredBoard& board) {
   const Lattice::Window& window = placement.corners;
-  grid_->sorted.clear();
+  grid_->scales.clear();
   for (int y = window.y; y < window.y + window.rows; ++y)
     for (int x = window.x; x < window.x + window.cols; ++x)
       if (const Lattice::Point* point = grid_->lattice.At(x, y)) {
-        grid_->sorted.push_back(point->scale);
+        grid_->scales.push_back(point->scale);
         (*claimed_)[static_cast<std::size_t>(point->corner)] = 1;
         const Eigen::Vector2d at = OnBoard(placement, Eigen::Vector2d(x, y));
         const int row = static_cast<int>(std::lround(at.y() + 0.5 * (board.size.rows - 2))),
                   col = static_cast<int>(std::lround(at.x() + 0.5 * (board.size.cols - 2)));
         board.found[static_cast<std::size_t>(row * (board.size.cols - 1) + col)] = true;
       }
-  board.scale = MedianInPlace(grid_->sorted);
+  board.scale = MedianInPlace(grid_->scales);
 }
 
 bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members, const std::vector<Corner>& corners,
@@ -217,30 +267,18 @@ bool BoardFinder::Find(const Grid& grid, std::span<const LatticeCorner> members,
                        std::vector<AnchoredBoard>& boards, TraceCandidate* attempt, const GridLimit& limit) {
   grid_.Start().attempt = attempt;
   grid_->limit = limit;
-  if (!grid_->lattice.Read(grid, members, corners, search, *claimed_, reader.width(), reader.height(),
-                           sought_.most_corners))
-    return Refuse({.corners = {}, .covered = {}}, Refusal::kNotOneLattice, 0, 0);
-  const Lattice::Window& all = grid_->lattice.window();
-  grid_->cell_window = {all.x - 2, all.y - 2, all.cols + 3, all.rows + 3};
-  grid_->cells.assign(static_cast<std::size_t>(grid_->cell_window.cols * grid_->cell_window.rows), CellSample{});
+  if (!grid_->lattice.Read(grid, members, corners, search, *claimed_, reader.width(), reader.height(), most_corners_))
+    return Accept({.corners = {}, .covered = {}}, {Refusal::kNotOneLattice});
+  grid_->cells.Start(grid_->lattice, reader);
   // A grid that fits into a board, more or less, lies on one plane.
-  const int cols = grid.max_x - grid.min_x + 1, rows = grid.max_y - grid.min_y + 1;
-  grid_->shared =
-      cols <= sought_.most_corners + 2 && rows <= sought_.most_corners + 2 && FitWindow(all, &grid_->shared_pairs);
-  if (grid_->shared) {
-    const double side = PlaceByHomography(all.x + all.cols / 2 - 1, all.y + all.rows / 2 - 1).side;
-    grid_->mixed = !CellUnmixer::WindowsAreClear(reader, side, CellMesh{}.blur_px);
-    grid_->small = !grid_->mixed && side < kSmallCellPx;
-  }
-  for (int pattern = 0; pattern < static_cast<int>(sought_.patterns.size()); ++pattern) {
-    const MarkerSize size = sought_.patterns[static_cast<std::size_t>(pattern)].size;
-    for (const bool turned : {false, true}) {
-      if (turned && size.rows == size.cols) continue;
-      TryWindows(pattern, turned, reader);
-    }
-  }
+  if (grid.max_x - grid.min_x + 1 <= most_corners_ + 2 && grid.max_y - grid.min_y + 1 <= most_corners_ + 2)
+    if (const auto homography = grid_->lattice.Fit(grid_->lattice.window(), &grid_->all_pairs))
+      grid_->cells.PlaceOnPlane(*homography);
+  for (const BorderPattern& pattern : patterns_)
+    for (const bool turned : {false, true})
+      if (!turned || pattern.size.rows != pattern.size.cols) TryWindows(pattern, turned);
   const std::size_t before = boards.size();
-  TakeBest(reader, lens, boards);
+  TakeBest(lens, boards);
   return boards.size() > before;
 }
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "detect/common/smooth_rows.h"
+#include "detect/boards/view_kernels.h"
 
 namespace chequer {
 namespace {
@@ -16,7 +16,7 @@ constexpr float kMostShare = 6;
 /// with 1 and with 2, fewer corners are linked).
 constexpr float kChangeAlong = 1.5f;
 /// Part of the contrasts that is kept, so that what is raised stays within a byte (a guess).
-constexpr float kContrastKept = 0.6f;
+constexpr float kRaisedKept = 0.6f;
 /// Around the middle of a board of six, its own cells, less what the spread misjudges (a guess below 3).
 constexpr float kCircleCells = 2.6f;
 
@@ -86,7 +86,7 @@ void EvenOutChange(int cell_px, BytePlane& view, MotionBlurScratch& scratch) {
   for (int y = 0, i = 0; y < height; ++y)
     for (int x = 0; x < width; ++x, ++i) {
       const float moved = view.at(x, y) + share * static_cast<float>(scratch.far[static_cast<std::size_t>(i)]);
-      view.row(y)[x] = static_cast<std::uint8_t>(std::clamp(128 + kContrastKept * (moved - mean), 0.0f, 255.0f));
+      view.row(y)[x] = static_cast<std::uint8_t>(std::clamp(128 + kRaisedKept * (moved - mean), 0.0f, 255.0f));
     }
 }
 

@@ -30,7 +30,7 @@ constexpr int kMostCounted = 127;
 constexpr float kMostWide = 9.5f, kMostLong = 60, kMostSlant = 14;
 /// A place whose spread changes by less of its width has settled (guesses).
 constexpr float kSettledPlace = 0.02f;
-constexpr int kMostSteps = 12;
+constexpr int kMostFollowed = 12;
 
 void SetSpread(const Eigen::Matrix2f& covariance, Place& place) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f> solver(covariance);
@@ -154,7 +154,7 @@ std::optional<Place> PlaceOfChange(const BytePlane& plane, const Eigen::Vector2f
   place.spread.setConstant(radius / kReachOfArea);
   const int common = CommonChange(plane, place), least = static_cast<int>(kLeastChange * static_cast<float>(common)),
             most = std::min(common, kMostCounted);
-  for (int left = kMostSteps; left > 0;) {
+  for (int left = kMostFollowed; left > 0;) {
     const Eigen::Vector2f before = place.spread;
     const Moments moments = MomentsOfChange(plane, place, left > 1 ? kReachOfArea : kLastReachOfArea, least, most);
     if (!(moments.weight > 0)) return std::nullopt;

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "detect/boards/affine_view.h"
-#include "detect/common/smooth_rows.h"
+#include "detect/boards/view_kernels.h"
 
 namespace chequer {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "detect/boards/ink_signs.h"
+#include "detect/boards/strong_points.h"
 
 namespace chequer {
 namespace {
@@ -22,6 +22,11 @@ constexpr int kFewestOfWide = 18;
 constexpr int kMostPlaces = 6, kMostSparse = 2;
 /// Least ink along a place whose points show ink. Less may be cells of one ink that lie there by chance (a guess).
 constexpr float kLeastInkAlong = 0.35f;
+
+/// Places that a trace lists. Most of them are not viewed (a guess).
+constexpr std::size_t kMostTold = 12;
+/// Half the side of a board of six.
+constexpr float kHalfSideCells = 3;
 
 /// Whether the first look may have missed a board there.
 bool MayHaveEscaped(const Place& place) {
@@ -121,6 +126,30 @@ bool SecondLook::Next(const Pyramid& pyramid, const LightReader& reader) {
   }
   NoteTheRest();
   return false;
+}
+
+void SecondLook::NotePlace(const Place& place, PlaceFate fate) {
+  if (!image_->trace) return;
+  TracePlace told;
+  told.fate = fate;
+  told.center_px = place.middle.cast<double>();
+  told.outline_px = OutlineAround(place.middle, place.axes, kHalfSideCells / kSpreadCells * place.spread);
+  told.points = place.count;
+  told.cell_px = static_cast<double>(place.spread[1] / kSpreadCells);
+  told.slant = static_cast<double>(place.spread[0] / place.spread[1]);
+  image_->trace->push_back(std::move(told));
+}
+
+void SecondLook::NoteTheRest() {
+  if (!image_->trace) return;
+  while (image_->trace->size() < kMostTold) {
+    const std::optional<Place> place = FindPlace();
+    if (!place) return;
+    if (place->count == 0) continue;
+    const PlaceFate fate = Judge(*place);
+    NotePlace(*place, fate == PlaceFate::kViewed ? PlaceFate::kTooMany : fate);
+    image_->points.Forget(*place, image_->work);
+  }
 }
 
 }  // namespace chequer

@@ -1,13 +1,18 @@
 #include "detect/boards/strong_points.h"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <utility>
 
-#include "detect/boards/ink_signs.h"
-
 namespace chequer {
 namespace {
+
+/// Beyond the edges' blur, inside what lies around narrow cells, px.
+constexpr std::array<std::array<float, 2>, InkSigns::kAround> kOffsets{
+    {{4, 0}, {0, 4}, {-4, 0}, {0, -4}, {3, 3}, {-3, 3}, {-3, -3}, {3, -3}}};
+/// The ink at the first pixels around a point: of four of a board's cells, one has ink for the most part (a guess).
+constexpr float kLeastInkAtFirst = 0.15f;
 
 /// Sides of the tiles that count points, px, as a power of two (a guess).
 constexpr int kTileShift = 5;
@@ -22,9 +27,9 @@ constexpr std::size_t kManyPoints = 100;
 /// first look misses have as many (a guess).
 constexpr std::size_t kMostPoints = 10'000;
 /// Steps from the fullest tile on, as far as the points go on (a guess).
-constexpr int kMostSteps = 6;
+constexpr int kMostGathered = 6;
 /// Times that each point is asked where it belongs, at most, for a place: by two counts, the steps, and Forget().
-constexpr std::uint64_t kPassesOfPlace = 2 + kMostSteps + 1;
+constexpr std::uint64_t kPassesOfPlace = 2 + kMostGathered + 1;
 
 /// Leaves out the weakest of too many, and of equals the last.
 void KeepStrongest(std::size_t most, std::vector<StrongPoint>& points) {
@@ -43,6 +48,24 @@ void KeepStrongest(std::size_t most, std::vector<StrongPoint>& points) {
 }
 
 }  // namespace
+
+void InkSigns::Add(const LightReader& reader, const Eigen::Vector2f& at, std::size_t first, std::size_t past) {
+  for (std::size_t i = first; i < past; ++i) {
+    const Eigen::Vector3f rgb = reader.RoughRgb(at.x() + kOffsets[i][0], at.y() + kOffsets[i][1], 0);
+    // A mean of red and green would take a green circuit board for ink.
+    yellow_ = std::max(yellow_, std::min(rgb[0], rgb[1]) - rgb[2]);
+    blue_ = std::max(blue_, rgb[2] - std::max(rgb[0], rgb[1]));
+    light_ = std::max(light_, rgb.sum() / 3);
+  }
+}
+
+bool ShowsInks(const LightReader& reader, const Eigen::Vector2f& at) {
+  InkSigns signs;
+  signs.Add(reader, at, 0, InkSigns::kFirstAround);
+  if (!signs.AreThere(kLeastInkAtFirst)) return false;
+  signs.Add(reader, at, InkSigns::kFirstAround);
+  return signs.AreThere();
+}
 
 int StrongPoints::cols() const { return (width_ >> kTileShift) + 1; }
 int StrongPoints::rows() const { return (height_ >> kTileShift) + 1; }
@@ -110,7 +133,7 @@ std::optional<Place> StrongPoints::FindPlace(WorkMeter& work) {
   place.middle =
       side * Eigen::Vector2f(static_cast<float>(tile % cols()) + 0.5f, static_cast<float>(tile / cols()) + 0.5f);
   place.spread.setConstant(side / 2);
-  for (int i = 0, before = -1; i < kMostSteps && place.count != before; ++i) {
+  for (int i = 0, before = -1; i < kMostGathered && place.count != before; ++i) {
     before = place.count;
     work.Add(WorkStep::kComparison, points_.size());
     place = GatherPoints(points_, place);

@@ -1,10 +1,10 @@
-#include "detect/boards/twins.h"
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
+
+#include "detect/boards/boards.h"
 
 namespace chequer {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace chequer {
 namespace {
@@ -12,6 +13,16 @@ struct YuvScale {
 };
 constexpr YuvScale kFullRange{0, 1, 1};
 constexpr YuvScale kLimitedRange{16, 255.0f / 219.0f, 255.0f / 224.0f};
+
+const YuvScale& ScaleOf(const ImageView& image) {
+  return image.yuv_range() == YuvRange::kFull ? kFullRange : kLimitedRange;
+}
+
+LightReader::Codes RgbOfYuv(const LightReader::Codes& yuv, const YuvScale& scale) {
+  const float l = (yuv[0] - scale.y_offset) * scale.y_scale;
+  const float cb = (yuv[1] - 128) * scale.chroma_scale, cr = (yuv[2] - 128) * scale.chroma_scale;
+  return {l + 1.402f * cr, l - 0.344136f * cb - 0.714136f * cr, l + 1.772f * cb};
+}
 
 /// Light at a value between two codes, or beyond the first or last.
 float LightAtCode(const std::array<float, 256>& table, float code) {
@@ -56,6 +67,24 @@ LightReader::Codes InterpolatedAt(const ImageView& image, const LightReader& rea
   return sum / weight.max(1);
 }
 
+/// Bytes of a short row of pixels with three colours, which are summed side by side, with those that follow.
+constexpr int kShortRow = 16;
+using ByteSums = std::array<std::uint16_t, kShortRow>;
+
+/// Down the columns of bytes of so many rows, at most kShortRow.
+ByteSums SumRows(const std::uint8_t* row, std::ptrdiff_t stride, int rows) {
+  ByteSums sums{};
+  for (; rows > 0; --rows, row += stride)
+    for (std::size_t k = 0; k < kShortRow; ++k) sums[k] = static_cast<std::uint16_t>(sums[k] + row[k]);
+  return sums;
+}
+
+/// First of `size` pixels around `at`, of `all`.
+int FirstAround(float at, int size, int all) {
+  const int first = static_cast<int>(at - 0.5f * static_cast<float>(size - 1) + 0.5f);
+  return std::clamp(first, 0, all - size);
+}
+
 }  // namespace
 
 LightReader::LightReader(const ImageView& image, const std::array<float, 256>& table)
@@ -95,13 +124,7 @@ LightReader::Codes LightReader::CodesAt(int x, int y) const {
 }
 
 Eigen::Vector3f LightReader::LightOf(const Codes& codes) const {
-  Codes rgb = codes;
-  if (IsYuv(image_.format())) {
-    const YuvScale& scale = image_.yuv_range() == YuvRange::kFull ? kFullRange : kLimitedRange;
-    const float l = (codes[0] - scale.y_offset) * scale.y_scale;
-    const float cb = (codes[1] - 128) * scale.chroma_scale, cr = (codes[2] - 128) * scale.chroma_scale;
-    rgb = {l + 1.402f * cr, l - 0.344136f * cb - 0.714136f * cr, l + 1.772f * cb};
-  }
+  const Codes rgb = IsYuv(image_.format()) ? RgbOfYuv(codes, ScaleOf(image_)) : codes;
   return {LightAtCode(table_, rgb[0]), LightAtCode(table_, rgb[1]), LightAtCode(table_, rgb[2])};
 }
 
@@ -113,7 +136,7 @@ LightReader::Codes LightReader::CodesOf(const Eigen::Vector3f& light) const {
   };
   const Codes rgb(code_of(light[0]), code_of(light[1]), code_of(light[2]));
   if (!IsYuv(image_.format())) return rgb;
-  const YuvScale& scale = image_.yuv_range() == YuvRange::kFull ? kFullRange : kLimitedRange;
+  const YuvScale& scale = ScaleOf(image_);
   const float l = 0.299f * rgb[0] + 0.587f * rgb[1] + 0.114f * rgb[2];
   return {l / scale.y_scale + scale.y_offset, 128 + (rgb[2] - l) / 1.772f / scale.chroma_scale,
           128 + (rgb[0] - l) / 1.402f / scale.chroma_scale};
@@ -125,43 +148,22 @@ int LightReader::ChannelOf(int x_parity, int y_parity) const {
   return red_col && red_row ? 0 : (red_col || red_row ? 1 : 2);
 }
 
-LightReader::Row LightReader::RowAt(int y) const {
-  Row row;
-  row.base_ = image_.row(y);
-  row.table_ = sample_table();
-  row.step_ = step_;
-  switch (image_.format()) {
-    case PixelFormat::kBgr8:
-    case PixelFormat::kRgb8: {
-      const bool bgr = image_.format() == PixelFormat::kBgr8;
-      if (!mosaic_) {
-        row.offset_[0] = row.offset_[1] = 1;
-        row.red_ = bgr ? 2 : 0;
-        break;
-      }
-      for (int parity = 0; parity < 2; ++parity) {
-        const int channel = ChannelOf(parity, y & 1);
-        row.offset_[parity] = bgr ? 2 - channel : channel;
-      }
-      break;
-    }
-    case PixelFormat::kUyvy: row.offset_[0] = row.offset_[1] = 1; break;
-    default: break;
-  }
-  return row;
-}
-
 LightReader::Rows LightReader::AllRows() const {
   Rows rows;
   rows.base_ = image_.row(0);
-  rows.table_ = sample_table();
+  rows.table_ = limited_luma_ ? limited_luma_->data() : table_.data();
   rows.step_ = step_;
   if (height() > 1) rows.stride_ = image_.row(1) - image_.row(0);
-  for (int y = 0; y < std::min(2, height()); ++y) {
-    const Row row = RowAt(y);
-    std::copy_n(row.offset_, 2, rows.offset_[static_cast<std::size_t>(y)].begin());
-    if (row.red_ >= 0) rows.red_ = row.red_ - row.offset_[0];
-  }
+  const PixelFormat format = image_.format();
+  if (format == PixelFormat::kUyvy) rows.offset_ = {{{1, 1}, {1, 1}}};
+  if (step_ != 3) return rows;
+  const bool bgr = format == PixelFormat::kBgr8;
+  for (int y = 0; y < 2; ++y)
+    for (int x = 0; x < 2; ++x) {
+      const int channel = mosaic_ ? ChannelOf(x, y) : 1;
+      rows.offset_[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)] = bgr ? 2 - channel : channel;
+    }
+  if (!mosaic_) rows.red_ = bgr ? 1 : -1;
   return rows;
 }
 
@@ -189,13 +191,11 @@ std::array<int, 3> LightReader::YuvAt(int x, int y) const {
 }
 
 Eigen::Vector3f LightReader::LightOfYuv(const Codes& yuv) const {
-  const YuvScale& scale = image_.yuv_range() == YuvRange::kFull ? kFullRange : kLimitedRange;
-  const float l = (yuv[0] - scale.y_offset) * scale.y_scale;
-  const float cb = (yuv[1] - 128) * scale.chroma_scale, cr = (yuv[2] - 128) * scale.chroma_scale;
+  const Codes rgb = RgbOfYuv(yuv, ScaleOf(image_));
   const auto light = [&](float value) {
     return table_[static_cast<std::size_t>(std::clamp(value + 0.5f, 0.0f, 255.0f))];
   };
-  return {light(l + 1.402f * cr), light(l - 0.344136f * cb - 0.714136f * cr), light(l + 1.772f * cb)};
+  return {light(rgb[0]), light(rgb[1]), light(rgb[2])};
 }
 
 Eigen::Vector3f LightReader::RgbAt(int x, int y) const {
@@ -290,6 +290,65 @@ Eigen::Vector3f LightReader::MosaicMean(int x0, int y0, int x1, int y1) const {
   for (int channel = 0; channel < 3; ++channel)
     light[channel] /= static_cast<float>(std::max(pixels[static_cast<std::size_t>(channel)], 1));
   return light;
+}
+
+Eigen::Vector3f LightReader::RoughRgb(float x, float y, float half_px) const {
+  const bool bayer = IsBayer(image_.format());
+  const int least = bayer ? 2 : 1, most = std::min(width(), height());
+  const int size = std::min(std::max(static_cast<int>(2 * half_px), least), most);
+  const int x0 = FirstAround(std::clamp(x, 0.0f, static_cast<float>(width() - 1)), size, width()),
+            y0 = FirstAround(std::clamp(y, 0.0f, static_cast<float>(height() - 1)), size, height());
+  if (size == least) return bayer ? RgbOfTile(x0, y0) : RgbAt(x0, y0);
+  const Codes codes = bayer ? MeanOfMosaic(x0, y0, size) : MeanOfPixels(x0, y0, size);
+  if (IsYuv(image_.format())) return LightOfYuv(codes);
+  return {LightAtCode(table_, codes[0]), LightAtCode(table_, codes[1]), LightAtCode(table_, codes[2])};
+}
+
+Eigen::Vector3f LightReader::RgbOfTile(int x0, int y0) const {
+  const std::uint8_t* const rows[2] = {image_.row(y0) + x0, image_.row(y0 + 1) + x0};
+  const int row = (y0 ^ mosaic_->red_y) & 1, col = (x0 ^ mosaic_->red_x) & 1;  // of red; blue lies opposite
+  const auto light = [&](int of_row, int of_col) { return table_[rows[of_row][of_col]]; };
+  return {light(row, col), (light(row, 1 - col) + light(1 - row, col)) / 2, light(1 - row, 1 - col)};
+}
+
+LightReader::Codes LightReader::MeanOfPixels(int x0, int y0, int size) const {
+  const float pixels = static_cast<float>(size * size);
+  if (step_ == 3 && 3 * size <= kShortRow && 3 * (width() - x0) >= kShortRow) {
+    std::array<int, 3> sum{};
+    const ByteSums bytes = SumRows(image_.row(y0) + 3 * x0, image_.row(1) - image_.row(0), size);
+    for (std::size_t at = 0, end = static_cast<std::size_t>(3 * size); at < end; at += 3)
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += bytes[at + c];
+    if (image_.format() == PixelFormat::kBgr8) std::swap(sum[0], sum[2]);
+    return Eigen::Array3i(sum[0], sum[1], sum[2]).cast<float>() / pixels;
+  }
+  // Whole numbers below 2²⁴: exact.
+  Codes sum = Codes::Zero();
+  for (int y = y0; y < y0 + size; ++y)
+    for (int x = x0; x < x0 + size; ++x) sum += CodesAt(x, y);
+  return sum / pixels;
+}
+
+LightReader::Codes LightReader::MeanOfMosaic(int x0, int y0, int size) const {
+  // By row and column of the square, odd or even.
+  std::array<std::array<int, 2>, 2> sums{};
+  for (int row = 0; row < size; ++row) {
+    const std::uint8_t* p = image_.row(y0 + row) + x0;
+    int even = 0, odd = 0;
+    for (int col = 0; col + 1 < size; col += 2) even += p[col], odd += p[col + 1];
+    if (size % 2) even += p[size - 1];
+    std::array<int, 2>& sum = sums[static_cast<std::size_t>(row % 2)];
+    sum[0] += even;
+    sum[1] += odd;
+  }
+  // Red and blue lie in opposite places of the tile, the greens in the other two.
+  const std::size_t red_row = static_cast<std::size_t>((y0 ^ mosaic_->red_y) & 1),
+                    red_col = static_cast<std::size_t>((x0 ^ mosaic_->red_x) & 1);
+  const std::array<int, 2> in_line{(size + 1) / 2, size / 2};
+  const auto pixels = [&](std::size_t row, std::size_t col) { return in_line[row] * in_line[col]; };
+  const std::size_t row = 1 - red_row, col = 1 - red_col;
+  const Eigen::Array3i sum(sums[red_row][red_col], sums[red_row][col] + sums[row][red_col], sums[row][col]);
+  const Eigen::Array3i count(pixels(red_row, red_col), pixels(red_row, col) + pixels(row, red_col), pixels(row, col));
+  return sum.cast<float>() / count.cast<float>();
 }
 
 namespace {

@@ -55,7 +55,7 @@ class LightReader {
   /// Of a Bayer image, or of a colour image that was found to be an interpolated mosaic (see SetMosaic).
   const std::optional<Mosaic>& mosaic() const { return mosaic_; }
   /// Declares that the pixels of a colour image hold the samples of that mosaic, the other two channels being
-  /// interpolated: Sample() then reads the samples alone.
+  /// interpolated: runs then read the samples alone.
   void SetMosaic(const Mosaic& mosaic) { mosaic_ = mosaic; }
 
   /// Three values as the image codes them, of a pixel or the mean of some: R, G, B, or Y, U, V.
@@ -65,43 +65,21 @@ class LightReader {
     int cols = 1, rows = 1;
   };
   Sharing chroma_sharing() const;
-  /// Where pixels share a sample, the same for all of them; where each has one colour, of its neighbours for the others.
+  /// Where pixels share a sample, the same for all of them; where each has one colour, of its neighbours for the
+  /// others.
   /// @pre the pixel lies in the image.
   Codes CodesAt(int x, int y) const;
   /// Light of codes, between those of whole ones, and the other way round: of what the image's range holds, within it.
   Eigen::Vector3f LightOf(const Codes& codes) const;
   Codes CodesOf(const Eigen::Vector3f& light) const;
 
-  /// Channels that Sample() tells apart: 3 with a mosaic, else 1.
+  /// Channels that runs tell apart: 3 with a mosaic, else 1.
   int channels() const { return mosaic_ ? 3 : 1; }
   /// Channel of a pixel with coordinates of that parity: 0 red, 1 green, 2 blue; 0 without a mosaic.
   int ChannelOf(int x_parity, int y_parity) const;
 
-  /// One measurement, 0..1: the sample of a mosaic; RedAndGreen of a colour image; Y of a YUV image.
-  /// @pre the pixel lies in the image.
-  float Sample(int x, int y) const { return RowAt(y)[x]; }
-
-  /// The measurements of one row: what Sample() returns, without asking for the format at every pixel.
-  class Row {
-   public:
-    float operator[](int x) const {
-      const std::uint8_t* p = base_ + step_ * x;
-      const float first = table_[p[offset_[x & 1]]];
-      return red_ < 0 ? first : RedAndGreen::Of(table_[p[red_]], first);
-    }
-
-   private:
-    friend class LightReader;
-    const std::uint8_t* base_ = nullptr;
-    const float* table_ = nullptr;
-    int step_ = 1;
-    int offset_[2] = {0, 0};  ///< by parity of x
-    int red_ = -1;            ///< of the byte that is mixed with the first
-  };
-  /// @pre the row lies in the image.
-  Row RowAt(int y) const;
-
-  /// Neighbouring pixels of a row, from one on.
+  /// Neighbouring pixels of a row, from one on. One measurement each, 0..1: the sample of a mosaic; RedAndGreen of a
+  /// colour image; Y of a YUV image.
   struct Run {
     const std::uint8_t *first, *second;  ///< bytes of the first pixel and the next
     std::ptrdiff_t step;                 ///< from a pixel to the next but one
@@ -173,8 +151,6 @@ class LightReader {
   /// Means over the square of `size` pixels a side from x0, y0.
   Codes MeanOfPixels(int x0, int y0, int size) const;
   Codes MeanOfMosaic(int x0, int y0, int size) const;
-  /// Light of each value of what Sample() reads.
-  const float* sample_table() const { return limited_luma_ ? limited_luma_->data() : table_.data(); }
 
   ImageView image_;
   const std::array<float, 256>& table_;

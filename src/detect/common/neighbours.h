@@ -4,6 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "chequer/marker.h"
+
 namespace chequer {
 
 /// How much larger each cell's value is than the mean of its up to four neighbours, row by row.
@@ -18,5 +20,10 @@ class NeighbourLead {
   std::vector<float> value_, count_;
   std::vector<float> lead_;
 };
+
+/// What lies over a board hides cells side by side: a cell between occluded ones that looks like one of the board is a
+/// part of the cover that happens to. Hides every cell that two of its neighbours are occluded of, until there is none.
+/// @param occluded by cell, row by row.
+void HideBetween(MarkerSize size, std::span<std::uint8_t> occluded);
 
 }  // namespace chequer

@@ -37,8 +37,8 @@ class RawBuffer {
   void Resize(std::size_t size) {
     if (size > capacity_) {
       capacity_ = std::max(size, capacity_ + capacity_ / 2);
-      // New memory is zero, which costs once: vectors over a row's end read on, and what they make of it is thrown away,
-      // but not before it has been compared.
+      // New memory is zero, which costs once: vectors over a row's end read on, and what they make of it is thrown
+      // away, but not before it has been compared.
       values_ = std::make_unique<T[]>(capacity_);
     }
     size_ = size;
@@ -67,6 +67,25 @@ class RawBuffer {
 
   std::unique_ptr<T[]> values_;
   std::size_t size_ = 0, capacity_ = 0;
+};
+
+/// A table of floats by columns, which vectors read. Keeps its memory.
+class FloatColumns {
+ public:
+  /// Vectors may run so far over the end of a column.
+  static constexpr std::size_t kBeyond = 64;
+
+  /// Values are undefined afterwards.
+  void Resize(std::size_t columns, std::size_t rows) {
+    stride_ = rows + kBeyond;
+    values_.Resize(columns * stride_);
+  }
+  float* column(std::size_t k) { return values_.data() + k * stride_; }
+  const float* column(std::size_t k) const { return values_.data() + k * stride_; }
+
+ private:
+  std::size_t stride_ = 0;
+  RawBuffer<float> values_;
 };
 
 }  // namespace chequer

@@ -5,7 +5,6 @@
 #include <limits>
 #include <vector>
 
-#include "detect/common/corner.h"
 #include "detect/common/plane.h"
 #include "detect/common/search_regions.h"
 #include "detect/corners/corner_response.h"

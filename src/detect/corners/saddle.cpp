@@ -99,76 +99,101 @@ HWY_INLINE V ParabolaPeak(D d, VI before, VI middle, VI after) {
   return hn::IfThenElseZero(hn::Gt(bend, hn::Zero(d)), hn::Min(hn::Max(peak, hn::Neg(half)), half));
 }
 
+/// A ring a lane, and what tells its light from its dark places.
+struct Ring {
+  VI values[saddle::kRing];
+  V contrast, middle;
+  hn::Mask<D> is_uneven;
+};
+
+HWY_INLINE Ring ReadRing(D d, const saddle::Batch& batch, std::size_t first) {
+  using saddle::kRing;
+  const DI di;
+  Ring ring;
+  VI sum = hn::Zero(di);
+  for (int i = 0; i < kRing; ++i) {
+    ring.values[i] = hn::Load(di, batch.ring[i] + first);
+    sum = hn::Add(sum, ring.values[i]);
+  }
+  VI light_sum = hn::Zero(di), light_count = hn::Zero(di);
+  for (int i = 0; i < kRing; ++i) {
+    // Lighter than the mean.
+    const auto is_light = hn::Gt(hn::Mul(ring.values[i], hn::Set(di, kRing)), sum);
+    light_sum = hn::Add(light_sum, hn::IfThenElseZero(is_light, ring.values[i]));
+    light_count = hn::Add(light_count, hn::IfThenElseZero(is_light, hn::Set(di, 1)));
+  }
+  // A flat ring has none, which leads to no crossing.
+  const V light = hn::Div(hn::ConvertTo(d, light_sum), hn::ConvertTo(d, hn::Max(light_count, hn::Set(di, 1))));
+  const V dark =
+      hn::Div(hn::ConvertTo(d, hn::Sub(sum, light_sum)), hn::ConvertTo(d, hn::Sub(hn::Set(di, kRing), light_count)));
+  ring.contrast = hn::Sub(light, dark);
+  ring.middle = hn::Mul(hn::Add(light, dark), hn::Set(d, 0.5f));
+  ring.is_uneven = hn::RebindMask(d, hn::Gt(light_count, hn::Zero(di)));
+  return ring;
+}
+
+/// Bits of the places where a ring gets lighter or darker, and of the last of them.
+struct Changes {
+  VI rises, last_rise, falls, last_fall;
+  hn::Mask<D> are_two;
+};
+
+HWY_INLINE Changes ChangesOf(D d, const Ring& ring) {
+  using saddle::kRing;
+  const DI di;
+  VI lighter = hn::Zero(di);
+  for (int i = 0; i < kRing; ++i) {
+    const auto is_lighter = hn::RebindMask(di, hn::Ge(hn::ConvertTo(d, ring.values[i]), ring.middle));
+    lighter = hn::Or(lighter, hn::IfThenElseZero(is_lighter, hn::Set(di, 1 << i)));
+  }
+  const VI next_lighter =
+      hn::And(hn::Or(hn::ShiftRight<1>(lighter), hn::ShiftLeft<kRing - 1>(lighter)), hn::Set(di, (1 << kRing) - 1));
+  const VI rises = hn::AndNot(lighter, next_lighter), falls = hn::AndNot(next_lighter, lighter);
+  // On a ring, there are as many falls as rises; a saddle has two.
+  const VI one = hn::Set(di, 1);
+  const VI last_rise = hn::And(rises, hn::Sub(rises, one)), last_fall = hn::And(falls, hn::Sub(falls, one));
+  const auto two =
+      hn::AndNot(hn::Eq(last_rise, hn::Zero(di)), hn::Eq(hn::And(last_rise, hn::Sub(last_rise, one)), hn::Zero(di)));
+  return {rises, last_rise, falls, last_fall, hn::RebindMask(d, two)};
+}
+
+/// @param up, down the directions of the edges by which the ring rises and falls.
+HWY_INLINE void StoreRays(D d, const Crossing& up, Crossing down, std::size_t first, saddle::Batch& batch) {
+  // The falling ray comes within half a turn after the rising one.
+  const auto turned = hn::Lt(hn::MulSub(up.x, down.y, hn::Mul(up.y, down.x)), hn::Zero(d));
+  down.x = hn::IfThenElse(turned, hn::Neg(down.x), down.x);
+  down.y = hn::IfThenElse(turned, hn::Neg(down.y), down.y);
+  hn::Store(up.x, d, batch.rising[0] + first);
+  hn::Store(up.y, d, batch.rising[1] + first);
+  hn::Store(down.x, d, batch.falling[0] + first);
+  hn::Store(down.y, d, batch.falling[1] + first);
+}
+
 /// Fills in what comes out of the first `count` peaks. Returns a bit for each that is a saddle.
 std::uint32_t FindSaddles(std::size_t count, saddle::Batch& batch) {
-  using saddle::kRing;
   const D d;
   const DI di;
   const std::size_t lanes = hn::Lanes(d);
   std::uint32_t found = 0;
   for (std::size_t first = 0; first < count; first += lanes) {
-    VI ring[kRing];
-    VI sum = hn::Zero(di);
-    for (int i = 0; i < kRing; ++i) {
-      ring[i] = hn::Load(di, batch.ring[i] + first);
-      sum = hn::Add(sum, ring[i]);
-    }
-    VI light_sum = hn::Zero(di), light_count = hn::Zero(di);
-    for (int i = 0; i < kRing; ++i) {
-      // Lighter than the mean.
-      const auto is_light = hn::Gt(hn::Mul(ring[i], hn::Set(di, kRing)), sum);
-      light_sum = hn::Add(light_sum, hn::IfThenElseZero(is_light, ring[i]));
-      light_count = hn::Add(light_count, hn::IfThenElseZero(is_light, hn::Set(di, 1)));
-    }
-    // A flat ring has none, which leads to no crossing.
-    const V light = hn::Div(hn::ConvertTo(d, light_sum), hn::ConvertTo(d, hn::Max(light_count, hn::Set(di, 1))));
-    const V dark =
-        hn::Div(hn::ConvertTo(d, hn::Sub(sum, light_sum)), hn::ConvertTo(d, hn::Sub(hn::Set(di, kRing), light_count)));
-    const V contrast = hn::Sub(light, dark);
-    const V response = hn::ConvertTo(d, hn::Load(di, batch.response + first));
-    auto is_saddle = hn::Ge(response, hn::Mul(hn::Set(d, saddle::kLeastShare), contrast));
-    is_saddle = hn::And(is_saddle, hn::RebindMask(d, hn::Gt(light_count, hn::Zero(di))));
-
-    const V middle = hn::Mul(hn::Add(light, dark), hn::Set(d, 0.5f));
-    hn::Store(contrast, d, batch.contrast + first);
-    hn::Store(middle, d, batch.middle + first);
-    VI lighter = hn::Zero(di);
-    for (int i = 0; i < kRing; ++i) {
-      const auto is_lighter = hn::RebindMask(di, hn::Ge(hn::ConvertTo(d, ring[i]), middle));
-      lighter = hn::Or(lighter, hn::IfThenElseZero(is_lighter, hn::Set(di, 1 << i)));
-    }
-    const VI next_lighter =
-        hn::And(hn::Or(hn::ShiftRight<1>(lighter), hn::ShiftLeft<kRing - 1>(lighter)), hn::Set(di, (1 << kRing) - 1));
-    const VI rises = hn::AndNot(lighter, next_lighter), falls = hn::AndNot(next_lighter, lighter);
-    // On a ring, there are as many falls as rises; a saddle has two.
-    const VI one = hn::Set(di, 1);
-    const VI last_rise = hn::And(rises, hn::Sub(rises, one)), last_fall = hn::And(falls, hn::Sub(falls, one));
-    const auto two =
-        hn::AndNot(hn::Eq(last_rise, hn::Zero(di)), hn::Eq(hn::And(last_rise, hn::Sub(last_rise, one)), hn::Zero(di)));
-    is_saddle = hn::And(is_saddle, hn::RebindMask(d, two));
+    const Ring ring = ReadRing(d, batch, first);
+    hn::Store(ring.contrast, d, batch.contrast + first);
+    hn::Store(ring.middle, d, batch.middle + first);
+    const VI top = hn::Load(di, batch.response + first);
+    auto is_saddle = hn::Ge(hn::ConvertTo(d, top), hn::Mul(hn::Set(d, saddle::kLeastShare), ring.contrast));
+    const Changes changes = ChangesOf(d, ring);
+    is_saddle = hn::And(is_saddle, hn::And(ring.is_uneven, changes.are_two));
     if (hn::AllFalse(d, is_saddle)) continue;
 
-    const Crossing rise0 = CrossingAt(d, hn::AndNot(last_rise, rises), ring, middle);
-    const Crossing rise1 = CrossingAt(d, last_rise, ring, middle);
-    const Crossing fall0 = CrossingAt(d, hn::AndNot(last_fall, falls), ring, middle);
-    const Crossing fall1 = CrossingAt(d, last_fall, ring, middle);
+    const auto crossing = [&](VI bit) HWY_ATTR { return CrossingAt(d, bit, ring.values, ring.middle); };
+    const Crossing rise0 = crossing(hn::AndNot(changes.last_rise, changes.rises)), rise1 = crossing(changes.last_rise);
+    const Crossing fall0 = crossing(hn::AndNot(changes.last_fall, changes.falls)), fall1 = crossing(changes.last_fall);
     is_saddle = hn::And(is_saddle, hn::And(AreOpposite(d, rise0, rise1), AreOpposite(d, fall0, fall1)));
     std::uint8_t bits[8] = {};
     hn::StoreMaskBits(d, is_saddle, bits);
     for (std::size_t i = 0; i < lanes && first + i < count; ++i)
       found |= static_cast<std::uint32_t>(bits[i / 8] >> i % 8 & 1) << (first + i);
-
-    const Crossing up = Direction(d, rise0, rise1);
-    Crossing down = Direction(d, fall0, fall1);
-    // The falling ray comes within half a turn after the rising one.
-    const auto turned = hn::Lt(hn::MulSub(up.x, down.y, hn::Mul(up.y, down.x)), hn::Zero(d));
-    down.x = hn::IfThenElse(turned, hn::Neg(down.x), down.x);
-    down.y = hn::IfThenElse(turned, hn::Neg(down.y), down.y);
-    hn::Store(up.x, d, batch.rising[0] + first);
-    hn::Store(up.y, d, batch.rising[1] + first);
-    hn::Store(down.x, d, batch.falling[0] + first);
-    hn::Store(down.y, d, batch.falling[1] + first);
-    const VI top = hn::Load(di, batch.response + first);
+    StoreRays(d, Direction(d, rise0, rise1), Direction(d, fall0, fall1), first, batch);
     for (int axis = 0; axis < 2; ++axis)
       hn::Store(ParabolaPeak(d, hn::Load(di, batch.before[axis] + first), top, hn::Load(di, batch.after[axis] + first)),
                 d, batch.off_peak[axis] + first);

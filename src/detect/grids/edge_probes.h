@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <span>
 
-#include "detect/common/float_columns.h"
 #include "detect/common/plane.h"
 #include "detect/common/raw_buffer.h"
 

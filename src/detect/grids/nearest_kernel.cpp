@@ -36,6 +36,27 @@ using D = hn::CappedTag<float, kCornersAtOnce>;
 using DI = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 
+/// Whether corners may be another's neighbours, by the square of their distance and their contrast.
+HWY_INLINE hn::Mask<D> MayBeNeighbours(V square, V other, V contrast, float longest) {
+  const D d;
+  const V ratio = hn::Set(d, nearest::kMostContrastRatio);
+  const auto fits = hn::And(hn::Gt(square, hn::Set(d, nearest::kShortest * nearest::kShortest)),
+                            hn::Lt(square, hn::Set(d, longest * longest)));
+  return hn::And(fits, hn::And(hn::Gt(hn::Mul(other, ratio), contrast), hn::Lt(other, hn::Mul(contrast, ratio))));
+}
+
+/// @param back along the rays of the corners, to the one.
+HWY_INLINE hn::Vec<DI> KeysOf(V square, V squared_along, V handicap, V back, hn::Vec<DI> twice_place) {
+  const D d;
+  const DI di;
+  // d² + 3 (d² − along²), where the square of d + 1.5 (d − along) would need a root.
+  const V longer = hn::MulAdd(hn::Set(d, nearest::kOffAxisCost), hn::Sub(square, squared_along), square);
+  const auto distance = hn::BitCast(di, hn::Mul(handicap, longer));
+  const auto leads_back = hn::ShiftRight<31>(hn::BitCast(hn::RebindToUnsigned<DI>(), back));
+  return hn::Or(hn::And(distance, hn::Set(di, -1 << NearestKeys::kIndexBits)),
+                hn::Or(twice_place, hn::BitCast(di, leads_back)));
+}
+
 /// Replaces `keys`.
 void Nearest(const CornerTable& corners, int from, const CornerRange* ranges, std::size_t count, float longest,
              NearestKeys& keys) {
@@ -46,11 +67,7 @@ void Nearest(const CornerTable& corners, int from, const CornerRange* ranges, st
   const auto own = [&](std::size_t k) HWY_ATTR { return hn::Set(d, corners.column(k)[from]); };
   const V x = own(T::kX), y = own(T::kY), contrast = own(T::kContrast);
   const V ray0_x = own(T::kRay0X), ray0_y = own(T::kRay0Y), ray1_x = own(T::kRay1X), ray1_y = own(T::kRay1Y);
-  const V ratio = hn::Set(d, nearest::kMostContrastRatio), most_contrast = hn::Mul(contrast, ratio);
-  const V shortest = hn::Set(d, nearest::kShortest * nearest::kShortest), farthest = hn::Set(d, longest * longest);
-  const V cosine = hn::Set(d, nearest::kLeastSquaredCosine);
-  const V off_axis = hn::Set(d, nearest::kOffAxisCost), zero = hn::Zero(d);
-  const auto distance_bits = hn::Set(di, -1 << NearestKeys::kIndexBits);
+  const V cosine = hn::Set(d, nearest::kLeastSquaredCosine), zero = hn::Zero(d);
   const auto none = hn::Set(di, NearestKeys::kNone);
   // The places, counted up: in the loop, Iota would be built in memory anew.
   auto twice_place = hn::ShiftLeft<1>(hn::Iota(di, 0));
@@ -71,19 +88,11 @@ void Nearest(const CornerTable& corners, int from, const CornerRange* ranges, st
       const V squared0 = hn::Mul(along0, along0), squared1 = hn::Mul(along1, along1);
       const auto on0 = hn::Gt(hn::Min(squared0, hn::Mul(back1, back1)), least);
       const auto on1 = hn::Gt(hn::Min(squared1, hn::Mul(back0, back0)), least);
-      const V other = column(T::kContrast);
-      auto fits = hn::And(hn::Gt(square, shortest), hn::Lt(square, farthest));
-      fits = hn::And(fits, hn::And(hn::Gt(hn::Mul(other, ratio), contrast), hn::Lt(other, most_contrast)));
-
       const V a0 = hn::IfThenElseZero(on0, squared0), a1 = hn::IfThenElseZero(on1, squared1);
       const auto second = hn::Gt(a1, a0);
       const V along = hn::IfThenElse(second, along1, along0), back = hn::IfThenElse(second, back0, back1);
-      // d² + 3 (d² − along²), where the square of d + 1.5 (d − along) would need a root.
-      const V longer = hn::MulAdd(off_axis, hn::Sub(square, hn::Max(a0, a1)), square);
-      const auto distance = hn::BitCast(di, hn::Mul(column(T::kHandicap), longer));
-      const auto leads_back = hn::ShiftRight<31>(hn::BitCast(hn::RebindToUnsigned<DI>(), back));
-      const auto where = hn::Or(twice_place, hn::BitCast(di, leads_back));
-      const auto key = hn::Or(hn::And(distance, distance_bits), where);
+      const auto key = KeysOf(square, hn::Max(a0, a1), column(T::kHandicap), back, twice_place);
+      auto fits = MayBeNeighbours(square, column(T::kContrast), contrast, longest);
       fits = hn::And(fits, hn::And(hn::Or(on0, on1), hn::FirstN(d, static_cast<std::size_t>(left))));
       const auto forward = hn::And(fits, hn::Gt(along, zero)), backward = hn::AndNot(hn::Gt(along, zero), fits);
       const auto keep = [&](auto on_ray, auto& best)

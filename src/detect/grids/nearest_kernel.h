@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "detect/common/float_columns.h"
+#include "detect/common/raw_buffer.h"
 
 namespace chequer {
 

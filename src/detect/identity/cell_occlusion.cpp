@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/median.h"
-#include "detect/common/cover.h"
 
 namespace chequer {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "detect/common/neighbours.h"
 #include "detect/common/scratch.h"
-#include "detect/fit/fitted_board.h"
+#include "detect/fit/fit.h"
 
 namespace chequer {
 

@@ -11,7 +11,7 @@ namespace chequer {
 namespace {
 
 /// A cell with this light is overexposed; a board whose lightest cell has less than the second may have none (guesses).
-constexpr float kOverexposed = 0.985f, kNearlyOverexposed = 0.85f;
+constexpr float kOverexposedLight = 0.985f, kNearlyOverexposed = 0.85f;
 /// If the middle of the lightest cell has less light, no cell is overexposed: cells of one ink differ by shading and
 /// noise only (a guess).
 constexpr float kMayBeOverexposed = 0.93f;
@@ -109,7 +109,7 @@ void CellSampler::SampleOverexposed(const BoardInImage& in, CellLights& cells) {
   std::vector<Eigen::Vector3f>& middles = board_->middles;
   middles.resize(light.size());
   for (std::size_t cell = 0; cell < light.size(); ++cell) middles[cell] = MiddleLight(in, cell);
-  if (std::none_of(middles.begin(), middles.end(), brighter_than(kOverexposed))) return;
+  if (std::none_of(middles.begin(), middles.end(), brighter_than(kOverexposedLight))) return;
   light = middles;
   EvenOut(in, cells);
 }

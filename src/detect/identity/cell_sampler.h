@@ -7,7 +7,7 @@
 #include "detect/common/cell_unmixer.h"
 #include "detect/common/light.h"
 #include "detect/common/scratch.h"
-#include "detect/fit/fitted_board.h"
+#include "detect/fit/fit.h"
 
 namespace chequer {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "detect/pose/constant_errors.h"
+#include "detect/pose/plane_pose.h"
 
 namespace chequer {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "detect/boards/anchor.h"
+#include "detect/boards/boards.h"
 #include "detect/common/board_geometry.h"
 #include "detect/common/light.h"
 

@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "detect/common/cover.h"
-
 namespace chequer {
 namespace {
 

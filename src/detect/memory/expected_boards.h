@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "chequer/detector.h"
-#include "detect/boards/anchor.h"
+#include "detect/boards/boards.h"
 #include "detect/common/board_geometry.h"
 #include "detect/common/light.h"
 #include "detect/common/neighbours.h"
-#include "detect/identity/identify.h"
+#include "detect/identity/marker_description.h"
 #include "detect/memory/memory.h"
 
 namespace chequer {

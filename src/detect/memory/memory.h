@@ -14,7 +14,7 @@
 #include "detect/common/fixed_vector.h"
 #include "detect/common/light.h"
 #include "detect/common/search_regions.h"
-#include "detect/fit/fitted_board.h"
+#include "detect/fit/fit.h"
 
 namespace chequer {
 
@@ -81,7 +81,7 @@ struct MemoryState {
   /// What a frame taught.
   struct Lesson {
     FrameTime now{};
-    int frames_on = 1;               ///< since the last frame
+    int frames_on = 1;                                       ///< since the last frame
     std::array<bool, SearchRegions::kMostBands> searched{};  ///< which bands
     std::span<const PixelBox> open;                          ///< see OpenPlace
     std::span<const PixelBox> cut;  ///< may be parts of something: searched in the next frame alone

@@ -1,6 +1,6 @@
-#include "detect/pose/constant_errors.h"
-
 #include <Eigen/QR>
+
+#include "detect/pose/plane_pose.h"
 
 namespace chequer {
 

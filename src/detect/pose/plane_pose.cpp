@@ -19,7 +19,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 constexpr int kMaxSteps = 12;
 /// The descent ends with a step that reduces the unexplained part by less than this share of itself plus one. Such a
 /// step moves the pose by a hundredth of its standard deviation.
-constexpr double kSettled = 1e-4;
+constexpr double kSettledGain = 1e-4;
 /// A pose whose first step promises a χ² larger by this is not refined: if both were equally likely before, it has a
 /// probability of e^−500.
 constexpr double kMuchWorse = 1000;
@@ -91,7 +91,7 @@ class Descent {
     const double before = std::exchange(gain_, gradient_.dot(move));
     // Near the end, errors are squared from step to step, and the gain is the square of an error.
     const double after = damping_ == 0 && gain_ < before ? gain_ * (gain_ / before) * (gain_ / before) : gain_;
-    done_ = after < kSettled * (pose_.chi_square - gain_ + 1);
+    done_ = after < kSettledGain * (pose_.chi_square - gain_ + 1);
     if (done_) TakeNext();
   }
   /// Takes the next step's pose, and what that step promised, without looking.

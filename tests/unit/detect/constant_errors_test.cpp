@@ -1,7 +1,5 @@
 // Prints that are not what was sent to the printer, and calibrations that are off: whether poses are exact where it is
 // known how they differ, and say how far they may be off where it is not.
-#include "detect/pose/constant_errors.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -12,6 +10,7 @@
 
 #include "core/lens_parameters.h"
 #include "detect/fit/ink_register.h"
+#include "detect/pose/plane_pose.h"
 #include "simulate/print_quality.h"
 #include "simulate/random.h"
 #include "support/pose_errors.h"
@@ -236,7 +235,8 @@ TEST(CalibrationEffect, IsTheUsualOneWithAToleranceWhereTheCameraStatesNone) {
   ASSERT_EQ(stated.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_TRUE(exact[i].print_covariance.isZero(0)) << "nobody asked for it";
-    // A print's scale moves a board along its ray; a focal length changes its depth alone, and so moves it across the ray.
+    // A print's scale moves a board along its ray; a focal length changes its depth alone, and so moves it across the
+    // ray.
     const Eigen::Vector3d at = usual[i].camera_from_marker.translation;
     const double aside = at.head<2>().norm();
     Eigen::Vector3d across;

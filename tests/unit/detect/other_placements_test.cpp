@@ -1,8 +1,8 @@
-#include "detect/identity/other_placements.h"
-
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "detect/identity/marker_description.h"
 
 namespace chequer {
 namespace {

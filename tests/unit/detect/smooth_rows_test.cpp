@@ -1,11 +1,10 @@
-#include "detect/common/smooth_rows.h"
-
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
 #include <algorithm>
 #include <random>
 
+#include "detect/boards/view_kernels.h"
 #include "support/targets.h"
 
 namespace chequer {

@@ -1,11 +1,10 @@
 // Boards that were found twice.
-#include "detect/boards/twins.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "detect/boards/boards.h"
 #include "support/stress_frames.h"
 
 namespace chequer {
@@ -39,8 +38,8 @@ TEST(Twins, TheBetterKnownStays) {
 
 TEST(Twins, NoBoardWithoutAnIdLiesOnOneThatWasRead) {
   // Two cells off, the corners of a board fit those of another. Two with ids may lie one on the other.
-  std::vector<SeenBoard> seen{At(0, 100, 100, 25, 0.01), At(1, 120, 120, 15, 0.01, false), At(2, 160, 100, 25, 0.01, false),
-                              At(3, 300, 100, 25, 0.01), At(4, 320, 120, 15, 0.01)};
+  std::vector<SeenBoard> seen{At(0, 100, 100, 25, 0.01), At(1, 120, 120, 15, 0.01, false),
+                              At(2, 160, 100, 25, 0.01, false), At(3, 300, 100, 25, 0.01), At(4, 320, 120, 15, 0.01)};
   std::vector<std::size_t> worse;
   TakeOutTwins(seen, worse);
   EXPECT_THAT(worse, ElementsAre(1));

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "detect/pose/constant_errors.h"
+#include "detect/pose/plane_pose.h"
 #include "support/seed.h"
 #include "unit/robot/measured_boards.h"
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <vector>
 
 #include "detect/common/plane.h"
 
@@ -12,5 +14,12 @@ namespace chequer {
 /// @pre the plane is not empty and smaller than 16384 px.
 void ViewPlane(const BytePlane& plane, const Eigen::Vector2f& middle, const Eigen::Matrix2f& plane_by_view, int side,
                BytePlane& view);
+
+/// Widest running mean, px.
+inline constexpr int kWidestMean = 15;
+
+/// Smoothes rows by two running means of `width` values each, which have a variance of (width² − 1) / 6 px² together;
+/// beyond its ends, a row goes on as it ends. @param width odd, 3 to kWidestMean. @param scratch keeps its memory.
+void SmoothRows(int width, BytePlane& plane, std::vector<std::uint8_t>& scratch);
 
 }  // namespace chequer

@@ -4,6 +4,13 @@
 #include <optional>
 
 #include "chequer/detect_trace.h"
+#include "detect/common/colours.h"
+#include "detect/common/homography.h"
+#include "detect/common/plane.h"
+#include "detect/pose/plane_pose.h"
+
+// What other modules build upon of the detector, beside its interface: lenses homographies and planes, robots the
+// homographies of poses, what shows traces the groups of colours. All else is the detector's own.
 
 namespace chequer {
 

@@ -1,14 +1,15 @@
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "detect/boards/affine_view.cpp"
+#define HWY_TARGET_INCLUDE "detect/boards/view_kernels.cpp"
 #include <hwy/foreach_target.h>
 // The loop above includes this file once a target; what follows the guard at the end is compiled once.
 #include <hwy/highway.h>
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
-#ifndef CHEQUER_DETECT_AFFINE_VIEW
-#define CHEQUER_DETECT_AFFINE_VIEW
+#ifndef CHEQUER_DETECT_VIEW_KERNELS
+#define CHEQUER_DETECT_VIEW_KERNELS
 namespace chequer {
 namespace affine_view {
 
@@ -39,7 +40,7 @@ struct Row {
 
 }  // namespace affine_view
 }  // namespace chequer
-#endif  // CHEQUER_DETECT_AFFINE_VIEW
+#endif  // CHEQUER_DETECT_VIEW_KERNELS
 
 HWY_BEFORE_NAMESPACE();
 namespace chequer {
@@ -102,6 +103,25 @@ void ViewRow(const affine_view::Source& source, const affine_view::Row& row, int
   }
 }
 
+/// out[i] = the mean of in[i] to in[i + width − 1], rounded; may write a vector too far.
+void MeanOfRow(const std::uint8_t* in, int count, int width, std::uint8_t* out) {
+  const hn::ScalableTag<std::uint16_t> d;
+  const hn::RebindToSigned<decltype(d)> signed_d;
+  const hn::Rebind<std::uint8_t, decltype(d)> bytes;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  // sum / width = sum · inverse >> (16 + shift), exactly: width is odd, and sum · width < 2^(16 + shift), as it is at
+  // most 15.
+  const int shift = static_cast<int>(std::bit_width(static_cast<unsigned>(width))) - 1;
+  const auto inverse = hn::Set(d, static_cast<std::uint16_t>((1 << (16 + shift)) / width + 1));
+  const auto half = hn::Set(d, static_cast<std::uint16_t>(width / 2));
+  for (int i = 0; i < count; i += lanes) {
+    auto sum = half;
+    for (int k = 0; k < width; ++k) sum = hn::Add(sum, hn::PromoteTo(d, hn::LoadU(bytes, in + i + k)));
+    const auto mean = hn::ShiftRightSame(hn::MulHigh(sum, inverse), shift);
+    hn::StoreU(hn::DemoteTo(bytes, hn::BitCast(signed_d, mean)), bytes, out + i);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace chequer
 HWY_AFTER_NAMESPACE();
@@ -111,12 +131,13 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 #include <cmath>
 
-#include "detect/boards/affine_view.h"
+#include "detect/boards/view_kernels.h"
 
 namespace chequer {
 namespace {
 
 HWY_EXPORT(ViewRow);
+HWY_EXPORT(MeanOfRow);
 
 using affine_view::FixedPoint, affine_view::kBits;
 
@@ -145,6 +166,20 @@ void ViewPlane(const BytePlane& plane, const Eigen::Vector2f& middle, const Eige
                       0.5f * static_cast<float>(taps - 1) * tap);
     HWY_DYNAMIC_DISPATCH(ViewRow)(source, row, side, view.row(y));
   }
+}
+
+void SmoothRows(int width, BytePlane& plane, std::vector<std::uint8_t>& scratch) {
+  const int count = plane.width(), reach = width / 2;
+  scratch.resize(static_cast<std::size_t>(count + 2 * reach + BytePlane::kTail));
+  std::uint8_t* const middle = scratch.data() + reach;
+  for (int y = 0; y < plane.height(); ++y)
+    for (int pass = 0; pass < 2; ++pass) {
+      std::uint8_t* const row = plane.row(y);
+      std::copy_n(row, count, middle);
+      std::fill_n(scratch.data(), reach, row[0]);
+      std::fill_n(middle + count, reach, row[count - 1]);
+      HWY_DYNAMIC_DISPATCH(MeanOfRow)(scratch.data(), count, width, row);
+    }
 }
 
 }  // namespace chequer

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "detect/boards/anchor.h"
+#include "detect/boards/placement.h"
 
 namespace chequer {
 namespace {
@@ -15,46 +15,33 @@ constexpr double kLeastAlike = 0.8;
 constexpr float kAlike = 0.35f;
 constexpr int kMostSides = 2;
 /// How much the score of a placement must exceed those of the placements it overlaps (a guess).
-constexpr double kLeastLead = 3;
+constexpr double kClearLead = 3;
 
 }  // namespace
 
-void BoardFinder::TakeBest(const LightReader& reader, const Lens& lens, std::vector<AnchoredBoard>& boards) {
-  std::sort(grid_->placements.begin(), grid_->placements.end(),
+void PlacementChoice::Choose(std::vector<Placement>& placements, WorkMeter& work) {
+  std::sort(placements.begin(), placements.end(),
             [](const Placement& a, const Placement& b) { return a.score > b.score; });
-  for (std::size_t i = 0; i < grid_->placements.size(); ++i) {
-    const auto overlaps_taken = [&](std::size_t k) {
-      return std::any_of(grid_->taken.begin(), grid_->taken.end(), [&](std::size_t t) {
-        return SharesCells(grid_->placements[t].corners, grid_->placements[k].corners);
-      });
-    };
-    grid_->work.Add(WorkStep::kComparison, grid_->taken.size());
-    if (overlaps_taken(i)) continue;
-    bool rivalled = false;
-    const double least = grid_->placements[i].score - kLeastLead;
-    for (std::size_t k = i + 1; k < grid_->placements.size() && grid_->placements[k].score > least && !rivalled; ++k) {
-      grid_->work.Add(WorkStep::kComparison);
-      rivalled = SharesCells(grid_->placements[i].corners, grid_->placements[k].corners) && !overlaps_taken(k);
+  const auto overlaps_taken = [&](const Placement& placement) {
+    return std::any_of(taken.begin(), taken.end(), [&](std::size_t t) { return placements[t].SharesCells(placement); });
+  };
+  for (std::size_t i = 0; i < placements.size(); ++i) {
+    work.Add(WorkStep::kComparison, taken.size());
+    if (overlaps_taken(placements[i])) continue;
+    bool has_rival = false;
+    const double least = placements[i].score - kClearLead;
+    for (std::size_t k = i + 1; k < placements.size() && placements[k].score > least && !has_rival; ++k) {
+      work.Add(WorkStep::kComparison);
+      has_rival = placements[i].SharesCells(placements[k]) && !overlaps_taken(placements[k]);
     }
-    if (rivalled) {
-      Refuse(grid_->placements[i], Refusal::kRivalled, 0, 0);
-      continue;
-    }
-    grid_->taken.push_back(i);
-  }
-  for (const std::size_t i : grid_->taken) {
-    if (SidesThatGoOn(grid_->placements[i], reader) >= kMostSides) {
-      Refuse(grid_->placements[i], Refusal::kGoesOn, 0, 0);
-      continue;
-    }
-    if (!Build(grid_->placements[i], reader, lens, boards.emplace_back())) boards.pop_back();
+    (has_rival ? rivalled : taken).push_back(i);
   }
 }
 
-bool BoardFinder::HasCornersOnItsSides(const Lattice::Window& window) const {
+bool HasCornersOnItsSides(const Lattice& lattice, const Lattice::Window& window) {
   const auto on_line = [&](int x, int y, int along_x, int along_y, int length) {
     int count = 0;
-    for (int i = 0; i < length; ++i) count += grid_->lattice.At(x + i * along_x, y + i * along_y) != nullptr;
+    for (int i = 0; i < length; ++i) count += lattice.At(x + i * along_x, y + i * along_y) != nullptr;
     return count >= kLeastOfLine * length;
   };
   return on_line(window.x, window.y - 1, 1, 0, window.cols) ||
@@ -63,16 +50,17 @@ bool BoardFinder::HasCornersOnItsSides(const Lattice::Window& window) const {
          on_line(window.x + window.cols, window.y, 0, 1, window.rows);
 }
 
-int BoardFinder::SidesThatGoOn(const Placement& placement, const LightReader& reader) {
+bool GoesOn(const Placement& placement, const std::vector<Placement>& placements, const PlacementChoice& choice,
+            LatticeCells& cells) {
   const Lattice::Window& window = placement.corners;
   const int left = window.x - 1, top = window.y - 1, right = left + window.cols, bottom = top + window.rows;  // cells
   const auto value = [&](int x, int y) {
-    const CellSample& sample = CellAt(x, y, reader);
+    const CellSample& sample = cells.At(x, y);
     return sample.inside ? std::sqrt(sample.light[0] + sample.light[1]) : -1;
   };
   const auto of_another_board = [&](int x, int y) {
-    return std::any_of(grid_->taken.begin(), grid_->taken.end(), [&](std::size_t k) {
-      const Lattice::Window& other = grid_->placements[k].corners;
+    return std::any_of(choice.taken.begin(), choice.taken.end(), [&](std::size_t k) {
+      const Lattice::Window& other = placements[k].corners;
       return x >= other.x - 1 && y >= other.y - 1 && x < other.x + other.cols && y < other.y + other.rows;
     });
   };
@@ -91,9 +79,10 @@ int BoardFinder::SidesThatGoOn(const Placement& placement, const LightReader& re
     }
     return true;
   };
-  const int cols = window.cols + 1, rows = window.rows + 1;
+  const int cols = placement.cols(), rows = placement.rows();
   return side_goes_on(left, top, 1, 0, 0, -1, cols) + side_goes_on(left, bottom, 1, 0, 0, 1, cols) +
-         side_goes_on(left, top, 0, 1, -1, 0, rows) + side_goes_on(right, top, 0, 1, 1, 0, rows);
+             side_goes_on(left, top, 0, 1, -1, 0, rows) + side_goes_on(right, top, 0, 1, 1, 0, rows) >=
+         kMostSides;
 }
 
 }  // namespace chequer
