@@ -14,7 +14,7 @@ namespace chequer {
 /// Around a corner lie 4 × 4 cells of one level each. Their picture is
 ///   M(x, y) = Σ_ij L_ij (s_i(x) s_j(y) + ρ s_i′(x) s_j′(y) + ½ ρ² s_i″(x) s_j″(y)),
 /// with x, y the distance from the corner in cells, s the cells' shares as the lens blurs their edges and ρ the
-/// covariance of the blur along x and y. The terms bend it:
+/// covariance of the blur along x and y (its square only where cells are seen as rhombi). The terms bend it:
 ///   motion     M is the mean over the way of a point during the exposure (a few points of it, each with the blur that
 ///              the way between two of them adds),
 ///   dot gain   dark cells grow by e on each side: their edges move, and where two of them meet, each has half,
@@ -22,7 +22,8 @@ namespace chequer {
 ///              C the covariance of its blur (the Gaussian's product rule, to second order).
 /// photometric_kernel.h is the same without terms, for cells so large that the four around a corner suffice: the fast
 /// path of boards in plain view.
-///   uneven blur  the blur is wider along one direction than across it (by which motion is found: a short way blurs so).
+///   uneven blur  the blur is wider along one direction than across it (by which motion is found: a short way blurs
+///   so).
 struct ModelTerms {
   bool motion = false, dot_gain = false, shadow = false, uneven_blur = false;
 };
@@ -41,10 +42,11 @@ struct ModelColumns {
   int motion = -1;    ///< the first of two: pixels along x and y
   int dot_gain = -1;  ///< cells
   int shadow = -1;    ///< the first of four
-  int uneven_blur = -1;  ///< the first of two: half of what its variances along x and y differ by, and their covariance, px²
-  int shared = 0;     ///< all of these
-  int levels = 0;     ///< the first of the 4 × 4 cells around, row by row
-  int count = 0;      ///< with the residual
+  int uneven_blur =
+      -1;          ///< the first of two: half of what its variances along x and y differ by, and their covariance, px²
+  int shared = 0;  ///< all of these
+  int levels = 0;  ///< the first of the 4 × 4 cells around, row by row
+  int count = 0;   ///< with the residual
 
   int residual() const { return count - 1; }
   /// Products are made in blocks of two columns by four, which stand one after the other: of a pair of columns, those
@@ -77,7 +79,8 @@ class ModelLanes {
     kBlurX,  ///< how the logarithm of that blur grows with the lens's, 1 / px
     kBlurY,
     kCovariance,  ///< of the blur, cells²
-    kCovarianceByBlur,  ///< how that grows with the lens's, cells² / px
+    kSkew,        ///< the same where edges are far from square to each other, or 0: see Twist()
+    kSkewByBlur,  ///< how that grows with the lens's, cells² / px
     kByPixelXx,   ///< derivative of the board by the image, row by row
     kByPixelXy,
     kByPixelYx,
@@ -112,7 +115,8 @@ class ModelLanes {
   void Reset(int padded_lanes, int products);
   float* parameter_data(int which) { return parameters_.data() + which * padded_; }
   const float* parameter_data(int which) const { return parameters_.data() + which * padded_; }
-  /// The sum of a product for a lane. Those of a group of lanes stand together, kNextProduct from one product to the next.
+  /// The sum of a product for a lane. Those of a group of lanes stand together, kNextProduct from one product to the
+  /// next.
   static constexpr int kNextProduct = LaneBlock::kGroup;
   float* sum_data(int product, int lane) { return sums_.data() + Place(product, lane); }
   const float* sum_data(int product, int lane) const { return sums_.data() + Place(product, lane); }

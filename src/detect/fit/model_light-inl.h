@@ -74,8 +74,8 @@ struct Picture {
   }
 };
 
-/// Of the edges along one axis, what lies on their far side: its share, and the derivatives of that by the place (cells),
-/// the second one in units of the blur's variance. That is what a wider blur changes, too.
+/// Of the edges along one axis, what lies on their far side: its share, and the derivatives of that by the place
+/// (cells), the second one in units of the blur's variance. That is what a wider blur changes, too.
 struct EdgesAlong {
   V share[kEdges], slope[kEdges], bend[kEdges];
 };
@@ -117,10 +117,10 @@ HWY_INLINE void AddBends(const LaneModel& m, V bend_x, V bend_y, Picture& p) {
 /// The light's derivatives by the place at a point of the way, given those of a blur without covariance, and how they
 /// change along both axes in units of the blur's variances.
 HWY_INLINE void AddSlopes(const LaneModel& m, V part, V by_x, V by_y, V twist_by_x, V twist_by_y, Picture& p) {
-  const V covariance = m.of(ModelLanes::kCovariance);
+  const V skew = m.of(ModelLanes::kSkew);
   const V scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
-  by_x = hn::MulAdd(hn::Mul(covariance, hn::Mul(scale_x, scale_x)), twist_by_x, by_x);
-  by_y = hn::MulAdd(hn::Mul(covariance, hn::Mul(scale_y, scale_y)), twist_by_y, by_y);
+  by_x = hn::MulAdd(hn::Mul(skew, hn::Mul(scale_x, scale_x)), twist_by_x, by_x);
+  by_y = hn::MulAdd(hn::Mul(skew, hn::Mul(scale_y, scale_y)), twist_by_y, by_y);
   p.by_x = hn::Add(p.by_x, by_x);
   p.by_y = hn::Add(p.by_y, by_y);
   p.way_x = hn::MulAdd(part, by_x, p.way_x);
@@ -128,8 +128,7 @@ HWY_INLINE void AddSlopes(const LaneModel& m, V part, V by_x, V by_y, V twist_by
 }
 
 /// A point of the way, cells printed as they should be. @param part of the way, −½ … ½.
-HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms* terms,
-                         Picture& p) {
+HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms* terms, Picture& p) {
   EdgesAlong along, down;
   const V zero = hn::Zero(D()), none[kEdges] = {zero, zero, zero};
   BlurAlong(x, none, m.of(ModelLanes::kScaleX), terms[0], along);
@@ -204,8 +203,7 @@ HWY_INLINE V LightOf(const GrownRows& rows, const GrownCells& down) {
 }
 
 /// The same of cells with dot gain: of even and odd ones, one kind grows into the other.
-HWY_INLINE void AddGrownPoint(const LaneModel& m, V x, V y, V part, const PowerTerms* terms,
-                              Picture& p) {
+HWY_INLINE void AddGrownPoint(const LaneModel& m, V x, V y, V part, const PowerTerms* terms, Picture& p) {
   struct Axis {
     GrownCells share, slope, bend, gain;
   } along, down;
@@ -262,16 +260,18 @@ HWY_INLINE void Scale(V by, Picture& p) {
 }
 
 /// Edges that are not square to each other, or are blurred by motion along both, blur together: what that does to the
-/// light, to the second order of the blur's covariance, and to the derivatives that AddSlopes() has not, to the first.
+/// light, to the first order of the blur's covariance. Where they are far from square, to the second, and what it does
+/// to the derivatives that AddSlopes() has not, to the first.
 HWY_INLINE void Twist(const LaneModel& m, Picture& p) {
-  const V covariance = m.of(ModelLanes::kCovariance);
+  const V skew = m.of(ModelLanes::kSkew);
   const V scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
-  const V per_xx = hn::Mul(scale_x, scale_x), per_yy = hn::Mul(scale_y, scale_y);
-  const V by_covariance = hn::MulAdd(hn::Mul(hn::Mul(per_xx, per_yy), covariance), p.twist_by_both, p.by_xy);
-  p.light = hn::MulAdd(hn::Mul(covariance, Splat(0.5f)), hn::Add(p.by_xy, by_covariance), p.light);
-  p.by_blur = hn::MulAdd(m.of(ModelLanes::kCovarianceByBlur), by_covariance, p.by_blur);
+  const V per_both = hn::Mul(hn::Mul(scale_x, scale_x), hn::Mul(scale_y, scale_y));
+  const V by_skew = hn::Mul(hn::Mul(per_both, skew), p.twist_by_both);
+  p.light = hn::MulAdd(m.of(ModelLanes::kCovariance), p.by_xy, p.light);
+  p.light = hn::MulAdd(hn::Mul(skew, Splat(0.5f)), by_skew, p.light);
+  p.by_blur = hn::MulAdd(m.of(ModelLanes::kSkewByBlur), hn::Add(p.by_xy, by_skew), p.by_blur);
   for (int j = 0; j < kSide; ++j)
-    for (int i = 0; i < kSide; ++i) p.share[j][i] = hn::MulAdd(covariance, p.twist_share[j][i], p.share[j][i]);
+    for (int i = 0; i < kSide; ++i) p.share[j][i] = hn::MulAdd(skew, p.twist_share[j][i], p.share[j][i]);
 }
 
 void LookAt(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTerms* terms, Picture& p) {
@@ -299,12 +299,14 @@ HWY_INLINE void CastShadow(const ModelInput& input, const LaneModel& m, V x, V y
   // How the light of the board changes along what the blur mixes across the edge.
   const V qx = m.of(ModelLanes::kShadowX), qy = m.of(ModelLanes::kShadowY);
   const V mixed = hn::MulAdd(qx, p.by_x, hn::Mul(qy, p.by_y));
-  const V twice = hn::MulAdd(hn::Mul(qx, qx), p.by_xx,
-                             hn::MulAdd(hn::Mul(qy, qy), p.by_yy, hn::Mul(hn::Mul(Splat(2), hn::Mul(qx, qy)), p.by_xy)));
+  const V twice =
+      hn::MulAdd(hn::Mul(qx, qx), p.by_xx,
+                 hn::MulAdd(hn::Mul(qy, qy), p.by_yy, hn::Mul(hn::Mul(Splat(2), hn::Mul(qx, qy)), p.by_xy)));
   const V bend = hn::Mul(hn::Mul(density, a), Splat(s.per_width));
   const V even = p.light;
   // E M − takes φ/w (q·∇M) + ½ takes a φ/w² (q·∇)² M: by the part of it that grows with the share taken.
-  const V taken = hn::MulAdd(normal.integral, even, hn::MulAdd(density, mixed, hn::Mul(Splat(-0.5f), hn::Mul(bend, twice))));
+  const V taken =
+      hn::MulAdd(normal.integral, even, hn::MulAdd(density, mixed, hn::Mul(Splat(-0.5f), hn::Mul(bend, twice))));
   p.light = hn::NegMulAdd(takes, taken, even);
   by_shadow[0] = hn::Neg(taken);
   const V by_offset = hn::Mul(fall, hn::NegMulAdd(hn::Mul(a, Splat(s.per_width)), mixed, even));

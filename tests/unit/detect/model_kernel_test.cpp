@@ -15,7 +15,8 @@ namespace {
 
 constexpr int kModelPixels = LaneBlock::kGroup;
 
-/// What the model is given, one pixel a lane, all around the corner (0.5, -0.5) of a board whose cells are a pixel wide.
+/// What the model is given, one pixel a lane, all around the corner (0.5, -0.5) of a board whose cells are a pixel
+/// wide.
 struct CornerScene {
   ModelTerms terms;
   double dx = 0, dy = 0, blur = 0.3, covariance = 0.02, way_x = 0.7, way_y = -0.4, gain = 0.1;
@@ -50,15 +51,18 @@ CornerPicture Evaluate(const CornerScene& s) {
   // That grows with the blur as its variances do.
   constexpr double kBlur = 0.3;
   set(ModelLanes::kCovariance, s.covariance * std::pow(s.blur / kBlur, 2));
-  set(ModelLanes::kCovarianceByBlur, 2 * s.covariance * s.blur / (kBlur * kBlur));
-  set(ModelLanes::kByPixelXx, 1), set(ModelLanes::kByPixelXy, 0), set(ModelLanes::kByPixelYx, 0), set(ModelLanes::kByPixelYy, 1);
+  set(ModelLanes::kSkew, s.covariance * std::pow(s.blur / kBlur, 2));
+  set(ModelLanes::kSkewByBlur, 2 * s.covariance * s.blur / (kBlur * kBlur));
+  set(ModelLanes::kByPixelXx, 1), set(ModelLanes::kByPixelXy, 0), set(ModelLanes::kByPixelYx, 0),
+      set(ModelLanes::kByPixelYy, 1);
   set(ModelLanes::kWayX, s.terms.motion ? s.way_x : 0), set(ModelLanes::kWayY, s.terms.motion ? s.way_y : 0);
   set(ModelLanes::kGain, s.even_dark ? s.gain : -s.gain);
   for (const int first : {ModelLanes::kEvenX0, ModelLanes::kEvenY0}) {
     set(first, 1), set(first + 1, 1), set(first + 2, -1), set(first + 3, -1);
   }
   set(ModelLanes::kHalfEven, s.even_dark ? 0.5 : 0), set(ModelLanes::kHalfOdd, s.even_dark ? 0 : 0.5);
-  set(ModelLanes::kShadowX, s.blur * s.blur * std::cos(0.5)), set(ModelLanes::kShadowY, s.blur * s.blur * std::sin(0.5));
+  set(ModelLanes::kShadowX, s.blur * s.blur * std::cos(0.5)),
+      set(ModelLanes::kShadowY, s.blur * s.blur * std::sin(0.5));
   set(ModelLanes::kNoiseFloor, 1), set(ModelLanes::kNoiseSlope, 0);
   for (int i = 0; i < ModelColumns::kLevels; ++i) {
     const bool even = (i / 4 + i % 4) % 2 == 0;
@@ -86,8 +90,8 @@ CornerPicture Evaluate(const CornerScene& s) {
 }
 
 /// Holds a column against what the light changes by; to a share of its largest value.
-void ExpectColumn(const CornerScene& scene, int column, const std::function<void(CornerScene&, double)>& move, double within,
-                  const char* what) {
+void ExpectColumn(const CornerScene& scene, int column, const std::function<void(CornerScene&, double)>& move,
+                  double within, const char* what) {
   constexpr double kStep = 0.004;
   CornerScene more = scene, less = scene;
   move(more, kStep), move(less, -kStep);
@@ -106,7 +110,8 @@ std::vector<CornerScene> Scenes() {
   for (const bool motion : {false, true})
     for (const bool gain : {false, true})
       for (const bool shadow : {false, true})
-        scenes.push_back({.terms = {.motion = motion, .dot_gain = gain, .shadow = shadow}, .even_dark = scenes.size() % 2 == 0});
+        scenes.push_back(
+            {.terms = {.motion = motion, .dot_gain = gain, .shadow = shadow}, .even_dark = scenes.size() % 2 == 0});
   return scenes;
 }
 
@@ -119,21 +124,31 @@ TEST(ModelKernel, DerivativesAreThoseOfDifferences) {
     const ModelColumns columns(scene.terms);
     // And how a shadow's edge mixes with the slope of what it falls on, which is wider than here.
     const double within = !scene.terms.shadow ? 0.05 : scene.terms.motion ? 0.2 : 0.12;
-    ExpectColumn(scene, 0, [](CornerScene& s, double by) { s.dx += by; }, within, "a move along x");
-    ExpectColumn(scene, 3, [](CornerScene& s, double by) { s.dy += by; }, within, "a move along y");
+    ExpectColumn(
+        scene, 0, [](CornerScene& s, double by) { s.dx += by; }, within, "a move along x");
+    ExpectColumn(
+        scene, 3, [](CornerScene& s, double by) { s.dy += by; }, within, "a move along y");
     if (!scene.terms.shadow)
-      ExpectColumn(scene, columns.blur, [](CornerScene& s, double by) { s.blur += by; }, 0.07, "blur");
+      ExpectColumn(
+          scene, columns.blur, [](CornerScene& s, double by) { s.blur += by; }, 0.07, "blur");
     if (scene.terms.motion) {
-      ExpectColumn(scene, columns.motion, [](CornerScene& s, double by) { s.way_x += by; }, within + 0.01, "motion along x");
-      ExpectColumn(scene, columns.motion + 1, [](CornerScene& s, double by) { s.way_y += by; }, within + 0.01, "motion along y");
+      ExpectColumn(
+          scene, columns.motion, [](CornerScene& s, double by) { s.way_x += by; }, within + 0.01, "motion along x");
+      ExpectColumn(
+          scene, columns.motion + 1, [](CornerScene& s, double by) { s.way_y += by; }, within + 0.01, "motion along y");
     }
     if (scene.terms.dot_gain)
-      ExpectColumn(scene, columns.dot_gain, [](CornerScene& s, double by) { s.gain += by; }, within, "dot gain");
+      ExpectColumn(
+          scene, columns.dot_gain, [](CornerScene& s, double by) { s.gain += by; }, within, "dot gain");
     if (!scene.terms.shadow) continue;
-    ExpectColumn(scene, columns.shadow, [](CornerScene& s, double by) { s.takes += by; }, 0.02, "the share taken");
-    ExpectColumn(scene, columns.shadow + 1, [](CornerScene& s, double by) { s.direction += by; }, 0.1, "direction");
-    ExpectColumn(scene, columns.shadow + 2, [](CornerScene& s, double by) { s.offset += by; }, 0.1, "offset");
-    ExpectColumn(scene, columns.shadow + 3, [](CornerScene& s, double by) { s.width *= std::exp(by); }, 0.2, "width");
+    ExpectColumn(
+        scene, columns.shadow, [](CornerScene& s, double by) { s.takes += by; }, 0.02, "the share taken");
+    ExpectColumn(
+        scene, columns.shadow + 1, [](CornerScene& s, double by) { s.direction += by; }, 0.1, "direction");
+    ExpectColumn(
+        scene, columns.shadow + 2, [](CornerScene& s, double by) { s.offset += by; }, 0.1, "offset");
+    ExpectColumn(
+        scene, columns.shadow + 3, [](CornerScene& s, double by) { s.width *= std::exp(by); }, 0.2, "width");
   }
 }
 
@@ -162,7 +177,8 @@ TEST(ModelKernel, AWiderBlurAlongOneDirectionIsHalfTheSecondDerivative) {
     moved.dx = dx, moved.dy = dy;
     return Evaluate(moved);
   };
-  const CornerPicture here = at(0, 0), left = at(-kStep, 0), right = at(kStep, 0), up = at(0, -kStep), down = at(0, kStep);
+  const CornerPicture here = at(0, 0), left = at(-kStep, 0), right = at(kStep, 0), up = at(0, -kStep),
+                      down = at(0, kStep);
   for (std::size_t i = 0; i < here.light.size(); ++i) {
     const double xx = (right.light[i] + left.light[i] - 2 * here.light[i]) / (kStep * kStep),
                  yy = (down.light[i] + up.light[i] - 2 * here.light[i]) / (kStep * kStep);
