@@ -12,9 +12,10 @@ constexpr float kSeedPx = 14;
 /// Smaller cells do not show even in a view of the largest zoom, where they are 3.5 px high. Such points lie along a
 /// line.
 constexpr float kLeastCellPx = 3.5f / PlaceView::kMostZoom;
-/// The first look finds boards that are less slanted than this and whose cells are wider, px (guesses; cells below 4 px
-/// have no ring response).
-constexpr float kLeastSlant = 1.8f, kMostCellPx = 4.5f;
+/// The first look finds boards that are less slanted than this (a guess) and whose cells are wider, px: cells below 4
+/// px have no ring response, and without any blur the pixels of slanted cells of up to 5.1 px, of 10 boards that were
+/// missed, show some corners twice and others not at all.
+constexpr float kLeastSlant = 1.8f, kMostCellPx = 5.5f;
 /// Fewest points of a place with wide cells. Such a board leaves a point at every corner; chance gathers fewer (a
 /// guess).
 constexpr int kFewestOfWide = 18;
