@@ -92,7 +92,8 @@ enum class PlaceFate : std::uint8_t {
   kTooMany,    ///< would have been viewed, had other places of the image not been before it
   kSparse,     ///< slanted, but a board with cells so large leaves more contrasts
   kLine,       ///< they lie along a line: no view of them would show cells
-  kFrontal,    ///< they spread as those of a board in plain view do, which the first look would have found
+  kFrontal,    ///< they spread as those of a board in plain view do, which the first look should have found: viewed
+               ///< only if they are many
   kTooLarge,   ///< they spread farther than over a board
   kFewPoints,  ///< too few contrasts hang together for a board
 };

@@ -120,6 +120,7 @@ std::string Explain(const TracePlace& place) {
     case PlaceFate::kSparse: return "not viewed: " + spread + "; a board with cells so large would leave more of them";
     case PlaceFate::kLine: return "not viewed: " + spread + "; they lie along a line";
     case PlaceFate::kFrontal:
+      if (place.views > 0) break;
       return "not viewed: " + spread + "; so large and so little slanted, the first look would have shown a board";
     case PlaceFate::kTooLarge: return "not viewed: " + points + " that go on for farther than a board";
     case PlaceFate::kFewPoints: return "not viewed: only " + points + " hang together, too few for a board";

@@ -12,10 +12,9 @@ constexpr float kSeedPx = 14;
 /// Smaller cells do not show even in a view of the largest zoom, where they are 3.5 px high. Such points lie along a
 /// line.
 constexpr float kLeastCellPx = 3.5f / PlaceView::kMostZoom;
-/// The first look finds boards that are less slanted than this (a guess) and whose cells are wider, px: cells below 4
-/// px have no ring response, and without any blur the pixels of slanted cells of up to 5.1 px, of 10 boards that were
-/// missed, show some corners twice and others not at all.
-constexpr float kLeastSlant = 1.8f, kMostCellPx = 5.5f;
+/// The first look finds boards that are less slanted than this and whose cells are wider, px (guesses; cells below 4 px
+/// have no ring response).
+constexpr float kLeastSlant = 1.8f, kMostCellPx = 4.5f;
 /// Fewest points of a place with wide cells. Such a board leaves a point at every corner; chance gathers fewer (a
 /// guess).
 constexpr int kFewestOfWide = 18;
@@ -104,7 +103,15 @@ bool SecondLook::LookAt(const Pyramid& pyramid, const LightReader& reader, const
   if (by_points) NotePlace(place, fate);
   bool viewed = fate == PlaceFate::kViewed;
   if (viewed) view_.Straighten(pyramid, place, image_->work, noted());
-  if (fate == PlaceFate::kFrontal) viewed = view_.UndoMotionBlur(pyramid, place, image_->work, noted());
+  if (fate == PlaceFate::kFrontal) {
+    viewed = view_.UndoMotionBlur(pyramid, place, image_->work, noted());
+    // No motion, and the first look found no board: without any blur, pixels of slanted cells of some 5 px show some
+    // corners twice and others not at all.
+    if (!viewed && place.count >= kFewestOfWide) {
+      view_.Straighten(pyramid, place, image_->work, noted());
+      viewed = true;
+    }
+  }
   if (fate != PlaceFate::kFewPoints) image_->points.Forget(place, image_->work);
   // Where points tell too little of a place, its pixels may tell more.
   if (viewed && !view_.ShowsBoard()) image_->unclear = place;
