@@ -32,6 +32,7 @@ struct LaneModel {
   V light[kSide][kSide];
   /// The same by differences along both axes: the light of a sum of edges instead of cells.
   V step[kSide][kSide];
+  bool skewed;  ///< some lane has a kSkew that is not 0
 
   HWY_INLINE V of(ModelLanes::Parameter which) const { return value[which]; }
 };
@@ -39,6 +40,7 @@ struct LaneModel {
 void Load(const ModelInput& input, const ModelLanes& model, int first, LaneModel& m) {
   const D d;
   for (int i = 0; i < ModelLanes::kLevel00; ++i) m.value[i] = hn::LoadU(d, model.parameter_data(i) + first);
+  m.skewed = !hn::AllTrue(d, hn::Eq(m.of(ModelLanes::kSkew), hn::Zero(d)));
   for (int i = 0; i < 3; ++i) {
     const float* h = input.board_from_plane + i;
     m.to_depth[i] = Splat(h[6]);
@@ -62,15 +64,14 @@ void Load(const ModelInput& input, const ModelLanes& model, int first, LaneModel
 struct Picture {
   V light, by_x, by_y, by_blur, by_gain, by_xy, by_xx, by_yy, way_x, way_y;
   V twist_by_both;  ///< of the light's derivative by x and y, that by both, in units of the blur's variances
-  V share[kSide][kSide], twist_share[kSide][kSide];
+  V share[kSide][kSide];
 
   HWY_INLINE void Clear() {
     const V zero = hn::Zero(D());
     light = by_x = by_y = by_blur = by_gain = by_xy = by_xx = by_yy = way_x = way_y = zero;
     twist_by_both = zero;
-    for (auto* shares : {&share, &twist_share})
-      for (auto& row : *shares)
-        for (V& cell : row) cell = zero;
+    for (auto& row : share)
+      for (V& cell : row) cell = zero;
   }
 };
 
@@ -117,10 +118,11 @@ HWY_INLINE void AddBends(const LaneModel& m, V bend_x, V bend_y, Picture& p) {
 /// The light's derivatives by the place at a point of the way, given those of a blur without covariance, and how they
 /// change along both axes in units of the blur's variances.
 HWY_INLINE void AddSlopes(const LaneModel& m, V part, V by_x, V by_y, V twist_by_x, V twist_by_y, Picture& p) {
-  const V skew = m.of(ModelLanes::kSkew);
-  const V scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
-  by_x = hn::MulAdd(hn::Mul(skew, hn::Mul(scale_x, scale_x)), twist_by_x, by_x);
-  by_y = hn::MulAdd(hn::Mul(skew, hn::Mul(scale_y, scale_y)), twist_by_y, by_y);
+  if (m.skewed) {
+    const V skew = m.of(ModelLanes::kSkew), scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
+    by_x = hn::MulAdd(hn::Mul(skew, hn::Mul(scale_x, scale_x)), twist_by_x, by_x);
+    by_y = hn::MulAdd(hn::Mul(skew, hn::Mul(scale_y, scale_y)), twist_by_y, by_y);
+  }
   p.by_x = hn::Add(p.by_x, by_x);
   p.by_y = hn::Add(p.by_y, by_y);
   p.way_x = hn::MulAdd(part, by_x, p.way_x);
@@ -145,16 +147,17 @@ HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms*
   AddBends(m, hn::Add(bend_x[0], AtEdges(bend_x, down.share)), AtEdges(row, down.bend), p);
   p.by_xy = hn::Add(p.by_xy, AtEdges(by_x, down.slope));
   p.twist_by_both = hn::Add(p.twist_by_both, AtEdges(bend_x, down.bend));
-  V cols[kSide], rows[kSide], col_slopes[kSide], row_slopes[kSide];
+  V cols[kSide], rows[kSide];
   SharesOf(Splat(1), along.share, cols);
   SharesOf(Splat(1), down.share, rows);
-  SharesOf(zero, along.slope, col_slopes);
-  SharesOf(zero, down.slope, row_slopes);
   for (int j = 0; j < kSide; ++j)
-    for (int i = 0; i < kSide; ++i) {
-      p.share[j][i] = hn::MulAdd(rows[j], cols[i], p.share[j][i]);
-      p.twist_share[j][i] = hn::MulAdd(row_slopes[j], col_slopes[i], p.twist_share[j][i]);
-    }
+    for (int i = 0; i < kSide; ++i) p.share[j][i] = hn::MulAdd(rows[j], cols[i], p.share[j][i]);
+  if (!m.skewed) return;
+  SharesOf(zero, along.slope, cols);
+  SharesOf(zero, down.slope, rows);
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i)
+      p.share[j][i] = hn::MulAdd(hn::Mul(m.of(ModelLanes::kSkew), rows[j]), cols[i], p.share[j][i]);
 }
 
 /// Along one axis, what cells that grow, cells that give way, and the overlaps at both of their ends have of a pixel.
@@ -246,7 +249,7 @@ HWY_INLINE void AddGrownPoint(const LaneModel& m, V x, V y, V part, const PowerT
         return hn::NegMulAdd(hn::Mul(rows_of.overlap[j], cols_of.overlap[i]), half, own);
       };
       p.share[j][i] = hn::Add(p.share[j][i], cell(down.share, along.share));
-      p.twist_share[j][i] = hn::Add(p.twist_share[j][i], cell(down.slope, along.slope));
+      if (m.skewed) p.share[j][i] = hn::MulAdd(m.of(ModelLanes::kSkew), cell(down.slope, along.slope), p.share[j][i]);
     }
 }
 
@@ -254,24 +257,21 @@ HWY_INLINE void Scale(V by, Picture& p) {
   for (V* value : {&p.light, &p.by_x, &p.by_y, &p.by_blur, &p.by_gain, &p.by_xy, &p.by_xx, &p.by_yy, &p.way_x, &p.way_y,
                    &p.twist_by_both})
     *value = hn::Mul(*value, by);
-  for (auto* shares : {&p.share, &p.twist_share})
-    for (auto& row : *shares)
-      for (V& cell : row) cell = hn::Mul(cell, by);
+  for (auto& row : p.share)
+    for (V& cell : row) cell = hn::Mul(cell, by);
 }
 
 /// Edges that are not square to each other, or are blurred by motion along both, blur together: what that does to the
 /// light, to the first order of the blur's covariance. Where they are far from square, to the second, and what it does
-/// to the derivatives that AddSlopes() has not, to the first.
+/// to the derivative by the blur, to the first: places and cells' shares have it from each point of the way.
 HWY_INLINE void Twist(const LaneModel& m, Picture& p) {
-  const V skew = m.of(ModelLanes::kSkew);
-  const V scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
+  p.light = hn::MulAdd(m.of(ModelLanes::kCovariance), p.by_xy, p.light);
+  if (!m.skewed) return;
+  const V skew = m.of(ModelLanes::kSkew), scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
   const V per_both = hn::Mul(hn::Mul(scale_x, scale_x), hn::Mul(scale_y, scale_y));
   const V by_skew = hn::Mul(hn::Mul(per_both, skew), p.twist_by_both);
-  p.light = hn::MulAdd(m.of(ModelLanes::kCovariance), p.by_xy, p.light);
   p.light = hn::MulAdd(hn::Mul(skew, Splat(0.5f)), by_skew, p.light);
   p.by_blur = hn::MulAdd(m.of(ModelLanes::kSkewByBlur), hn::Add(p.by_xy, by_skew), p.by_blur);
-  for (int j = 0; j < kSide; ++j)
-    for (int i = 0; i < kSide; ++i) p.share[j][i] = hn::MulAdd(skew, p.twist_share[j][i], p.share[j][i]);
 }
 
 void LookAt(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTerms* terms, Picture& p) {
