@@ -99,18 +99,15 @@ bool SecondLook::MayGoOn() const {
 
 bool SecondLook::LookAt(const Pyramid& pyramid, const LightReader& reader, const Place& place) {
   const PlaceFate fate = Judge(place);
-  const bool by_points = fate == PlaceFate::kViewed || fate == PlaceFate::kFrontal;
+  const bool frontal = fate == PlaceFate::kFrontal, by_points = frontal || fate == PlaceFate::kViewed;
   if (by_points) NotePlace(place, fate);
-  bool viewed = fate == PlaceFate::kViewed;
-  if (viewed) view_.Straighten(pyramid, place, image_->work, noted());
-  if (fate == PlaceFate::kFrontal) {
-    viewed = view_.UndoMotionBlur(pyramid, place, image_->work, noted());
-    // No motion, and the first look found no board: without any blur, pixels of slanted cells of some 5 px show some
-    // corners twice and others not at all.
-    if (!viewed && place.count >= kFewestOfWide) {
-      view_.Straighten(pyramid, place, image_->work, noted());
-      viewed = true;
-    }
+  bool viewed = frontal && view_.UndoMotionBlur(pyramid, place, image_->work, noted());
+  // No motion, and the first look found no board: without any blur, pixels of slanted cells of some 5 px show some
+  // corners twice and others not at all.
+  const bool coarse = frontal && !viewed && place.count >= kFewestOfWide;
+  if (coarse || fate == PlaceFate::kViewed) {
+    view_.Straighten(pyramid, place, image_->work, noted());
+    viewed = true;
   }
   if (fate != PlaceFate::kFewPoints) image_->points.Forget(place, image_->work);
   // Where points tell too little of a place, its pixels may tell more.
