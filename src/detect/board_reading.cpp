@@ -41,13 +41,6 @@ Eigen::Vector2d RegisterOf(MarkerSize size, const DetectorOptions& options) {
   return cells;
 }
 
-/// How well the place of a board is known before it is fitted.
-BoardFit::Start::Known KnownTo(const ImageState& frame, std::size_t board) {
-  using Known = BoardFit::Start::Known;
-  if (!frame.IsExpected(board)) return Known::kFound;
-  return frame.expected[board].off_px < BoardFit::kNearPredictionPx ? Known::kNear : Known::kPredicted;
-}
-
 PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
   const AnchoredBoard& board = job.frame.boards[order.board];
   return {.board = {.size = board.size,
@@ -58,7 +51,7 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
                     .saturated = board.saturated,
                     .covered = board.covered,
                     .found = board.found,
-                    .known = KnownTo(job.frame, order.board),
+                    .predicted = job.frame.IsExpected(order.board),
                     .register_cells = RegisterOf(board.size, job.options),
                     .image = order.image},
           .motion_blurred = board.motion_blurred,

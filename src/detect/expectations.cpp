@@ -154,13 +154,10 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   read.kernel = outcome.carried ? before->kernel : outcome.kernel;
   read.decided = outcome.carried ? before->decided : captured;
   read.scale = anchored.scale;
-  if (frame.IsExpected(board)) {
-    read.off_px = FarthestOff(anchored, outcome.plane_from_board);
-    if (before->before_s > 0 && frame.stream.shift_px.isZero()) {
-      const Eigen::Matrix3d &expected = anchored.plane_from_board, &fitted = outcome.plane_from_board;
-      read.drift = before->drift + (fitted - expected).col(2).head<2>();
-      read.spin = before->spin + TurnBetween(expected, fitted);
-    }
+  if (frame.IsExpected(board) && before->before_s > 0 && frame.stream.shift_px.isZero()) {
+    const Eigen::Matrix3d &expected = anchored.plane_from_board, &fitted = outcome.plane_from_board;
+    read.drift = before->drift + (fitted - expected).col(2).head<2>();
+    read.spin = before->spin + TurnBetween(expected, fitted);
   }
   read.box = anchored.box;
   read.contrast = std::max(SampledContrast(anchored), before ? kContrastKept * before->contrast : 0.0);

@@ -18,6 +18,13 @@ constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
 /// The same of a board that was predicted: a prediction may be farther off than what was found, with levels that were
 /// sampled as far off.
 constexpr double kSettledPredictedPx = 0.04, kSettledPredictedBlur = 0.03;
+/// Nor does what the next step would still move the geometry count: the square of so many standard deviations. Poses
+/// with and without a prediction then differ by less than a tenth of one.
+constexpr double kSettledSquare = 0.15;
+/// A board is explained where pixels are off by fewer variances (a guess). The next step over this one where residuals
+/// are noise, for each variance that they have; and where light cells are overexposed (measured: 0.01 to 0.06, 0.1 to
+/// 0.4 at three variances and beyond; 0.2 to 0.6).
+constexpr double kExplained = 2, kNextStep = 0.04, kNextStepOverexposed = 0.4;
 /// Where a step moved corners farther, they are placed anew before the next one.
 constexpr double kFollowSettlingPx = 0.03;
 /// A blur so much above what the pixels were chosen for asks for others.
@@ -63,13 +70,18 @@ constexpr double kStillForEdgesPx = 0.03;
 /// chance makes three unknowns explain as much once in 6,000. Fewer corners do not tell it from a tilt.
 constexpr double kLeastBend = 4.5;
 constexpr int kFewestOfBend = 12;
-/// Corners that are off by no more than noise tell of no bend: most boards are not asked. (Of flat boards one in eight is;
-/// a bend that explains so much makes the corners of a board of 25 as far off.)
+/// Corners that are off by no more than noise tell of no bend: most boards are not asked. (Of flat boards one in eight
+/// is; a bend that explains so much makes the corners of a board of 25 as far off.)
 constexpr double kOffByBend = 1.25;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
 /// Mean light of a cell of which much is saturated.
 constexpr float kOverexposed = 0.98f;
+
+bool IsOverexposed(const BoardFit::Start& start) {
+  return std::any_of(start.light.begin(), start.light.end(),
+                     [](const Eigen::Vector3f& light) { return light.maxCoeff() >= kOverexposed; });
+}
 
 }  // namespace
 
@@ -83,6 +95,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->model.motion_px = choice.motion_blur_px;
   run_->model.dot_gain = choice.dot_gain;
   run_->terms.ink = choice.dot_gain != 0;
+  run_->terms.plain_only = !choice.may_look_farther;
   run_->terms.may_move = choice.may_move && !choice.own_levels && !choice.shadow && !run_->terms.ink;
   run_->terms.look_farther = !choice.motion_blur_px.isZero() || run_->terms.ink || choice.shadow ||
                              (choice.from && choice.from->terms.look_farther);
@@ -431,14 +444,34 @@ ModelEquations::CornerShift BoardFit::PlainShiftOf(int corner) const {
   return shift;
 }
 
+double BoardFit::StepSquare() const {
+  constexpr int kMoves = BoardGeometry::kParameters;
+  const BoardGeometry::Parameters moves = run_->step.moves.head<kMoves>();
+  return moves.dot(equations_.normal().topLeftCorner<kMoves, kMoves>() * moves);
+}
+
+bool BoardFit::NextStepCounts(double square_before, bool overexposed) const {
+  const double variances = (equations_.chi_square() - run_->step.gain) / std::max(CountPixels(), 1);
+  // With a budget, plain fits of all boards go before better ones of those that they do not explain.
+  if (run_->terms.plain_only && variances > kExplained) return false;
+  const double square = StepSquare();
+  double next = kNextStep * std::max(variances, 1.0);
+  if (overexposed) next = std::max(next, kNextStepOverexposed);
+  // Two steps tell it better.
+  if (square_before > square) next = std::sqrt(square / square_before);
+  return next * next * square > kSettledSquare;
+}
+
 bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
   run_->light.fades = true;
-  const bool found = start.known == Start::Known::kFound;
+  const bool found = !start.predicted;
   const double settled_px = found ? kSettledPx : kSettledPredictedPx,
                settled_blur = found ? kSettledBlur : kSettledPredictedBlur;
+  const bool overexposed = IsOverexposed(start);
   bool edges_sought = false;
-  for (int pass = 1; pass < kMaxPasses; ++pass) {
+  double square_before = 0;
+  for (int pass = 1; pass < kMaxPasses; square_before = StepSquare(), ++pass) {
     if (run_->step.corner_px > kFollowSettlingPx) {
       pixels_.PlaceCorners(lens, run_->model.geometry);
       SetPlaces();
@@ -454,13 +487,12 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     const bool follows = uneven ? pass < kPassesOfLight : again;
     // The image's first board tells its edges; what they explain is no noise.
     // They are not told from a board that still lies elsewhere.
-    const bool lies = found ? pass == 1
-                            : noise_known && !edges_sought && run_->step.corner_px < kStillForEdgesPx;
+    const bool lies = found ? pass == 1 : noise_known && !edges_sought && run_->step.corner_px < kStillForEdgesPx;
     const bool told = lies && !start.image && TellEdges(lens);
     edges_sought = edges_sought || lies;
     const bool told_late = told && !found;
     if (noise_known && !told_late && !changed && !follows && run_->step.corner_px < settled_px &&
-        run_->step.blur_share < settled_blur) {
+        run_->step.blur_share < settled_blur && !NextStepCounts(square_before, overexposed)) {
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
       if (!start.image && sums == LaneSums::kNoise)
         EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
@@ -483,8 +515,8 @@ bool BoardFit::TellEdges(const Lens& lens) {
   Finish(lens);
   if (!run_->result.flat()) return false;
   const Eigen::Matrix2d board_by_pixel = BoardByPixel();
-  const std::optional<EdgeSpread> found = FindEdgeSpread(
-      run_->plain_input, board_by_pixel.row(0), board_by_pixel.row(1), std::span(run_->corners.used), pixels_);
+  const std::optional<EdgeSpread> found = FindEdgeSpread(run_->plain_input, board_by_pixel.row(0),
+                                                         board_by_pixel.row(1), std::span(run_->corners.used), pixels_);
   if (!found) return false;
   run_->model.edges = *found;
   profiles_.Set(run_->model.edges);
@@ -558,8 +590,7 @@ bool BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start&
     if (!Step(LaneSums::kLevels) || run_->step.corner_px > kRunawayPx) return false;
     EvenOutShading(start);
   }
-  const bool settled =
-      run_->terms.look_farther ? SettleModelByAll(reader, lens, start) : Settle(lens, start, true);
+  const bool settled = run_->terms.look_farther ? SettleModelByAll(reader, lens, start) : Settle(lens, start, true);
   if (settled) Finish(lens);
   // A bend that is taken out and not found again would be taken for known.
   return settled && run_->bent;
@@ -584,15 +615,13 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
   // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
   // do not blur into them, and none is overexposed: it may be any that is as light, and edges would seem blurred
   // instead.
-  const bool overexposed = std::any_of(start.light.begin(), start.light.end(),
-                                       [](const Eigen::Vector3f& light) { return light.maxCoeff() >= kOverexposed; });
+  const bool overexposed = IsOverexposed(start);
   const bool knows_levels =
       start.image && !overexposed && BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * run_->model.blur_px < 1;
   const LaneSums first = knows_levels && !run_->model.own_levels ? LaneSums::kShapes : LaneSums::kLevels;
-  const bool known = knows_levels && start.known == Start::Known::kNear;
-  const bool near = known || (Step(first) && run_->step.corner_px <= kRunawayPx);
+  const bool near = Step(first) && run_->step.corner_px <= kRunawayPx;
   if (!near && !ComeNearByFound(reader, lens, start, choice)) return false;
-  if (start.known == Start::Known::kPredicted && !LeavePrediction(reader, lens, first)) return false;
+  if (start.predicted && !LeavePrediction(reader, lens, first)) return false;
   if (overexposed) {
     // Levels began at full scale, and the blur has taken up what they lacked: it begins anew.
     run_->model.blur_px = start.blur_px;

@@ -16,10 +16,10 @@
 #include "detect/fit/board_equations.h"
 #include "detect/fit/board_pixels.h"
 #include "detect/fit/board_run.h"
+#include "detect/fit/edge_spread.h"
 #include "detect/fit/fitted_board.h"
 #include "detect/fit/model_equations.h"
 #include "detect/fit/model_kernel.h"
-#include "detect/fit/edge_spread.h"
 #include "detect/fit/shading.h"
 #include "detect/fit/shadow_edge.h"
 
@@ -30,9 +30,6 @@ namespace chequer {
 /// its result, and which other fits to try, is PhotometricFit's. Keeps its memory.
 class BoardFit {
  public:
-  /// From a geometry that is so near, a step by all pixels ends the fit: there is nothing to come near to first.
-  static constexpr double kNearPredictionPx = 0.05;
-
   struct Start {
     MarkerSize size;
     double cell_ratio = 1;  ///< of a cell as printed, height over width
@@ -45,13 +42,9 @@ class BoardFit {
     std::span<const std::uint8_t> covered;
     /// Corners that were found; the geometry may have others pixels off.
     CornerFlags found{};
-    /// How well the geometry is known, where a prediction gave it.
-    enum class Known : std::uint8_t {
-      kFound,      ///< corners were found: to about 0.1 px
-      kPredicted,  ///< to a part of a pixel, or several
-      kNear,       ///< to kNearPredictionPx
-    };
-    Known known = Known::kFound;
+    /// The geometry is a prediction's, off by a part of a pixel or several, not that of corners that were found, which
+    /// is right to about 0.1 px.
+    bool predicted = false;
     /// How far the blue ink may lie off the black one, along the board's axes, cells: standard deviations. Where they
     /// are not zero, that is fitted too.
     Eigen::Vector2d register_cells = Eigen::Vector2d::Zero();
@@ -160,6 +153,11 @@ class BoardFit {
   void MoveBlur(double step_px);
   /// Of all corners in the image, by the last step.
   double FarthestStepPx() const;
+  /// The last step of the geometry, in standard deviations by the pixels' noise, squared.
+  double StepSquare() const;
+  /// Whether the step after the last one would move the pose by what counts against its standard deviations.
+  /// @param square_before StepSquare() of the step before it by the same pixels; 0: there was none.
+  bool NextStepCounts(double square_before, bool overexposed) const;
   /// Steps until nothing moves any more.
   bool Settle(const Lens& lens, const Start& start, bool noise_known);
   void Finish(const Lens& lens);
@@ -296,7 +294,8 @@ class BoardFit {
   /// Whether the last step was so short that what does not fit is occluded, that it is near, that it is the last.
   bool Still() const;
   bool Near() const;
-  /// @param before the step before it on the same pixels, or none: where steps fall fast, what they leave is told by how.
+  /// @param before the step before it on the same pixels, or none: where steps fall fast, what they leave is told by
+  /// how.
   bool Settled(const BoardRun::Step& before) const;
   /// What follows a step that did not end the fit.
   void FollowLight(const Start& start, bool light_follows);

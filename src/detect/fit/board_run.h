@@ -57,6 +57,7 @@ struct BoardRun {
     bool rough = false;           ///< by some of the pixels, so far
     bool ink = false;             ///< dot gain is one of them
     bool may_move = true;         ///< motion may be one
+    bool plain_only = false;      ///< none of them may be fitted
     bool sure_of_motion = false;  ///< nothing else makes edges as uneven
   };
   struct Corners {

@@ -110,7 +110,7 @@ void PhotometricFit::ChooseTerms(const Task& task) {
 
 bool PhotometricFit::Refit(const Task& task) {
   BoardFit::Start again = task.start;
-  again.known = BoardFit::Start::Known::kFound;
+  again.predicted = false;
   again.geometry = fit_.result().geometry;
   choice_.motion_blur_px = fit_.motion_px();
   return FitOnce(task, again);

@@ -4,7 +4,6 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -42,9 +41,6 @@ struct RememberedBoard {
   /// (ExpectedBoards); empty where that is not known.
   FixedVector<float, kMaxCells> leads;
   double contrast = 0;  ///< as sampled where it was (SampledContrast)
-  /// How far at most its outline lay from where it was expected in the last frame, plane units; infinite where it was
-  /// not.
-  double off_px = std::numeric_limits<double>::infinity();
   FrameTime decided{};    ///< when its identity was last read
   bool may_carry = true;  ///< it was fitted in every frame since then
 

@@ -155,7 +155,7 @@ TEST(Budget, RefinesEveryBoardInItsTurn) {
   std::set<std::pair<int, int>> refined;
   std::size_t fewest = frame.boards;
   int images = 0;
-  for (; images < 20 && refined.size() < frame.boards; ++images) {
+  for (; images < 40 && refined.size() < frame.boards; ++images) {
     const test::Detected detected = Detect(plain, frame);
     EXPECT_EQ(detected.markers.size(), frame.boards) << "all are read plainly";
     std::size_t now = 0;
