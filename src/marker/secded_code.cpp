@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <limits>
+#include <span>
 
 #include "marker/combinations.h"
 
@@ -14,59 +16,63 @@ constexpr std::size_t kMaxBits = 64;
 
 /// Column p of the parity check matrix for the cell of Hamming position p; 0 for the overall parity cell, which takes
 /// part in the overall check only. The overall check is the lowest bit.
-std::size_t Column(int position) { return static_cast<std::size_t>(position) << 1 | 1; }
+std::size_t Column(std::size_t position) { return position << 1 | 1; }
 
-/// The two cheapest ways to each syndrome over the cells looked at so far, and the last step of the cheapest.
-///
-/// The cheapest error pattern of a syndrome is a shortest path in the syndrome trellis (Bahl, Cocke, Jelinek, Raviv
-/// 1974; Wolf 1978). It is exact for any number of wrong cells, and its cost grows with n · 2^(m + 1), not with the
-/// number of words.
+/// The syndrome trellis (Bahl, Cocke, Jelinek, Raviv 1974; Wolf 1978), in which error patterns are paths, and the cheapest
+/// of a syndrome the shortest: exact for any number of wrong cells, at a cost that grows with n · 2^m, not with the number
+/// of words.
 class SyndromeTrellis {
  public:
-  SyndromeTrellis() {
-    best_.fill(std::numeric_limits<double>::infinity());
-    second_.fill(std::numeric_limits<double>::infinity());
-    best_[0] = 0;
+  /// @param costs of errors, by position.
+  explicit SyndromeTrellis(std::span<const double> costs) : costs_(costs) {
+    cheapest_.fill(std::numeric_limits<double>::infinity());
   }
 
-  /// Looks at the next position, from 0 on. Only syndromes of the positions so far can occur, so that early steps are
-  /// short.
-  void Add(int position, double cost) {
-    const std::size_t column = Column(position);
-    const std::size_t states = 2 * std::bit_ceil(static_cast<std::size_t>(position) + 1);
-    auto& wrong = wrong_[static_cast<std::size_t>(position)];
-    for (std::size_t state = 0; state < states; state += 2) {  // the column is odd: partners are even and odd
-      const std::size_t partner = state ^ column;
-      const double best_a = best_[state], second_a = second_[state];
-      const double best_b = best_[partner], second_b = second_[partner];
-      wrong[state] = best_b + cost < best_a;
-      wrong[partner] = best_a + cost < best_b;
-      best_[state] = std::min(best_a, best_b + cost);
-      best_[partner] = std::min(best_b, best_a + cost);
-      second_[state] = std::min(std::max(best_a, best_b + cost), std::min(second_a, second_b + cost));
-      second_[partner] = std::min(std::max(best_b, best_a + cost), std::min(second_b, second_a + cost));
-    }
-  }
-
-  /// By how much the second way to a syndrome costs more than the first.
-  double Margin(std::size_t syndrome) const { return second_[syndrome] - best_[syndrome]; }
-
-  /// The positions, as bits, that are wrong in the cheapest way to a syndrome. @pre positions 0 … positions − 1 added.
-  std::uint64_t WrongPositions(std::size_t syndrome, int positions) const {
+  /// The positions, as bits, that are wrong in the cheapest way to a syndrome.
+  std::uint64_t WrongPositions(std::size_t syndrome) {
+    std::array<std::array<bool, kMaxStates>, kMaxBits> wrong;  // whether the cheapest way to a state has the position's
+    cheapest_[0] = 0;
+    for (std::size_t position = 0; position < costs_.size(); ++position)
+      Add(position, [&](std::size_t state, bool is_wrong) { wrong[position][state] = is_wrong; });
     std::uint64_t result = 0;
-    for (int position = positions - 1; position >= 0; --position) {
-      if (!wrong_[static_cast<std::size_t>(position)][syndrome]) continue;
+    for (std::size_t position = costs_.size(); position-- > 0;) {
+      if (!wrong[position][syndrome]) continue;
       result |= std::uint64_t{1} << position;
       syndrome ^= Column(position);
     }
     return result;
   }
 
+  /// What the cheapest pattern costs that makes a word another one.
+  double ToNextWord() {
+    for (std::size_t position = 0; position < costs_.size(); ++position) {
+      Add(position, [](std::size_t, bool) {});
+      // The first error of a way: ways without any are left out.
+      double& alone = cheapest_[Column(position)];
+      alone = std::min(alone, costs_[position]);
+    }
+    return cheapest_[0];
+  }
+
  private:
-  std::array<double, kMaxStates> best_;
-  std::array<double, kMaxStates> second_;
-  /// Of each position, in the states that Add reaches: whether the cheapest way has the position's cell wrong.
-  std::array<std::array<bool, kMaxStates>, kMaxBits> wrong_;
+  /// Looks at the next position, from 0 on. Only syndromes of the positions so far can occur, so that early steps are
+  /// short.
+  template <class Note>
+  void Add(std::size_t position, const Note& note) {
+    const std::size_t column = Column(position), states = 2 * std::bit_ceil(position + 1);
+    const double cost = costs_[position];
+    for (std::size_t state = 0; state < states; state += 2) {  // the column is odd: partners are even and odd
+      const std::size_t partner = state ^ column;
+      const double a = cheapest_[state], b = cheapest_[partner];
+      note(state, b + cost < a);
+      note(partner, a + cost < b);
+      cheapest_[state] = std::min(a, b + cost);
+      cheapest_[partner] = std::min(b, a + cost);
+    }
+  }
+
+  std::span<const double> costs_;
+  std::array<double, kMaxStates> cheapest_;  ///< of the ways to each syndrome over the positions looked at so far
 };
 
 class SecdedCode final : public KernelCode {
@@ -108,14 +114,22 @@ class SecdedCode final : public KernelCode {
   }
 
   SoftWord DecodeSoft(const Likelihoods& likelihoods) const override {
-    SyndromeTrellis trellis;
-    for (int position = 0; position < bits_; ++position) trellis.Add(position, likelihoods.Cost(BitOf(position)));
+    std::array<double, kMaxBits> costs;
+    for (int position = 0; position < bits_; ++position)
+      costs[static_cast<std::size_t>(position)] = likelihoods.Cost(BitOf(position));
+    const std::span<const double> of_positions(costs.data(), static_cast<std::size_t>(bits_));
     const std::size_t syndrome = Syndrome(likelihoods.hard);
     std::uint64_t kernel = likelihoods.hard;
-    for (std::uint64_t wrong = trellis.WrongPositions(syndrome, bits_); wrong != 0; wrong &= wrong - 1) {
-      kernel ^= PositionBit(std::countr_zero(wrong));
+    // A word that was read is the cheapest.
+    std::uint64_t wrong = syndrome == 0 ? 0 : SyndromeTrellis(of_positions).WrongPositions(syndrome);
+    for (; wrong != 0; wrong &= wrong - 1) {
+      const int position = std::countr_zero(wrong);
+      kernel ^= PositionBit(position);
+      // From the word that was chosen, what was wrong is taken back.
+      double& cost = costs[static_cast<std::size_t>(position)];
+      cost = -cost;
     }
-    return {{Id(kernel), kernel}, trellis.Margin(syndrome)};
+    return {{Id(kernel), kernel}, std::max(SyndromeTrellis(of_positions).ToNextWord(), 0.0)};
   }
 
  private:

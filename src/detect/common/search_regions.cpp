@@ -93,7 +93,7 @@ void KnownTiles::Start(int width, int height) {
 }
 
 void KnownTiles::Add(const std::array<Eigen::Vector2d, 4>& outline) {
-  if (!any_) tiles_.assign(static_cast<std::size_t>(cols_) * static_cast<std::size_t>(rows_), 0);
+  if (!any_) tiles_.assign(static_cast<std::size_t>(cols_) * static_cast<std::size_t>(rows_), false);
   any_ = true;
   Eigen::Vector2d least = outline[0], most = outline[0];
   for (const Eigen::Vector2d& corner : outline) {
@@ -118,8 +118,8 @@ void KnownTiles::Add(const std::array<Eigen::Vector2d, 4>& outline) {
     // Within the image: outlines may reach far beyond it.
     const int first = static_cast<int>(std::clamp(std::ceil(column(left)), 0.0, 1.0 * cols_)),
               last = static_cast<int>(std::clamp(std::floor(column(right)), -1.0, cols_ - 1.0));
-    if (first <= last)
-      std::fill_n(tiles_.begin() + std::ptrdiff_t{row} * cols_ + first, last - first + 1, std::uint8_t{1});
+    const auto of_row = tiles_.begin() + std::ptrdiff_t{row} * cols_;
+    if (first <= last) std::fill(of_row + first, of_row + last + 1, true);
   }
 }
 

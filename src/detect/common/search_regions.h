@@ -62,14 +62,14 @@ class KnownTiles {
     if (!any_) return false;
     const int col = static_cast<int>(at.x()) / kTile, row = static_cast<int>(at.y()) / kTile;
     if (col < 0 || row < 0 || col >= cols_ || row >= rows_) return false;
-    return tiles_[static_cast<std::size_t>(row * cols_ + col)] != 0;
+    return tiles_[static_cast<std::size_t>(row * cols_ + col)];
   }
   bool any() const { return any_; }
 
  private:
   int cols_ = 0, rows_ = 0;
   bool any_ = false;
-  std::vector<std::uint8_t> tiles_;
+  std::vector<bool> tiles_;  ///< bits, of which a thousand lie near
 };
 
 }  // namespace chequer

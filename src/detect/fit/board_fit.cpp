@@ -174,10 +174,10 @@ void BoardFit::SetDerivatives() {
     const CornerPlace& place = pixels_.place(corner);
     const Eigen::Vector2d along_x_edge(place.board.x(), place.board.y() + place.middle.y()),
         along_y_edge(place.board.x() + place.middle.x(), place.board.y());
-    run_->derivatives[static_cast<std::size_t>(corner)] = {BoardGeometry::MoveByParameters(along_x_edge, 0),
+    derivatives_[static_cast<std::size_t>(corner)] = {BoardGeometry::MoveByParameters(along_x_edge, 0),
                                                            BoardGeometry::MoveByParameters(along_y_edge, 1)};
   }
-  equations_.SetDerivatives(std::span(run_->derivatives).first(static_cast<std::size_t>(pixels_.corners())));
+  equations_.SetDerivatives(std::span(derivatives_).first(static_cast<std::size_t>(pixels_.corners())));
 }
 
 void BoardFit::SetPlaces() {
@@ -260,7 +260,7 @@ void BoardFit::SetLanes() {
 }
 
 Eigen::Vector2d BoardFit::MoveOf(int corner) const {
-  const CornerDerivative& by = run_->derivatives[static_cast<std::size_t>(corner)];
+  const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
   const auto step = run_->step.moves.head<BoardGeometry::kParameters>();
   return {by.x.dot(step), by.y.dot(step)};
 }

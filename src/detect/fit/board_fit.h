@@ -305,6 +305,7 @@ class BoardFit {
   Scratch<BoardRun> run_;
   // Memory: what these hold is made anew whenever pixels are collected, and with every step.
   BoardPixels pixels_;
+  std::array<CornerDerivative, kMaxCorners> derivatives_;
   BoardEquations equations_;
   BoardRun flat_;  ///< a copy, before a fit goes on with a bend
   ModelLanes model_lanes_;

@@ -75,7 +75,7 @@ Eigen::Vector2d BoardFit::Printed(int corner) const {
 }
 
 Eigen::Vector2d BoardFit::ShiftByInks(int corner) const {
-  const CornerDerivative& by = run_->derivatives[static_cast<std::size_t>(corner)];
+  const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
   const InkRegister::Step& step = run_->step.inks;
   return Eigen::Vector2d(by.x.dot(step.moves), by.y.dot(step.moves)) -
          run_->blue_shares[static_cast<std::size_t>(corner)].cast<double>().cwiseProduct(step.offset);
@@ -86,7 +86,7 @@ InkRegister BoardFit::RegisterOfCorners() const {
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
     const auto [information, gradient] = ShiftOf(corner);
-    inks.Add({.by = &run_->derivatives[static_cast<std::size_t>(corner)],
+    inks.Add({.by = &derivatives_[static_cast<std::size_t>(corner)],
               .share = run_->blue_shares[static_cast<std::size_t>(corner)].cast<double>(),
               .information = information,
               .gradient = gradient});
@@ -103,7 +103,7 @@ void BoardFit::MoveInks(const Start& start) {
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
     const Eigen::Matrix2d& pixel_by_board = pixels_.place(corner).pixel_by_board;
-    const CornerDerivative& by = run_->derivatives[static_cast<std::size_t>(corner)];
+    const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
     const Eigen::Vector2d move(by.x.dot(run_->step.inks.moves), by.y.dot(run_->step.inks.moves));
     run_->step.corner_px = std::max({run_->step.corner_px, (pixel_by_board * (MoveOf(corner) + move)).norm(),
                                      (pixel_by_board * run_->step.inks.offset).norm()});

@@ -115,7 +115,6 @@ struct BoardRun {
   // What the kernels and equations are given.
   KernelInput plain_input;
   ModelInput model_input;
-  std::array<CornerDerivative, kMaxCorners> derivatives;
   std::vector<ModelEquations::LevelsAround16> model_levels;  ///< by corner
   std::vector<PhaseValues> beside;       ///< by cell and a ring around the board; only the ring has values
   std::vector<PhaseValues> cell_levels;  ///< of own levels, those of the cells
