@@ -18,9 +18,9 @@ constexpr std::size_t kMaxBits = 64;
 /// part in the overall check only. The overall check is the lowest bit.
 std::size_t Column(std::size_t position) { return position << 1 | 1; }
 
-/// The syndrome trellis (Bahl, Cocke, Jelinek, Raviv 1974; Wolf 1978), in which error patterns are paths, and the cheapest
-/// of a syndrome the shortest: exact for any number of wrong cells, at a cost that grows with n · 2^m, not with the number
-/// of words.
+/// The syndrome trellis (Bahl, Cocke, Jelinek, Raviv 1974; Wolf 1978), in which error patterns are paths, and the
+/// cheapest of a syndrome the shortest: exact for any number of wrong cells, at a cost that grows with n · 2^m, not
+/// with the number of words.
 class SyndromeTrellis {
  public:
   /// @param costs of errors, by position.
