@@ -47,6 +47,17 @@ struct PosedHomography {
         Set(col, scale.cwiseProduct(Eigen::Vector3d::Unit(of_pose - 3).cross(side[col])), by);
     return by;
   }
+  /// Information times By(of_pose), of two coordinates of the place or a turn: those move three parameters or fewer a
+  /// column.
+  Parameters WeightedBy(int of_pose, const BoardGeometry::Information& information) const {
+    if (of_pose < 2) return scale[of_pose] * information.col(3 * of_pose + 2);
+    const int axis = of_pose - 3, first = (axis + 1) % 3, second = (axis + 2) % 3;
+    Parameters weighted = Parameters::Zero();
+    for (int col = 0; col < 2; ++col)
+      weighted += scale[second] * side[col][first] * information.col(3 * second + col) -
+                  scale[first] * side[col][second] * information.col(3 * first + col);
+    return weighted;
+  }
   /// The derivative's transpose times a vector.
   Vector6d Back(const Parameters& v) const {
     Vector6d back;
@@ -71,7 +82,12 @@ struct PosedHomography {
 class Descent {
  public:
   Descent(const RigidTransform& start, const MeasuredHomography& measured, const Eigen::Vector2d& cell_m, double focal)
-      : measured_(measured), target_(measured.geometry.parameters()), cell_m_(cell_m), focal_(focal), next_(start) {}
+      : measured_(measured),
+        target_(measured.geometry.parameters()),
+        weighted_target_(measured.information.lazyProduct(target_)),
+        cell_m_(cell_m),
+        focal_(focal),
+        next_(start) {}
 
   /// Goes on until it settles, for kMaxSteps at most. The pose's χ² stays infinite if the board comes behind the camera
   /// at once.
@@ -117,8 +133,8 @@ class Descent {
       return damping_ <= 1e3;
     }
     for (int k = 0; k < 6; ++k)
-      normal_.col(k) = at.Back(k < 2 ? at.scale[k] * measured_.information.col(3 * k + 2)
-                                     : Parameters(measured_.information.lazyProduct(at.By(k))));
+      normal_.col(k) =
+          at.Back(k == 2 ? at.inverse_depth * (weighted - weighted_target_) : at.WeightedBy(k, measured_.information));
     gradient_ = at.Back(weighted);
     pose_.camera_from_board = next_;
     pose_.chi_square = chi_square;
@@ -127,7 +143,7 @@ class Descent {
   }
 
   const MeasuredHomography& measured_;
-  Parameters target_ = Parameters::Zero();
+  Parameters target_ = Parameters::Zero(), weighted_target_ = Parameters::Zero();
   Eigen::Vector2d cell_m_ = Eigen::Vector2d::Zero();
   double focal_;
   RigidTransform next_;
