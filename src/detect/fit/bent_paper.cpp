@@ -96,8 +96,8 @@ class BendSolver {
     const SmallCholesky<kBends> bends(linear->information);
     return bends.positive() ? linear->gradient.dot(bends.Solve(linear->gradient)) : 0;
   }
-  /// Nothing if the descent ends nowhere. @param flat what flat paper leaves.
-  std::optional<BentPaper> Bent(const RigidTransform& start, double flat) {
+  /// Nothing if the descent ends nowhere. What it gains and leaves unknown is told by others.
+  std::optional<BentPaper> Bent(const RigidTransform& start) {
     const End end = Descend({start, Eigen::Vector3d::Zero()}, true);
     if (!std::isfinite(end.square)) return std::nullopt;
     BentPaper paper;
@@ -111,9 +111,24 @@ class BendSolver {
     paper.cell_ratio_ = view_.cell_ratio;
     paper.middle_ = MiddleOf(end.lying, view_.focal, view_.cell_ratio);
     paper.left_ = end.square;
-    paper.gain_ = flat - end.square;
-    if (!TellUncertainty(paper)) return std::nullopt;
     return paper;
+  }
+  /// @param flat what flat paper leaves.
+  static void TellGain(BentPaper& paper, double flat) { paper.gain_ = flat - paper.left_; }
+  /// What the bend leaves unknown of the homography of the middle.
+  bool TellUncertainty(BentPaper& paper) const {
+    const Lying lying{paper.camera_from_board_, paper.bend_};
+    std::optional<Linear> linear = Linearised(lying, [&](const Eigen::Vector2d& board) {
+      return BoardGeometry::Local{paper.Seen(board), 1, paper.SeenByBoard(board)};
+    });
+    if (!linear) return false;
+    const Eigen::Vector3d across = Cylinder(paper.bend_).AcrossByBend() / kAcrossKnownTo;
+    linear->information += across * across.transpose();
+    const SmallCholesky<kBends> bends(linear->information);
+    if (!bends.positive()) return false;
+    const Eigen::LLT<Eigen::Matrix3d> covariance(bends.Inverse());
+    paper.uncertain_ = linear->followed.lazyProduct(Eigen::Matrix3d(covariance.matrixL()));
+    return paper.uncertain_.allFinite();
   }
 
  private:
@@ -268,22 +283,6 @@ class BendSolver {
     return linear;
   }
 
-  /// What the bend leaves unknown of the homography of the middle.
-  bool TellUncertainty(BentPaper& paper) const {
-    const Lying lying{paper.camera_from_board_, paper.bend_};
-    std::optional<Linear> linear = Linearised(lying, [&](const Eigen::Vector2d& board) {
-      return BoardGeometry::Local{paper.Seen(board), 1, paper.SeenByBoard(board)};
-    });
-    if (!linear) return false;
-    const Eigen::Vector3d across = Cylinder(paper.bend_).AcrossByBend() / kAcrossKnownTo;
-    linear->information += across * across.transpose();
-    const SmallCholesky<kBends> bends(linear->information);
-    if (!bends.positive()) return false;
-    const Eigen::LLT<Eigen::Matrix3d> covariance(bends.Inverse());
-    paper.uncertain_ = linear->followed.lazyProduct(Eigen::Matrix3d(covariance.matrixL()));
-    return paper.uncertain_.allFinite();
-  }
-
   const BoardView& view_;
   std::span<const SeenCorner> seen_;
   Eigen::Vector3d taken_out_ = Eigen::Vector3d::Zero();
@@ -311,12 +310,17 @@ std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const Se
   if (!starts) return std::nullopt;
   BendSolver solver(view, corners);
   if (!view.fitted_as && !(solver.RoughGain((*starts)[0]) > kRoughly * least_gain)) return std::nullopt;
-  const double flat = std::min(solver.Flat((*starts)[0]), solver.Flat((*starts)[1]));
   std::optional<BentPaper> best;
   for (const RigidTransform& start : *starts) {
-    const std::optional<BentPaper> paper = solver.Bent(start, flat);
+    const std::optional<BentPaper> paper = solver.Bent(start);
     if (paper && (!best || paper->left() < best->left())) best = paper;
   }
+  if (!best) return std::nullopt;
+  // Flat paper leaves what it does in the better of its poses: most boards gain too little over one of them.
+  double flat = solver.Flat((*starts)[0]);
+  if (flat - best->left() >= least_gain) flat = std::min(flat, solver.Flat((*starts)[1]));
+  solver.TellGain(*best, flat);
+  if (!solver.TellUncertainty(*best)) return std::nullopt;
   return best;
 }
 
