@@ -17,7 +17,12 @@ void LaneBlock::Reset(int lanes, int pixels_per_lane) {
   const auto padded = static_cast<std::size_t>(padded_);
   // Values beyond a lane's count are multiplied by zero: they must be finite, whatever an earlier board left there is.
   pixels_.resize(std::max(pixels_.size(), 3 * padded / kGroup * static_cast<std::size_t>(capacity_)));
-  parameters_.assign(padded * kParameters, 1.0f);
+  static constexpr GroupValues kOnes = [] {
+    GroupValues ones{};
+    for (float& value : ones.values) value = 1;
+    return ones;
+  }();
+  parameters_.assign(padded / kGroup * kParameters, kOnes);
   std::fill_n(parameter_data(kFadeX), 2 * padded, 0.0f);
   sums_.resize(padded / kGroup * kLaneSums);
   counts_.assign(padded, 0);

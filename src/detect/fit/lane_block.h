@@ -119,15 +119,14 @@ class LaneBlock {
   void GatherFolded(float* sums) const { GatherGroup(sums + folded_); }
   /// The same, of the group that is folded alone.
   static void GatherGroup(float* sums) {
-    for (int i = 0; i < kFold; ++i)
-      sums[i] = (sums[i] + sums[i + kFold]) + (sums[i + 2 * kFold] + sums[i + 3 * kFold]);
+    for (int i = 0; i < kFold; ++i) sums[i] = (sums[i] + sums[i + kFold]) + (sums[i + 2 * kFold] + sums[i + 3 * kFold]);
   }
   /// Of the lanes as they stand in memory.
   const int* counts() const { return counts_.data(); }
 
   /// One value a lane.
-  float* parameter_data(int which) { return parameters_.data() + which * padded_; }
-  const float* parameter_data(int which) const { return parameters_.data() + which * padded_; }
+  float* parameter_data(int which) { return first_parameter() + which * padded_; }
+  const float* parameter_data(int which) const { return first_parameter() + which * padded_; }
   float* sum_data(int which) { return first_sum() + which * padded_; }
   const float* sum_data(int which) const { return first_sum() + which * padded_; }
   float sum(int which, int lane) const { return sum_data(which)[lane]; }
@@ -136,6 +135,8 @@ class LaneBlock {
   /// Of a group's lanes, the most that one has.
   int MostOfGroup(int group) const;
 
+  float* first_parameter() { return parameters_.data()->values; }
+  const float* first_parameter() const { return parameters_.data()->values; }
   float* first_sum() { return sums_.data()->values; }
   const float* first_sum() const { return sums_.data()->values; }
 
@@ -145,8 +146,7 @@ class LaneBlock {
   };
 
   int lanes_ = 0, padded_ = 0, capacity_ = 0, folded_ = 0;
-  std::vector<GroupValues> pixels_, sums_, originals_;
-  std::vector<float> parameters_;
+  std::vector<GroupValues> pixels_, sums_, originals_, parameters_;
   std::vector<int> counts_;
 };
 
