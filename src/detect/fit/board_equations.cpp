@@ -40,7 +40,7 @@ struct PhaseShares {
 
 /// A corner as it is added.
 struct CornerTerms {
-  int lane;                              ///< its first
+  int corner, lane;                      ///< the first of its lanes
   int cell_of[4];                        ///< the four cells around it
   const double *by_x, *by_y;             ///< moves of its board coordinates by the geometry's parameters
   const float *repeated_x, *repeated_y;  ///< each of them four times
@@ -329,6 +329,43 @@ void SolveBack(const float* unknowns, BoardSystem& system) {
     }
 }
 
+/// Fills BoardEquations::CornerShift of each corner. @param right of the levels' equations, where their moves are.
+/// @param weight of phases.
+void FindShifts(const CornerTerms* corners, int count, const SumsOfLanes& merged, const float* right,
+                const float* weight, const double* step, double* shifts) {
+  const DPhases d;
+  const DParameters of_moves;
+  constexpr int kStep = static_cast<int>(hn::MaxLanes(DPhases())),
+                kLanes = static_cast<int>(hn::MaxLanes(DParameters())), kParameters = BoardSystem::kColumns - 2;
+  for (const CornerTerms* corner = corners; corner < corners + count; ++corner) {
+    const float* const sums = merged.data + corner->lane;
+    const auto sum = [&](int a, int b) { return static_cast<double>(sums[ProductSum(a, b) * merged.stride]); };
+    float by_levels[2] = {0, 0};
+    HWY_UNROLL(2)
+    for (int axis = kShiftX; axis <= kShiftY; ++axis)
+      for (int part = 0; part < 4; part += kStep) {
+        auto taken = hn::Zero(d);
+        HWY_UNROLL(4)
+        for (int i = 0; i < 4; ++i)
+          taken = hn::MulAdd(hn::LoadU(d, sums + ProductSum(axis, kLevel00 + i) * merged.stride + part),
+                             hn::LoadU(d, right + corner->cell_of[i] * BoardSystem::kRightRow + part), taken);
+        by_levels[axis] += hn::GetLane(hn::SumOfLanes(d, hn::Mul(taken, hn::LoadU(d, weight + part))));
+      }
+    auto x = hn::Zero(of_moves), y = hn::Zero(of_moves);
+    for (int k = 0; k < kParameters; k += kLanes) {
+      const auto moves = hn::LoadU(of_moves, step + k);
+      x = hn::MulAdd(hn::LoadU(of_moves, corner->by_x + k), moves, x);
+      y = hn::MulAdd(hn::LoadU(of_moves, corner->by_y + k), moves, y);
+    }
+    const double move_x = hn::GetLane(hn::SumOfLanes(of_moves, x)), move_y = hn::GetLane(hn::SumOfLanes(of_moves, y));
+    const double xx = sum(kShiftX, kShiftX), xy = sum(kShiftX, kShiftY), yy = sum(kShiftY, kShiftY);
+    double* const shift = shifts + 5 * corner->corner;
+    shift[0] = xx, shift[1] = xy, shift[2] = yy;
+    shift[3] = sum(kShiftX, kResidual) - static_cast<double>(by_levels[0]) - (xx * move_x + xy * move_y);
+    shift[4] = sum(kShiftY, kResidual) - static_cast<double>(by_levels[1]) - (xy * move_x + yy * move_y);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace chequer
 HWY_AFTER_NAMESPACE();
@@ -344,9 +381,11 @@ namespace chequer {
 namespace {
 
 static_assert(BoardSystem::kColumns == BoardEquations::kUnknowns + 1);
+static_assert(sizeof(BoardEquations::CornerShift) == 5 * sizeof(double));
 
 HWY_EXPORT(Solve);
 HWY_EXPORT(SolveBack);
+HWY_EXPORT(FindShifts);
 
 /// Added to the diagonal of the levels, whose entries count pixels over their variance: cells that nothing has seen
 /// stay where they are.
@@ -405,7 +444,26 @@ void BoardEquations::SetDerivatives(std::span<const CornerDerivative> derivative
   for (const CornerDerivative& by : derivatives)
     for (const BoardGeometry::Parameters* axis : {&by.x, &by.y})
       for (int k = 0; k < BoardGeometry::kParameters; ++k, to += 4)
-        to[0] = to[1] = to[2] = to[3] = static_cast<float>((*axis)[k]);
+        Eigen::Map<Eigen::Array4f>(to).setConstant(static_cast<float>((*axis)[k]));
+}
+
+int BoardEquations::FindTerms(const Input& input, CornerTerms* terms) const {
+  const BoardPixels& pixels = *input.pixels;
+  int count = 0;
+  for (int corner = 0; corner < pixels.corners(); ++corner) {
+    if (!input.used[static_cast<std::size_t>(corner)]) continue;
+    const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
+    const float* repeated = repeated_.data() + corner * kRepeated;
+    const QuadrantLevels levels = LevelsAround(pixels.size(), corner, input.own_levels);
+    terms[count++] = {.corner = corner,
+                      .lane = pixels.Lane(corner),
+                      .cell_of = {levels[0], levels[1], levels[2], levels[3]},
+                      .by_x = by.x.data(),
+                      .by_y = by.y.data(),
+                      .repeated_x = repeated,
+                      .repeated_y = repeated + kRepeated / 2};
+  }
+  return count;
 }
 
 void BoardEquations::Assemble(const Input& input) {
@@ -418,19 +476,7 @@ void BoardEquations::Assemble(const Input& input) {
   std::copy_n(system.phase_weight, 4, phase_weight_.begin());
   const LaneBlock& lanes = pixels.lanes();
   std::array<CornerTerms, kMaxCorners> corners;
-  int count = 0;
-  for (int corner = 0; corner < pixels.corners(); ++corner) {
-    if (!input.used[static_cast<std::size_t>(corner)]) continue;
-    const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
-    const float* repeated = repeated_.data() + corner * kRepeated;
-    const QuadrantLevels levels = LevelsAround(size, corner, input.own_levels);
-    corners[static_cast<std::size_t>(count++)] = {.lane = pixels.Lane(corner),
-                                                  .cell_of = {levels[0], levels[1], levels[2], levels[3]},
-                                                  .by_x = by.x.data(),
-                                                  .by_y = by.y.data(),
-                                                  .repeated_x = repeated,
-                                                  .repeated_y = repeated + kRepeated / 2};
-  }
+  const int count = FindTerms(input, corners.data());
   lanes_ = lanes.padded();
   merged_.resize(static_cast<std::size_t>(kProductSums * lanes_));
   HWY_DYNAMIC_DISPATCH(Solve)
@@ -452,18 +498,11 @@ void BoardEquations::MoveLevels(const Vector& step, std::span<PhaseValues> level
       levels[static_cast<std::size_t>(cell)][phase] += right_[cell * BoardSystem::kRightRow + static_cast<int>(phase)];
 }
 
-Eigen::Vector2d BoardEquations::ShiftGradientOfLevels(int lane, const QuadrantLevels& levels) const {
-  // Four phases side by side.
-  using Phases = Eigen::Array4f;
-  std::array<Phases, 2> sums{Phases::Zero(), Phases::Zero()};
-  for (int i = 0; i < 4; ++i) {
-    const Eigen::Map<const Phases> moves(right_ + levels[static_cast<std::size_t>(i)] * BoardSystem::kRightRow);
-    for (int axis = kShiftX; axis <= kShiftY; ++axis)
-      sums[static_cast<std::size_t>(axis)] +=
-          Eigen::Map<const Phases>(merged_.data() + ProductSum(axis, kLevel00 + i) * lanes_ + lane) * moves;
-  }
-  const Eigen::Map<const Phases> weight(phase_weight_.data());
-  return {double{(sums[0] * weight).sum()}, double{(sums[1] * weight).sum()}};
+void BoardEquations::FindShifts(const Input& input, const Vector& step, std::span<CornerShift> shifts) const {
+  std::array<CornerTerms, kMaxCorners> corners;
+  const int count = FindTerms(input, corners.data());
+  HWY_DYNAMIC_DISPATCH(FindShifts)
+  (corners.data(), count, {merged_.data(), lanes_}, right_, phase_weight_.data(), step.data(), &shifts.data()->xx);
 }
 
 }  // namespace chequer

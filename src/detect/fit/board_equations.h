@@ -11,6 +11,7 @@
 namespace chequer {
 
 struct BoardSystem;
+struct CornerTerms;
 
 /// How much the board coordinates at a corner move by each parameter of the geometry, for a fixed pixel.
 struct CornerDerivative {
@@ -58,11 +59,6 @@ class BoardEquations {
   /// From the sums of the lanes.
   void Assemble(const Input& input);
 
-  /// A product of columns that are no levels, over all phases of the corner whose first lane that is.
-  double SumOf(int a, int b, int lane) const {
-    return double{merged_[static_cast<std::size_t>(ProductSum(a, b) * lanes_ + lane)]};
-  }
-
   /// What is left for geometry and blur when the levels follow them: JᵀWJ, JᵀWr and Σ w r².
   const Matrix& normal() const { return normal_; }
   const Vector& gradient() const { return gradient_; }
@@ -70,12 +66,18 @@ class BoardEquations {
 
   /// Moves the levels, cell by cell, as they follow a step of geometry and blur. @pre they were not fixed.
   void MoveLevels(const Vector& step, std::span<PhaseValues> levels);
-  /// How much the last moves of the levels take off the gradient of a corner's own shift.
-  Eigen::Vector2d ShiftGradientOfLevels(int lane, const QuadrantLevels& levels) const;
+  /// What a corner's pixels say of a shift of its own: its information, and the gradient.
+  struct CornerShift {
+    double xx = 0, xy = 0, yy = 0, x = 0, y = 0;
+  };
+  /// Of the corners that are used, by corner, beyond a step that the levels followed.
+  void FindShifts(const Input& input, const Vector& step, std::span<CornerShift> shifts) const;
 
  private:
   void Prepare(MarkerSize size, bool own_levels);
   BoardSystem System() const;
+  /// Of the corners that are used. Returns how many.
+  int FindTerms(const Input& input, CornerTerms* terms) const;
 
   int cells_ = 0, band_ = 0, matrix_row_ = 0, lanes_ = 0;  ///< cells: levels
   PhaseValues phase_weight_{};                             ///< channels that phases share count once

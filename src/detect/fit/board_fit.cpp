@@ -157,7 +157,7 @@ bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reu
   run_->light.collected_for = geometry;
   const int corners = pixels_.Collect(reader, lens, run_->view.size, geometry, blur_px, of_lane, run_->paper);
   MarkSaturated(kSaturation, pixels_.lanes());
-  work_.Add(WorkStep::kCollectedPixel, static_cast<std::uint64_t>(CountPixels()));
+  work_.Add(WorkStep::kCollectedPixel, static_cast<std::uint64_t>(pixels_.pixels()));
   return corners >= FittedBoard::kFewestCorners;
 }
 
@@ -175,7 +175,7 @@ void BoardFit::SetDerivatives() {
     const Eigen::Vector2d along_x_edge(place.board.x(), place.board.y() + place.middle.y()),
         along_y_edge(place.board.x() + place.middle.x(), place.board.y());
     derivatives_[static_cast<std::size_t>(corner)] = {BoardGeometry::MoveByParameters(along_x_edge, 0),
-                                                           BoardGeometry::MoveByParameters(along_y_edge, 1)};
+                                                      BoardGeometry::MoveByParameters(along_y_edge, 1)};
   }
   equations_.SetDerivatives(std::span(derivatives_).first(static_cast<std::size_t>(pixels_.corners())));
 }
@@ -267,18 +267,23 @@ Eigen::Vector2d BoardFit::MoveOf(int corner) const {
 
 Eigen::Matrix2d BoardFit::BoardByPixel() const { return pixels_.place(pixels_.corners() / 2).board_by_pixel; }
 
+BoardEquations::Input BoardFit::PlainEquations() const {
+  return {.pixels = &pixels_,
+          .used = run_->corners.used,
+          .red_phase = run_->view.red_phase,
+          .own_levels = run_->model.own_levels};
+}
+
 bool BoardFit::Step(LaneSums sums) {
   SetLanes();
   run_->plain_input.sums = sums;
   AccumulateLanes(run_->plain_input, pixels_.lanes());
   work_.Add(WorkStep::kFitStep);
-  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(CountPixels() / run_->plain_input.stride));
+  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(pixels_.pixels() / run_->plain_input.stride));
   const bool fixed_levels = sums == LaneSums::kShapes;
-  equations_.Assemble({.pixels = &pixels_,
-                       .used = run_->corners.used,
-                       .red_phase = run_->view.red_phase,
-                       .fixed_levels = fixed_levels,
-                       .own_levels = run_->model.own_levels});
+  BoardEquations::Input equations = PlainEquations();
+  equations.fixed_levels = fixed_levels;
+  equations_.Assemble(equations);
   const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
   if (!solver.positive()) return false;
   run_->step.moves = solver.Solve(equations_.gradient());
@@ -316,95 +321,112 @@ SeenCorner BoardFit::SeenAt(const ShiftedCorner& corner) const {
   return {printed, seen.plane, board_by_plane.transpose() * corner.information * board_by_plane};
 }
 
-std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, std::span<const ShiftedCorner> corners,
-                                            double least_square) const {
+std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_square) const {
   // What inks, lights, motions and some of the pixels leave of the corners' places is not the paper's.
   const bool may_bend = run_->paper || run_->told.unexplained_shifts > kOffByBend;
-  if (!may_bend || MayBeOutOfRegister() || !lens.calibrated() || static_cast<int>(corners.size()) < kFewestOfBend ||
+  if (!may_bend || MayBeOutOfRegister() || !lens.calibrated() || static_cast<int>(shifted_.size()) < kFewestOfBend ||
       run_->terms.rough || run_->model.own_levels || run_->model.shadow || !run_->model.motion_px.isZero())
     return std::nullopt;
   std::array<SeenCorner, kMaxCorners> seen;
-  std::transform(corners.begin(), corners.end(), seen.begin(),
+  std::transform(shifted_.begin(), shifted_.end(), seen.begin(),
                  [&](const ShiftedCorner& corner) { return SeenAt(corner); });
   const std::optional<BentPaper> bent =
       FindBentPaper({run_->model.geometry, lens.focal(), run_->view.cell_ratio, run_->paper ? &*run_->paper : nullptr},
-                    std::span(seen).first(corners.size()), kLeastBend * kLeastBend * least_square);
+                    std::span(seen).first(shifted_.size()), kLeastBend * kLeastBend * least_square);
   if (!bent) return std::nullopt;
-  const double left = bent->left() / (2 * static_cast<double>(corners.size()) - BentPaper::kUnknowns);
+  const double left = bent->left() / (2 * static_cast<double>(shifted_.size()) - BentPaper::kUnknowns);
   if (bent->gain() < kLeastBend * kLeastBend * std::max(left, least_square)) return std::nullopt;
   return bent;
 }
 
-void BoardFit::Finish(const Lens& lens) {
+BoardFit::PixelSums BoardFit::SumUsedPixels() const {
   const LaneBlock& lanes = pixels_.lanes();
-  double weight = 0, residual_square = 0, residual_count = 0, contrast = 0, shift_square = 0, shift_chi_square = 0;
-  run_->result.geometry = run_->model.geometry;
-  run_->result.corners_used = 0;
-  run_->result.corner_used.fill(false);
-  std::array<ShiftedCorner, kMaxCorners> shifted;
-  run_->bent.reset();
+  // Four lanes of a corner side by side.
+  using Phases = Eigen::Array4f;
+  Phases weight = Phases::Zero(), square = Phases::Zero(), count = Phases::Zero();
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    run_->told.misfit[static_cast<std::size_t>(corner)] = MisfitOf(corner);
     if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
-    const CornerPlace& place = pixels_.place(corner);
-    const int first = pixels_.Lane(corner);
-    const double lit = LightAt(corner);
-    for (int lane = first; lane < first + 4; ++lane) {
-      weight += lanes.sum(kWeight, lane);
-      residual_square += double{lanes.sum(kDarkSquare, lane) + lanes.sum(kLightSquare, lane)};
-      residual_count += lanes.sum(kDarkCount, lane) + lanes.sum(kLightCount, lane);
-    }
-    const auto [information, gradient] = ShiftOf(corner);
-    if (!(information.determinant() > 0)) continue;
-    const std::size_t i = static_cast<std::size_t>(corner);
-    run_->result.corner_used[i] = true;
-    ++run_->result.corners_used;
-    // What is left of the corner's own shift after the last step.
-    const Eigen::Vector2d shift = information.inverse() * gradient;
-    shifted[static_cast<std::size_t>(run_->result.corners_used - 1)] = {corner, shift, information};
-    shift_square += (place.pixel_by_board * shift).squaredNorm();
-    shift_chi_square += shift.dot(information * shift);
-    contrast += lit * Contrast(corner);
+    const float* const of_corner = lanes.sum_data(0) + pixels_.Lane(corner);
+    const auto sum = [&](LaneSum which) { return Eigen::Map<const Phases>(of_corner + which * lanes.padded()); };
+    weight += sum(kWeight);
+    square += sum(kDarkSquare) + sum(kLightSquare);
+    count += sum(kDarkCount) + sum(kLightCount);
   }
+  return {double{weight.sum()}, double{square.sum()}, double{count.sum()}};
+}
+
+BoardFit::ShiftSums BoardFit::TellShifts() {
+  ShiftSums sums;
+  shifted_.clear();
+  FindPlainShifts();
+  run_->result.corner_used.fill(false);
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    const std::size_t i = static_cast<std::size_t>(corner);
+    run_->told.misfit[i] = MisfitOf(corner);
+    if (!run_->corners.used[i]) continue;
+    const auto [information, gradient] = ShiftOf(corner);
+    const double determinant = information.determinant();
+    if (!(determinant > 0)) continue;
+    run_->result.corner_used[i] = true;
+    // What is left of the corner's own shift after the last step.
+    const Eigen::Vector2d shift = Eigen::Vector2d(information(1, 1) * gradient[0] - information(0, 1) * gradient[1],
+                                                  information(0, 0) * gradient[1] - information(1, 0) * gradient[0]) /
+                                  determinant;
+    shifted_.push_back({corner, shift, information});
+    sums.square_px += (pixels_.place(corner).pixel_by_board * shift).squaredNorm();
+    sums.chi_square += shift.dot(gradient);
+    sums.contrast += LightAt(corner) * Contrast(corner);
+  }
+  run_->result.corners_used = static_cast<int>(shifted_.size());
+  return sums;
+}
+
+void BoardFit::Finish(const Lens& lens) {
+  run_->result.geometry = run_->model.geometry;
+  const PixelSums pixels = SumUsedPixels();
+  ShiftSums shifts = TellShifts();
   const double n = std::max(run_->result.corners_used, 1);
   const double unknowns =
       (run_->terms.look_farther ? ModelColumns(run_->model_input.terms).shared : BoardEquations::kUnknowns) +
       run_->view.channels * LevelCount(run_->view.size, run_->model.own_levels);
   const double chi_square =
       run_->terms.look_farther ? model_equations_.chi_square() : equations_.chi_square() - run_->step.gain;
-  const double chi_square_per_pixel = chi_square / std::max(weight - unknowns, 1.0);
+  const double chi_square_per_pixel = chi_square / std::max(pixels.weight - unknowns, 1.0);
   // Edges that lie where no homography puts them (paper that is not flat, print, what is left of the lens's distortion)
   // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
-  double chi_square_per_shift = shift_chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
+  double chi_square_per_shift = shifts.chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
   run_->told.unexplained_shifts = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
-  run_->bent = FindBend(lens, std::span(shifted).first(static_cast<std::size_t>(run_->result.corners_used)),
-                        chi_square_per_pixel);
-  const std::optional<BentPaper>& bent = run_->bent;
-  if (bent) {
-    shift_square *= std::min(bent->left() / std::max(shift_chi_square, 1e-9), 1.0);
+  run_->bent = FindBend(lens, chi_square_per_pixel);
+  if (const std::optional<BentPaper>& bent = run_->bent) {
+    shifts.square_px *= std::min(bent->left() / std::max(shifts.chi_square, 1e-9), 1.0);
     chi_square_per_shift = bent->left() / (2 * n - BentPaper::kUnknowns);
   }
   const double variance = std::max({chi_square_per_pixel, chi_square_per_shift, MayBeOutOfRegister() ? 1 : 1e-9});
-  BoardGeometry::Information of_moves = InformationOnMoves() / variance;
-  if (bent) {
-    run_->result.geometry = bent->middle();
-    of_moves = (of_moves.inverse() + variance * bent->uncertain() * bent->uncertain().transpose()).inverse();
-  }
-  run_->result.reprojection_rms_px = std::sqrt(shift_square / n);
-  if (run_->model.motion_px.norm() > kLongMotionCells * CellPx())
-    of_moves /= std::max(shift_square / n / (kOffLongMotionPx * kOffLongMotionPx), 1.0);
-  // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
-  if (run_->model.own_levels) of_moves /= std::max(run_->told.unexplained_shifts, 1.0);
-  if (MayBeOutOfRegister()) of_moves = TellRegister(of_moves, variance);
-  run_->result.information = run_->result.geometry.FromMoves(of_moves);
+  run_->result.reprojection_rms_px = std::sqrt(shifts.square_px / n);
+  TellInformation(variance);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
                         run_->model.dot_gain};
   // Of few pixels, levels take up much of the noise: hypotheses that have many would seem better than they are.
-  const double left = run_->terms.rough ? std::max(1 - unknowns / std::max(weight, 1.0), kLeastLeft) : 1;
-  run_->result.signal_to_noise =
-      contrast / n / std::max(std::sqrt(residual_square / std::max(left * residual_count, 1.0)), 1e-6);
+  const double left = run_->terms.rough ? std::max(1 - unknowns / std::max(pixels.weight, 1.0), kLeastLeft) : 1;
+  const double noise = std::sqrt(pixels.square / std::max(left * pixels.count, 1.0));
+  run_->result.signal_to_noise = shifts.contrast / n / std::max(noise, 1e-6);
   run_->told.cell_px = CellPx();
   TellLevels();
+}
+
+void BoardFit::TellInformation(double variance) {
+  FittedBoard& result = run_->result;
+  BoardGeometry::Information of_moves = InformationOnMoves() / variance;
+  if (const std::optional<BentPaper>& bent = run_->bent) {
+    result.geometry = bent->middle();
+    of_moves = (of_moves.inverse() + variance * bent->uncertain() * bent->uncertain().transpose()).inverse();
+  }
+  const double off_px = result.reprojection_rms_px / kOffLongMotionPx;
+  if (run_->model.motion_px.norm() > kLongMotionCells * CellPx()) of_moves /= std::max(off_px * off_px, 1.0);
+  // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
+  if (run_->model.own_levels) of_moves /= std::max(run_->told.unexplained_shifts, 1.0);
+  if (MayBeOutOfRegister()) of_moves = TellRegister(of_moves, variance);
+  result.information = result.geometry.FromMoves(of_moves);
 }
 
 BoardGeometry::Information BoardFit::InformationOnMoves() const {
@@ -422,25 +444,20 @@ BoardGeometry::Information BoardFit::InformationOnMoves() const {
   return all.topLeftCorner<kMoves, kMoves>() - common.transpose() * factor.solve(common);
 }
 
+void BoardFit::FindPlainShifts() {
+  if (!run_->terms.look_farther) equations_.FindShifts(PlainEquations(), run_->step.moves, plain_shifts_);
+}
+
 ModelEquations::CornerShift BoardFit::ShiftOf(int corner) const {
   ModelEquations::CornerShift shift;
   if (run_->terms.look_farther) {
     shift = model_equations_.ShiftOf(EquationsOfModel(), corner);
   } else {
-    shift = PlainShiftOf(corner);
+    const BoardEquations::CornerShift& of = plain_shifts_[static_cast<std::size_t>(corner)];
+    shift.information << of.xx, of.xy, of.xy, of.yy;
+    shift.gradient = {of.x, of.y};
   }
   if (MayBeOutOfRegister()) shift.gradient -= shift.information * ShiftByInks(corner);
-  return shift;
-}
-
-ModelEquations::CornerShift BoardFit::PlainShiftOf(int corner) const {
-  const int lane = pixels_.Lane(corner);
-  const auto sum = [&](int a, int b) { return equations_.SumOf(a, b, lane); };
-  ModelEquations::CornerShift shift;
-  shift.information << sum(kShiftX, kShiftX), sum(kShiftX, kShiftY), sum(kShiftX, kShiftY), sum(kShiftY, kShiftY);
-  shift.gradient = Eigen::Vector2d(sum(kShiftX, kResidual), sum(kShiftY, kResidual)) -
-                   equations_.ShiftGradientOfLevels(lane, LevelsOf(corner));
-  shift.gradient -= shift.information * MoveOf(corner);
   return shift;
 }
 

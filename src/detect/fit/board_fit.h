@@ -173,15 +173,28 @@ class BoardFit {
   };
   /// The bend of the paper if that explains where the corners lie. @param least_square of a shift, information times
   /// that, by the pixels' noise.
-  std::optional<BentPaper> FindBend(const Lens& lens, std::span<const ShiftedCorner> corners,
-                                    double least_square) const;
+  std::optional<BentPaper> FindBend(const Lens& lens, double least_square) const;
+  /// Of the corners that are used, after the last step: Σ of robust weights, and of the residuals that fit.
+  struct PixelSums {
+    double weight, square, count;
+  };
+  PixelSums SumUsedPixels() const;
+  /// Of the corners that tell of shifts of their own.
+  struct ShiftSums {
+    double square_px = 0, chi_square = 0, contrast = 0;
+  };
+  ShiftSums TellShifts();
+  /// Of the result's geometry, which a bend puts right. @param variance of what the corners' pixels are worth.
+  void TellInformation(double variance);
   double CellPx() const;
   double MisfitOf(int corner) const;
   /// Information on moves of the geometry, all else following, in units of what pixels are worth.
   BoardGeometry::Information InformationOnMoves() const;
+  BoardEquations::Input PlainEquations() const;
+  /// By the last step, as ShiftOf() tells them, where the plain model is fitted.
+  void FindPlainShifts();
   /// What a corner's pixels say of a shift of its own beyond the last step.
   ModelEquations::CornerShift ShiftOf(int corner) const;
-  ModelEquations::CornerShift PlainShiftOf(int corner) const;
   /// Where it is seen.
   SeenCorner SeenAt(const ShiftedCorner& corner) const;
   /// Whether the image's edges are no Gaussian's: from here on, they are fitted as they are.
@@ -307,6 +320,8 @@ class BoardFit {
   BoardPixels pixels_;
   std::array<CornerDerivative, kMaxCorners> derivatives_;
   BoardEquations equations_;
+  std::array<BoardEquations::CornerShift, kMaxCorners> plain_shifts_;
+  std::vector<ShiftedCorner> shifted_;
   BoardRun flat_;  ///< a copy, before a fit goes on with a bend
   ModelLanes model_lanes_;
   ModelEquations model_equations_;

@@ -97,6 +97,7 @@ InkRegister BoardFit::RegisterOfCorners() const {
 void BoardFit::MoveInks(const Start& start) {
   ShareInks(start);
   WeighYellow(start);
+  FindPlainShifts();
   run_->step.inks = RegisterOfCorners().Solve(run_->model.blue_offset, run_->register_cells);
   run_->model.geometry.MoveCoordinates(run_->step.inks.moves);
   run_->model.blue_offset += run_->step.inks.offset;

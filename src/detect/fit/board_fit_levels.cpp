@@ -53,14 +53,14 @@ void BoardFit::StartFrom(const BoardRun& run) {
 
 BoardFit::QuadrantLight BoardFit::LightAround(int corner) const {
   const std::size_t phase = static_cast<std::size_t>(TellingPhase());
-  const int cell = pixels_.Cell(corner);
+  const int row = corner / (run_->view.size.cols - 1),
+            col = corner % (run_->view.size.cols - 1);  // the first cell's too
   const QuadrantLevels quadrants = LevelsOf(corner);
   const auto level = [&](std::size_t i) {
     return double{run_->model.levels[static_cast<std::size_t>(quadrants[i])][phase]};
   };
   const double along = level(0) + level(3), across = level(1) + level(2);
-  return IsDark(cell / run_->view.size.cols, cell % run_->view.size.cols) ? QuadrantLight{across, along}
-                                                                          : QuadrantLight{along, across};
+  return IsDark(row, col) ? QuadrantLight{across, along} : QuadrantLight{along, across};
 }
 
 double BoardFit::Contrast(int corner) const {

@@ -18,14 +18,9 @@ constexpr double kOccludedContrast = 0.2;
 }  // namespace
 
 double BoardFit::MisfitOf(int corner) const {
-  const LaneBlock& lanes = pixels_.lanes();
-  double square = 0, pixels = 0;
-  for (int phase = 0; phase < 4; ++phase) {
-    const int lane = pixels_.Lane(corner) + phase;
-    square += lanes.sum(ProductSum(kResidual, kResidual), lane);
-    pixels += lanes.count(lane);
-  }
-  return pixels > 0 ? square / pixels : 1e9;
+  const int pixels = pixels_.pixels(corner);
+  const float* const squares = pixels_.lanes().sum_data(ProductSum(kResidual, kResidual)) + pixels_.Lane(corner);
+  return pixels > 0 ? double{Eigen::Map<const Eigen::Array4f>(squares).sum()} / pixels : 1e9;
 }
 
 bool BoardFit::FindOccludedCorners(bool may_return) {
@@ -47,9 +42,7 @@ bool BoardFit::FindOccludedCorners(bool may_return) {
   // Corners that are all alike are all near the median one.
   const bool alike =
       least_contrast >= kOccludedContrast * most_contrast && most_misfit <= kOccludedRatio * least_misfit;
-  int pixels_of_corner = 0;
-  for (int phase = 0; phase < 4; ++phase)
-    pixels_of_corner += pixels_.lanes().count(pixels_.Lane(pixels_.corners() / 2) + phase);
+  const int pixels_of_corner = pixels_.pixels(pixels_.corners() / 2);
   const double ratio = kOccludedRatio * (run_->terms.look_farther ? 1 + kFewPixels / std::max(pixels_of_corner, 1) : 1);
   const auto median = [&](const std::array<double, kMaxCorners>& values) {
     std::size_t next = 0;

@@ -3,6 +3,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
 
 #include "detect/fit/corner_pixels.h"
 
@@ -15,8 +17,8 @@ constexpr double kThinnedFrom = 0.8;
 /// Pixels do for a fit by some of them where corners lie no farther from where they were collected, px or cells, and
 /// the blur is the same within this factor: those that finish a fit are chosen more closely (BoardFit).
 constexpr double kAlikePx = 0.3, kAlikeCells = 0.03, kAlikeBlur = 1.2;
-/// Steps from a pixel to the point of the paper that it shows: within half a cell of a corner, each leaves a twentieth of
-/// what was left.
+/// Steps from a pixel to the point of the paper that it shows: within half a cell of a corner, each leaves a twentieth
+/// of what was left.
 constexpr int kStepsToPaper = 3;
 
 /// How far outwards, in cells, the pixels of the board's rim are used: the rim itself is blurred with a background
@@ -42,6 +44,7 @@ struct Window {
 /// @param at_start, at_end whether the corner lies at the board's rim. @param px of a cell.
 Window WindowOf(bool at_start, bool at_end, double px, double blur_px) {
   Window window;
+  if (!at_start && !at_end) return window;
   const double reach = OutwardReach(px, blur_px);
   if (at_start) window.low = -reach;
   if (at_end) window.high = reach;
@@ -88,6 +91,24 @@ Eigen::Matrix2d SlopeAt(const CornerPlace* place, int at, int count, int step) {
   if (at == 0) return 2 * value(1) - 1.5 * value(0) - 0.5 * value(2);
   if (at == count - 1) return 1.5 * value(0) - 2 * value(-1) + 0.5 * value(-2);
   return 0.5 * (value(1) - value(-1));
+}
+
+/// How the plane bends around a corner, one of a board's of that size. Nothing where the lens does not tell.
+/// @param neighbours_tell whether the corners beside it all have places.
+std::optional<Bend> BendOf(const Lens& lens, MarkerSize size, const CornerPlace* place, int corner,
+                           bool neighbours_tell) {
+  if (!lens.calibrated()) return Bend{};
+  if (!neighbours_tell) {
+    const Bend bend = BendAround(lens, place->plane, place->plane_by_pixel);
+    if (!bend.by_x.allFinite() || !bend.by_y.allFinite()) return std::nullopt;
+    return bend;
+  }
+  const int row = corner / (size.cols - 1), col = corner % (size.cols - 1);
+  const Eigen::Matrix2d by_col = SlopeAt(place, col, size.cols - 1, 1),
+                        by_row = SlopeAt(place, row, size.rows - 1, size.cols - 1);
+  const Eigen::Matrix2d& board_by_pixel = place->board_by_pixel;
+  return Bend{by_col * board_by_pixel(0, 0) + by_row * board_by_pixel(1, 0),
+              by_col * board_by_pixel(0, 1) + by_row * board_by_pixel(1, 1)};
 }
 
 /// The part of the board around a corner, in cells from it, and how it lies in the image.
@@ -195,46 +216,43 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
     corners_ = CornerCount(size);
     RankCorners();
   }
-  for (int corner = 0; corner < corners_; ++corner)
-    places_[static_cast<std::size_t>(corner)].board = Printed(corner);
+  for (int corner = 0; corner < corners_; ++corner) places_[static_cast<std::size_t>(corner)].board = Printed(corner);
   origin_ = geometry.ToPlane({0, 0});
-  collected_ = {geometry, blur_px, of_lane, 0, origin_, Originals::kThese, paper};
+  collected_ = {geometry, blur_px, of_lane, 0, 0, origin_, Originals::kThese, paper};
   PlaceCorners(lens, geometry);
   lanes_.Reset(4 * corners_, kLaneCapacity);
   if (!origin_.allFinite()) return 0;
   const LightReader::Rows rows = reader.AllRows();
-  int inside = 0;
-  for (int corner = 0; corner < corners_; ++corner) {
-    CornerPlace& place = places_[static_cast<std::size_t>(corner)];
-    place.inside = place.pixel.allFinite() && place.pixel_by_board.allFinite() && place.plane_by_pixel.allFinite() &&
-                   place.pixel.x() > 1 && place.pixel.y() > 1 && place.pixel.x() < reader.width() - 2 &&
-                   place.pixel.y() < reader.height() - 2 && place.pixel_by_board.determinant() > 1 &&
-                   place.plane_by_pixel.determinant() > 0;
-    inside += place.inside;
-  }
+  collected_.inside = FindInside(reader);
   // Of a corner outside the image, the lens's model may say anything.
-  const bool neighbours_tell = inside == corners_ && size.rows > 3 && size.cols > 3;
+  const bool neighbours_tell = collected_.inside == corners_ && size.rows > 3 && size.cols > 3;
   for (int corner = 0; corner < corners_; ++corner) {
     const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
     if (!place.inside) continue;
-    Bend bend;
-    if (lens.calibrated() && neighbours_tell) {
-      const int row = corner / (size.cols - 1), col = corner % (size.cols - 1);
-      const Eigen::Matrix2d by_col = SlopeAt(&place, col, size.cols - 1, 1),
-                            by_row = SlopeAt(&place, row, size.rows - 1, size.cols - 1);
-      const Eigen::Matrix2d& board_by_pixel = place.board_by_pixel;
-      bend.by_x = by_col * board_by_pixel(0, 0) + by_row * board_by_pixel(1, 0);
-      bend.by_y = by_col * board_by_pixel(0, 1) + by_row * board_by_pixel(1, 1);
-    } else if (lens.calibrated()) {
-      bend = BendAround(lens, place.plane, place.plane_by_pixel);
-    }
-    if (!bend.by_x.allFinite() || !bend.by_y.allFinite()) continue;
-    CollectCorner(reader, rows, corner, PlaneAround(place.plane - origin_, place.plane_by_pixel, bend), blur_px,
-                  of_lane);
+    const std::optional<Bend> bend = BendOf(lens, size, &place, corner, neighbours_tell);
+    if (bend) CollectCorner(reader, rows, corner, PlaneAround(place.plane - origin_, place.plane_by_pixel, *bend));
+    collected_.pixels += place.pixels;
   }
   lanes_.Fold();
-  collected_.inside = inside;
   if (paper) TakeOutBend();
+  return collected_.inside;
+}
+
+int BoardPixels::FindInside(const LightReader& reader) {
+  // Comparisons that no value passes which is not finite, nor a matrix with one.
+  const auto turns_right = [](const Eigen::Matrix2d& matrix, double least) {
+    const double determinant = matrix.determinant();
+    return determinant > least && determinant < std::numeric_limits<double>::infinity();
+  };
+  int inside = 0;
+  for (CornerPlace& place : std::span(places_).first(static_cast<std::size_t>(corners_))) {
+    const Eigen::Vector2d& pixel = place.pixel;
+    place.inside = pixel.x() > 1 && pixel.y() > 1 && pixel.x() < reader.width() - 2 &&
+                   pixel.y() < reader.height() - 2 && turns_right(place.pixel_by_board, 1) &&
+                   turns_right(place.plane_by_pixel, 0);
+    place.pixels = 0;
+    inside += place.inside;
+  }
   return inside;
 }
 
@@ -267,9 +285,10 @@ int BoardPixels::Reuse(const Lens& lens, const BoardGeometry& geometry) {
 }
 
 void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Rows& rows, int corner,
-                                const LocalPlane& plane, double blur_px, int of_lane) {
+                                const LocalPlane& plane) {
   CornerPlace& place = places_[static_cast<std::size_t>(corner)];
   const int corner_row = corner / (size_.cols - 1), corner_col = corner % (size_.cols - 1);
+  const double blur_px = collected_.blur_px;
   Region region;
   region.board_by_pixel = place.board_by_pixel;
   const double px_x = 1 / region.board_by_pixel.row(0).norm(), px_y = 1 / region.board_by_pixel.row(1).norm();
@@ -281,15 +300,12 @@ void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Ro
   place.fade = {across.fade, down.fade};
   place.fade_at = {across.fade_at, down.fade_at};
 
-  double y_min = 1e9, y_max = -1e9;
-  for (const double x : {region.left, region.right})
-    for (const double y : {region.top, region.bottom}) {
-      const double dy = place.pixel_by_board(1, 0) * x + place.pixel_by_board(1, 1) * y;
-      y_min = std::min(y_min, dy);
-      y_max = std::max(y_max, dy);
-    }
-  const int first_row = std::max(0, static_cast<int>(std::ceil(place.pixel.y() + y_min)));
-  const int last_row = std::min(reader.height() - 1, static_cast<int>(std::floor(place.pixel.y() + y_max)));
+  // Of the region's corners, how far down the middle lies and the lowest lies below it.
+  const double by_x = place.pixel_by_board(1, 0) / 2, by_y = place.pixel_by_board(1, 1) / 2;
+  const double middle_y = place.pixel.y() + by_x * (region.left + region.right) + by_y * (region.top + region.bottom);
+  const double half_y = std::abs(by_x) * (region.right - region.left) + std::abs(by_y) * (region.bottom - region.top);
+  const int first_row = std::max(0, static_cast<int>(std::ceil(middle_y - half_y)));
+  const int last_row = std::min(reader.height() - 1, static_cast<int>(std::floor(middle_y + half_y)));
   CornerPart part{.x = static_cast<int>(place.pixel.x()), .y = static_cast<int>(place.pixel.y())};
   part.corner_x = static_cast<float>(place.pixel.x() - part.x);
   part.corner_y = static_cast<float>(place.pixel.y() - part.y);
@@ -297,12 +313,12 @@ void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Ro
   part.rows = last_row + 1 - first_row;
   part.bands = region.Bands();
   part.plane = plane;
-  part.thinning = ThinningOf(region, px_x, px_y, blur_px, of_lane);
+  part.thinning = ThinningOf(region, px_x, px_y, blur_px, collected_.of_lane);
   for (int axis = 0; axis < 2; ++axis) {
     part.board_by_x[static_cast<std::size_t>(axis)] = static_cast<float>(region.board_by_pixel(axis, 0));
     part.board_by_y[static_cast<std::size_t>(axis)] = static_cast<float>(region.board_by_pixel(axis, 1));
   }
-  TakePixels(part, rows, reader.width(), Lane(corner), lanes_);
+  place.pixels = TakePixels(part, rows, reader.width(), Lane(corner), lanes_);
 }
 
 }  // namespace chequer

@@ -26,6 +26,7 @@ struct CornerPlace {
   /// is there. It stays 1 where `fade` is 0.
   Eigen::Vector2d fade = Eigen::Vector2d::Zero(), fade_at = Eigen::Vector2d::Ones();
   bool inside = false;  ///< the image
+  int pixels = 0;       ///< that are the corner's
 };
 
 /// The pixels of a board, dealt to the corners they are nearest to, in the lanes of the photometric kernel: lane
@@ -62,6 +63,9 @@ class BoardPixels {
   int corners() const { return corners_; }
   const CornerPlace& place(int corner) const { return places_[static_cast<std::size_t>(corner)]; }
   bool inside(int corner) const { return place(corner).inside; }
+  int pixels(int corner) const { return place(corner).pixels; }
+  /// Of all corners.
+  int pixels() const { return collected_.pixels; }
   /// The first of the corner's four lanes.
   int Lane(int corner) const { return 4 * rank_[static_cast<std::size_t>(corner)]; }
   /// Towards −x, −y.
@@ -77,9 +81,10 @@ class BoardPixels {
 
  private:
   void RankCorners();
+  /// Which corners lie in the image. Returns how many.
+  int FindInside(const LightReader& reader);
   void TakeOutBend();
-  void CollectCorner(const LightReader& reader, const LightReader::Rows& rows, int corner, const LocalPlane& plane,
-                     double blur_px, int of_lane);
+  void CollectCorner(const LightReader& reader, const LightReader::Rows& rows, int corner, const LocalPlane& plane);
 
   MarkerSize size_;
   int corners_ = 0;
@@ -87,7 +92,7 @@ class BoardPixels {
   struct Collected {
     BoardGeometry geometry;
     double blur_px = 0;
-    int of_lane = 0, inside = 0;
+    int of_lane = 0, inside = 0, pixels = 0;
     Eigen::Vector2d origin = Eigen::Vector2d::Zero();
     Originals originals = Originals::kThese;
     std::optional<BentPaper> paper;  ///< whose bend was taken out

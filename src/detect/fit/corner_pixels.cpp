@@ -22,6 +22,9 @@ constexpr int kRowsTogether = 16;
 struct Spans {
   HWY_ALIGN int first[kRowsTogether];   ///< from CornerPart::x
   HWY_ALIGN int pixels[kRowsTogether];  ///< none, if not positive
+  /// How far the lanes of the first pixel and of the second one go on by the row, floats.
+  HWY_ALIGN int to_first[kRowsTogether];
+  HWY_ALIGN int to_second[kRowsTogether];
   /// Plane coordinates of the first, and how they change to the next.
   HWY_ALIGN float at[2][kRowsTogether];
   HWY_ALIGN float step[2][kRowsTogether];
@@ -47,6 +50,10 @@ void FindSpans(const CornerPart& part, int first_row, float left, float right, S
     const auto pixels = hn::Sub(to_x, from_x);
     hn::Store(from_x, di, spans.first + row);
     hn::Store(pixels, di, spans.pixels + row);
+    const auto put = hn::Max(pixels, hn::Zero(di)), second = hn::ShiftRight<1>(put);
+    const auto next = hn::Set(di, static_cast<int>(LaneBlock::kNextPixel));
+    hn::Store(hn::Mul(hn::Sub(put, second), next), di, spans.to_first + row);
+    hn::Store(hn::Mul(second, next), di, spans.to_second + row);
     widest = hn::Max(widest, pixels);
     past = hn::Max(past, to_x);
     const auto dx = hn::Sub(first, set(part.corner_x));
@@ -129,12 +136,13 @@ class GoWalk {
   VGo at_[static_cast<std::size_t>(kGoVectors)], step_[static_cast<std::size_t>(kGoVectors)], change_;
 };
 
-/// Puts the next `count` pixels of a row, a multiple of kTogether, into their lanes. @tparam kMixed is what
-/// run.is_mixed() says.
+/// Puts the pixels of a row into their lanes, as whole goes, until the first pixel's lane reaches `end`. @tparam kMixed
+/// is what run.is_mixed() says.
 template <bool kMixed>
-HWY_INLINE void PutGoes(const LightReader::Run& run, int count, GoWalk u, GoWalk v, Lanes lanes) {
+HWY_INLINE void PutGoes(const LightReader::Run& run, GoWalk u, GoWalk v, Lanes lanes, const float* end) {
   static_assert(kTogether == 4);
-  const std::uint8_t *first = run.first, *second = run.second;
+  const std::uint8_t* first = run.first;
+  const std::ptrdiff_t to_second = run.second - run.first, step = run.step;
   const float* HWY_RESTRICT const table = run.table;
   const auto light = [&](const std::uint8_t* pixel) HWY_ATTR {
     return kMixed ? RedAndGreen::Of(table[pixel[run.red]], table[*pixel]) : table[*pixel];
@@ -146,13 +154,12 @@ HWY_INLINE void PutGoes(const LightReader::Run& run, int count, GoWalk u, GoWalk
   };
   for (;;) {
     put(u[0], v[0], light(first), lanes.first);
-    put(u[1], v[1], light(second), lanes.second);
-    put(u[2], v[2], light(first + run.step), lanes.first + LaneBlock::kNextPixel);
-    put(u[3], v[3], light(second + run.step), lanes.second + LaneBlock::kNextPixel);
-    count -= kTogether;
-    if (count <= 0) return;
-    first += 2 * run.step, second += 2 * run.step;
+    put(u[1], v[1], light(first + to_second), lanes.second);
+    put(u[2], v[2], light(first + step), lanes.first + LaneBlock::kNextPixel);
+    put(u[3], v[3], light(first + to_second + step), lanes.second + LaneBlock::kNextPixel);
     lanes.first += 2 * LaneBlock::kNextPixel, lanes.second += 2 * LaneBlock::kNextPixel;
+    if (lanes.first >= end) return;
+    first += 2 * step;
     u.Next(), v.Next();
   }
 }
@@ -197,8 +204,10 @@ class Keeper {
               y_until = i + Until(y, across_y_.by_pixel, thinning_.band_y, near_y);
     every_ = near_x || near_y ? thinning_.near_edges : thinning_.inside;
     // Near both, pixels stay near until they have left both; near none, until they reach one.
-    if (near_x == near_y) alike_until_ = near_x ? std::max(x_until, y_until) : std::min(x_until, y_until);
-    else alike_until_ = near_x ? x_until : y_until;
+    if (near_x == near_y)
+      alike_until_ = near_x ? std::max(x_until, y_until) : std::min(x_until, y_until);
+    else
+      alike_until_ = near_x ? x_until : y_until;
   }
   /// Pixels from one at that distance on, at least one, until the next edge of the band may have been crossed.
   static int Until(float at, float by_pixel, float band, bool is_near) {
@@ -261,14 +270,18 @@ struct RowLanes {
 /// need: they are not counted, and the next row overwrites them.
 template <bool kMixed>
 HWY_INLINE void PutRow(const PartRows& of, int i, const LightReader::RunsOfRow& row, RowLanes& to) {
-  const int x = of.part.x + of.spans.first[i], pixels = of.spans.pixels[i];
-  Lanes lanes = to.From(x);
-  PutGoes<kMixed>(row.From(x), pixels, {of.spans.at[0][i], of.spans.step[0][i], of.changes_u},
-                  {of.spans.at[1][i], of.spans.step[1][i], of.changes_v}, lanes);
-  const int seconds = pixels >> 1;
-  lanes.first += (pixels - seconds) * LaneBlock::kNextPixel;
-  lanes.second += seconds * LaneBlock::kNextPixel;
-  to.Continue(x, lanes);
+  const int x = of.part.x + of.spans.first[i];
+  const auto put = [&](float*& first, float*& second) HWY_ATTR {
+    const float* const end = first + of.spans.to_first[i];
+    PutGoes<kMixed>(row.From(x), {of.spans.at[0][i], of.spans.step[0][i], of.changes_u},
+                    {of.spans.at[1][i], of.spans.step[1][i], of.changes_v}, {first, second}, end);
+    first += of.spans.to_first[i];
+    second += of.spans.to_second[i];
+  };
+  if (x & 1)
+    put(to.odd, to.even);
+  else
+    put(to.even, to.odd);
 }
 
 /// Puts as much of a row as there is room for.
@@ -296,7 +309,8 @@ void PutRowOfFew(const PartRows& of, int i, RowLanes& to) {
 /// Puts the spans' rows of even or of odd y. @param i the first of them. @param past of the spans' rows.
 /// @param roomy whether all of them surely have room.
 template <bool kMixed>
-HWY_INLINE void PutRows(const PartRows& of, int i, int past, bool roomy, RowLanes& to) {
+HWY_INLINE void PutRows(const PartRows& of, int i, int past, bool roomy, RowLanes& lanes) {
+  RowLanes to = lanes;  // a copy, which no store can change
   const Spans& spans = of.spans;
   const bool all = of.part.thinning.all;
   const LightReader::Rows& rows = of.rows;
@@ -304,6 +318,7 @@ HWY_INLINE void PutRows(const PartRows& of, int i, int past, bool roomy, RowLane
   if (all && roomy) {
     for (; i < past; i += 2, rows.NextButOne(row))
       if (spans.pixels[i] > 0) PutRow<kMixed>(of, i, row, to);
+    lanes = to;
     return;
   }
   for (; i < past; i += 2, rows.NextButOne(row)) {
@@ -314,10 +329,11 @@ HWY_INLINE void PutRows(const PartRows& of, int i, int past, bool roomy, RowLane
     else
       PutRowOfFew(of, i, to);
   }
+  lanes = to;
 }
 
 template <bool kMixed>
-void PutPart(PartRows& of, Spans& spans, int width, LaneBlock& block, int lane) {
+int PutPart(PartRows& of, Spans& spans, int width, LaneBlock& block, int lane) {
   const CornerPart& part = of.part;
   float* const start = block.u_data() + block.Place(lane, 0);
   const int capacity = block.capacity();
@@ -333,13 +349,17 @@ void PutPart(PartRows& of, Spans& spans, int width, LaneBlock& block, int lane) 
     PutRows<kMixed>(of, odd_y, past, roomy, of_row[0]);
     PutRows<kMixed>(of, 1 - odd_y, past, roomy, of_row[1]);
   }
-  for (int y = 0; y < 2; ++y) {
-    block.SetCount(lane + 2 * y, of_row[y].Count(of_row[y].even));
-    block.SetCount(lane + 2 * y + 1, of_row[y].Count(of_row[y].odd));
+  int all = 0;
+  for (int phase = 0; phase < 4; ++phase) {
+    const RowLanes& of_phase = of_row[phase / 2];
+    const int count = of_phase.Count(phase % 2 ? of_phase.odd : of_phase.even);
+    block.SetCount(lane + phase, count);
+    all += count;
   }
+  return all;
 }
 
-void TakePart(const CornerPart& part, const LightReader::Rows& rows, int width, int lane, LaneBlock& block) {
+int TakePart(const CornerPart& part, const LightReader::Rows& rows, int width, int lane, LaneBlock& block) {
   Spans spans;
   PartRows of{part,
               rows,
@@ -348,7 +368,8 @@ void TakePart(const CornerPart& part, const LightReader::Rows& rows, int width, 
               width - part.x,
               GoWalk::Changes(2 * part.plane.by_xx[0]),
               GoWalk::Changes(2 * part.plane.by_xx[1])};
-  rows.are_mixed() ? PutPart<true>(of, spans, width, block, lane) : PutPart<false>(of, spans, width, block, lane);
+  return rows.are_mixed() ? PutPart<true>(of, spans, width, block, lane)
+                          : PutPart<false>(of, spans, width, block, lane);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -364,8 +385,8 @@ HWY_EXPORT(TakePart);
 
 }  // namespace
 
-void TakePixels(const CornerPart& part, const LightReader::Rows& rows, int width, int lane, LaneBlock& block) {
-  HWY_DYNAMIC_DISPATCH(TakePart)(part, rows, width, lane, block);
+int TakePixels(const CornerPart& part, const LightReader::Rows& rows, int width, int lane, LaneBlock& block) {
+  return HWY_DYNAMIC_DISPATCH(TakePart)(part, rows, width, lane, block);
 }
 
 }  // namespace chequer

@@ -41,7 +41,7 @@ struct CornerPart {
 };
 
 /// Puts the pixels of a part into the four lanes of a block from `lane` on, by phase, and sets their counts. Lanes that
-/// are full take no more. 6 ns a row and 1.5 ns a pixel. @param width of the image.
-void TakePixels(const CornerPart& part, const LightReader::Rows& rows, int width, int lane, LaneBlock& block);
+/// are full take no more. Returns how many pixels. 6 ns a row and 1.5 ns a pixel. @param width of the image.
+int TakePixels(const CornerPart& part, const LightReader::Rows& rows, int width, int lane, LaneBlock& block);
 
 }  // namespace chequer

@@ -137,27 +137,39 @@ TEST_P(BoardEquationsTest, FixedLevelsLeaveTheShapesAlone) {
   EXPECT_LT((equations.gradient() - dense.transpose() * residual).norm(), 1e-4 * equations.gradient().norm());
 }
 
-TEST_P(BoardEquationsTest, TellsWhatTheLevelsTookOffACornersShift) {
+TEST_P(BoardEquationsTest, TellsWhatIsLeftOfACornersShift) {
   BoardEquations equations;
   equations.SetDerivatives(derivatives_);
   equations.Assemble({.pixels = &pixels_, .used = used_, .red_phase = GetParam()});
   std::vector<PhaseValues> moves(kCells, PhaseValues{});
-  equations.MoveLevels(BoardEquations::Vector::Zero(), moves);
+  const BoardEquations::Vector step = 0.01 * BoardEquations::Vector::LinSpaced(-1, 1);
+  equations.MoveLevels(step, moves);
+  std::array<BoardEquations::CornerShift, kCorners> shifts;
+  equations.FindShifts({.pixels = &pixels_, .used = used_, .red_phase = GetParam()}, step, shifts);
   for (int corner = 0; corner < kCorners; ++corner) {
+    if (!used_[static_cast<std::size_t>(corner)]) continue;
     const int cell = pixels_.Cell(corner), lane = pixels_.Lane(corner);
     Eigen::Vector2d expected = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
     for (std::size_t phase = 0; phase < 4; ++phase) {
       const Eigen::MatrixXd& rows = rows_[static_cast<std::size_t>(lane) + phase];
+      const Eigen::MatrixXd shifts = rows.middleCols(kShiftX, 2);
+      information += shifts.transpose() * shifts;
+      expected += shifts.transpose() * rows.col(kResidual);
       const std::array<int, 4> cells{cell, cell + 1, cell + kSize.cols, cell + kSize.cols + 1};
-      for (int a = 0; a < 4; ++a) {
-        const double move = double{moves[static_cast<std::size_t>(cells[static_cast<std::size_t>(a)])][phase]};
-        for (int axis = 0; axis < 2; ++axis)
-          expected[axis] += move * rows.col(kShiftX + axis).dot(rows.col(kLevel00 + a));
-      }
+      for (int a = 0; a < 4; ++a)
+        expected -= double{moves[static_cast<std::size_t>(cells[static_cast<std::size_t>(a)])][phase]} *
+                    shifts.transpose() * rows.col(kLevel00 + a);
     }
-    EXPECT_LT((equations.ShiftGradientOfLevels(lane, LevelsAround(kSize, corner, false)) - expected).norm(),
-              1e-4 * (1 + expected.norm()))
+    const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
+    const auto of_geometry = step.head<BoardGeometry::kParameters>();
+    expected -= information * Eigen::Vector2d(by.x.dot(of_geometry), by.y.dot(of_geometry));
+    const BoardEquations::CornerShift& shift = shifts[static_cast<std::size_t>(corner)];
+    EXPECT_LT((Eigen::Vector2d(shift.x, shift.y) - expected).norm(), 1e-4 * (1 + expected.norm()))
         << "corner " << corner;
+    const Eigen::Vector3d told(shift.xx, shift.xy, shift.yy),
+        truth(information(0, 0), information(0, 1), information(1, 1));
+    EXPECT_LT((told - truth).norm(), 1e-4 * truth.norm()) << "corner " << corner;
   }
 }
 
