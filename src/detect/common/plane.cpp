@@ -4,6 +4,8 @@
 // The loop above includes this file once a target; what follows the guard at the end is compiled once.
 #include <hwy/highway.h>
 
+#include <cstring>
+
 #include "detect/common/plane.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -11,19 +13,54 @@ namespace chequer {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Rows of BytePlane have a tail, so stores may run over the width; loads from the image may not, hence the scalar rest.
+// Rows of BytePlane have a tail, so stores may run over the width; loads from the image may not, hence the rests.
+
+#if HWY_TARGET != HWY_SCALAR
+using DTriples = hn::CappedTag<std::uint8_t, 32>;
+using VTriples = hn::Vec<DTriples>;
+
+/// Every third byte, from the first on, of three vectors that follow each other.
+HWY_INLINE VTriples EveryThird(VTriples a, VTriples b, VTriples c) {
+  // Of 48 bytes, as they lie in blocks of 16; the others become zero.
+  constexpr std::uint8_t kNone = 0x80;
+  alignas(16) static constexpr std::uint8_t kPlaces[3][16] = {
+      {0, 3, 6, 9, 12, 15, kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone},
+      {kNone, kNone, kNone, kNone, kNone, kNone, 2, 5, 8, 11, 14, kNone, kNone, kNone, kNone, kNone},
+      {kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone, kNone, 1, 4, 7, 10, 13}};
+  const DTriples d;
+  VTriples blocks[3] = {a, b, c};
+  // Of two blocks a vector, the first, second and third of either 48 bytes.
+  if constexpr (hn::MaxLanes(DTriples()) == 32) {
+    blocks[0] = hn::ConcatUpperLower(d, b, a);
+    blocks[1] = hn::ConcatLowerUpper(d, c, a);
+    blocks[2] = hn::ConcatUpperLower(d, c, b);
+  }
+  const auto third = [&](int block)
+                         HWY_ATTR { return hn::TableLookupBytesOr0(blocks[block], hn::LoadDup128(d, kPlaces[block])); };
+  return hn::Or(hn::Or(third(0), third(1)), third(2));
+}
+#endif
 
 /// (first + second) / 2 of the three interleaved bytes; the third is left out.
 void InterleavedRow(const std::uint8_t* in, int width, int first, std::uint8_t* out) {
-  const hn::ScalableTag<std::uint8_t> d;
-  const int lanes = static_cast<int>(hn::Lanes(d));
+#if HWY_TARGET != HWY_SCALAR
   int x = 0;
-  for (; x + lanes <= width; x += lanes) {
-    hn::Vec<decltype(d)> a, b, c;
-    hn::LoadInterleaved3(d, in + 3 * x, a, b, c);
-    hn::StoreU(hn::AverageRound(b, first == 0 ? a : c), d, out + x);
-  }
-  for (; x < width; ++x) out[x] = static_cast<std::uint8_t>((in[3 * x + 1] + in[3 * x + first] + 1) / 2);
+  const DTriples d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  // The two lie side by side: the mean of each byte and the next has theirs, and needs one more byte to load.
+  const auto means = [&](const std::uint8_t* at)
+                         HWY_ATTR { return hn::AverageRound(hn::LoadU(d, at), hn::LoadU(d, at + 1)); };
+  const std::uint8_t* pair = in + (first == 0 ? 0 : 1);
+  for (; x + lanes < width; x += lanes, pair += 3 * lanes)
+    hn::StoreU(EveryThird(means(pair), means(pair + lanes), means(pair + 2 * lanes)), d, out + x);
+  // The rest from a copy, which has bytes to follow.
+  std::uint8_t rest[3 * hn::MaxLanes(DTriples()) + 2] = {};
+  std::memcpy(rest, in + 3 * x, static_cast<std::size_t>(3 * (width - x)));
+  pair = rest + (first == 0 ? 0 : 1);
+  hn::StoreU(EveryThird(means(pair), means(pair + lanes), means(pair + 2 * lanes)), d, out + x);
+#else
+  for (int x = 0; x < width; ++x) out[x] = static_cast<std::uint8_t>((in[3 * x + 1] + in[3 * x + first] + 1) / 2);
+#endif
 }
 
 /// Even (offset 0) or odd (offset 1) bytes of an interleaved row.
@@ -84,7 +121,6 @@ void HalveRow(const std::uint8_t* top, const std::uint8_t* bottom, int half_widt
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <cstring>
 
 namespace chequer {
 namespace {
