@@ -316,10 +316,10 @@ std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const Se
     if (paper && (!best || paper->left() < best->left())) best = paper;
   }
   if (!best) return std::nullopt;
-  // Flat paper leaves what it does in the better of its poses: most boards gain too little over one of them.
-  double flat = solver.Flat((*starts)[0]);
-  if (flat - best->left() >= least_gain) flat = std::min(flat, solver.Flat((*starts)[1]));
-  solver.TellGain(*best, flat);
+  // Flat paper leaves what it does in the better of its poses: most boards gain too little over the one already.
+  const double flat = solver.Flat((*starts)[0]);
+  if (flat - best->left() < least_gain) return std::nullopt;
+  solver.TellGain(*best, std::min(flat, solver.Flat((*starts)[1])));
   if (!solver.TellUncertainty(*best)) return std::nullopt;
   return best;
 }
