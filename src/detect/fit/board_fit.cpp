@@ -309,8 +309,8 @@ double BoardFit::FarthestStepPx() const {
   double farthest = 0;
   for (int corner = 0; corner < pixels_.corners(); ++corner)
     if (pixels_.inside(corner))
-      farthest = std::max(farthest, (pixels_.place(corner).pixel_by_board * MoveOf(corner)).norm());
-  return farthest;
+      farthest = std::max(farthest, (pixels_.place(corner).pixel_by_board * MoveOf(corner)).squaredNorm());
+  return std::sqrt(farthest);
 }
 
 SeenCorner BoardFit::SeenAt(const ShiftedCorner& corner) const {
