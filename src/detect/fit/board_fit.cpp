@@ -90,15 +90,11 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->number = ++pixels_of_;
   run_->corners.left_out = choice.left_out;
   run_->model.own_levels = choice.own_levels;
-  run_->model.shadow = choice.shadow;
-  if (choice.shadow) run_->shadow_start = choice.shadow->values();
-  run_->model.motion_px = choice.motion_blur_px;
-  run_->model.dot_gain = choice.dot_gain;
-  run_->terms.ink = choice.dot_gain != 0;
+  static_cast<Terms::States&>(run_->model) = choice.terms;
+  const bool any = ModelTerms::Of(choice.terms).any();
   run_->terms.plain_only = !choice.may_look_farther;
-  run_->terms.may_move = choice.may_move && !choice.own_levels && !choice.shadow && !run_->terms.ink;
-  run_->terms.look_farther = !choice.motion_blur_px.isZero() || run_->terms.ink || choice.shadow ||
-                             (choice.from && choice.from->terms.look_farther);
+  run_->terms.may_move = choice.may_move && !choice.own_levels && !any;
+  run_->terms.look_farther = any || (choice.from && choice.from->terms.look_farther);
   run_->view.size = start.size;
   run_->view.cell_ratio = start.cell_ratio;
   run_->register_cells = start.register_cells;
@@ -121,7 +117,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->plain_input.stride = kFirstStride;
   const auto alike = [](double a, double b) { return std::max(a / b, b / a) < kOtherBlur; };
   // Dot gain looks like blur: where another board has taught it, its blur holds here, too.
-  if (start.image && (run_->terms.ink || alike(start.image->blur_px, run_->model.blur_px))) {
+  if (start.image && (run_->model.DotGain::on() || alike(start.image->blur_px, run_->model.blur_px))) {
     run_->model.blur_px = start.image->blur_px;
     run_->model.edges = start.image->edges;
     run_->plain_input.stride = kFirstStrideKnown;

@@ -58,16 +58,12 @@ class BoardFit {
     CornerFlags left_out{};
     /// Levels for each corner's quadrants, not the cells'.
     bool own_levels = false;
-    /// Of a shadow that crosses the board, roughly: it is fitted too, if not where quadrants have levels.
-    std::optional<ShadowEdge> shadow;
-    /// The way of a point during the exposure, image pixels; where it is not zero, it is fitted too.
-    Eigen::Vector2d motion_blur_px = Eigen::Vector2d::Zero();
-    /// Whether it is tried if the board's blur seems to be a motion's.
+    /// Those that are on are fitted too, from here; none where quadrants have levels.
+    Terms::States terms;
+    /// Whether motion is tried if the board's blur seems to be a motion's.
     bool may_move = true;
     /// Whether the model with all its terms may be fitted where the four cells around a corner do not suffice.
     bool may_look_farther = true;
-    /// Dot gain, cells; the same as of the way.
-    double dot_gain = 0;
     /// Begins where that fit ended, not from what was sampled: few passes then do.
     const BoardRun* from = nullptr;
     /// The model with all its terms is fitted to some of the pixels only, which suffices to compare models.
@@ -274,21 +270,17 @@ class BoardFit {
   void MapLevels();
   void SetModelInput(int stride);
   void SetModelLanes();
+  void SetLanesOfTerms(int corner);
+  void SetLanesOfLevels(int corner);
   ModelEquations::Input EquationsOfModel() const;
   /// A step of Gauss-Newton that is not made yet.
   bool SolveModel(int stride);
   bool StepModel(int stride, bool first);
-  /// Moves the shadow's edge within what a step may be and an edge can be. Returns by how much.
-  ShadowEdge::Parameters MoveShadow(const ShadowEdge::Parameters& step);
-  /// A step of a term over what no longer counts.
-  double WhatCounts(double step, int column, double still) const;
   /// Whether its blur is so wide that it may have moved.
   bool SeemsMoved() const;
   /// Starts the fit of a motion where the blur is wider along one direction than across it, or of dot gain, where one
   /// of them explains more than noise can; of both, the one that explains more. Whether one does.
   bool FindTerms(int stride, const Start& start);
-  /// Starts from how another board of the image moved, if this one seems to have moved like it.
-  void StartLike(const ImageTraits& image);
   /// Starts the fit of dot gain by the first step to it, which levels and blur had taken up a part of.
   void StartGain(double step, double start_blur_px);
   /// Every how many pixels to use about so many of them.

@@ -26,7 +26,7 @@ void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
       lightest = std::max(lightest, run_->model.levels[cell][phase]);
     }
   run_->model.noise = start.image ? start.image->noise : UnknownNoise(lightest);
-  if (run_->model.shadow) {
+  if (run_->model.LightVaries()) {
     for (int cell = 0; cell < run_->view.size.rows * run_->view.size.cols; ++cell)
       for (float& level : run_->model.levels[static_cast<std::size_t>(cell)])
         level /= static_cast<float>(LightOn(cell));
@@ -47,7 +47,7 @@ void BoardFit::StartFrom(const BoardRun& run) {
   model.noise = run.model.noise;
   model.blur_px = run.model.blur_px;
   model.edges = run.model.edges;
-  if (model.shadow.has_value() != run.model.shadow.has_value()) return;
+  if (model.LightVaries() != run.model.LightVaries()) return;
   if (model.own_levels == run.model.own_levels) model.levels = run.model.levels;
 }
 
@@ -133,7 +133,7 @@ std::span<const LitPart> BoardFit::LitParts(std::span<const std::uint8_t> satura
   return run_->told.lit_parts;
 }
 
-double BoardFit::LightOn(int cell) const { return run_->model.shadow->At(MiddleOfCell(run_->view.size, cell)); }
+double BoardFit::LightOn(int cell) const { return run_->model.LightAt(MiddleOfCell(run_->view.size, cell)).share; }
 
 void BoardFit::TellLevels() {
   run_->result.lit.clear();

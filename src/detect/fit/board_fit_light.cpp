@@ -61,11 +61,11 @@ void BoardFit::EvenOutPixels(const Light& even) {
 }
 
 double BoardFit::LightAt(int corner) const {
-  return run_->model.shadow ? run_->model.shadow->At(pixels_.place(corner).board) : 1;
+  return run_->model.LightAt(pixels_.place(corner).board).share;
 }
 
 void BoardFit::EvenOutShading(const Start& start) {
-  if (run_->model.own_levels || run_->model.shadow) return;
+  if (run_->model.own_levels || run_->model.LightVaries()) return;
   const double cell_px = CellPx();
   run_->light.shade_twice = cell_px > kTwiceCellPx;
   const auto shading = FindShading({.size = run_->view.size,
@@ -99,24 +99,22 @@ bool BoardFit::StartDotGain(const LightReader& reader, const Lens& lens) {
   if (!HavePixels(reader, lens)) return false;
   const double cell_px = CellPx();
   if (!run_->terms.look_farther) LookBeside(reader, lens);
-  MapLevels();
-  run_->terms.ink = true;
-  run_->model_input.terms = {
-      .motion = !run_->model.motion_px.isZero(), .dot_gain = true, .shadow = run_->model.shadow.has_value()};
+  run_->model.ink = true;
+  SetTerms();
   if (!SolveModel(StrideFor(kPixelsOfInk))) return false;
-  const double more = std::abs(model_equations_.step()[ModelColumns(run_->model_input.terms).dot_gain]);
+  const double more = std::abs(model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGain>()]);
   return more * cell_px >= kLeastInkSpreadPx && more >= kLeastInkSpread;
 }
 
 void BoardFit::FitDotGain(const LightReader& reader, const Lens& lens, const Start& start) {
   const bool looked_farther = run_->terms.look_farther;
   if (!StartDotGain(reader, lens)) {
-    run_->terms.ink = false;
+    run_->model.ink = false;
     return;
   }
   run_->terms.look_farther = true;
   run_->without_ink = run_->result;
-  StartGain(model_equations_.step()[ModelColumns(run_->model_input.terms).dot_gain], start.blur_px);
+  StartGain(model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGain>()], start.blur_px);
   const bool settled = SettleModel(reader, lens, start, true, Choice{});
   if (settled) FinishBent(reader, lens, start);
   // Ink explains all corners, or most of what the others lacked, or something else moved them.
@@ -125,7 +123,7 @@ void BoardFit::FitDotGain(const LightReader& reader, const Lens& lens, const Sta
     return;
   run_->result = run_->without_ink;
   run_->model.dot_gain = 0;
-  run_->terms.ink = false;
+  run_->model.ink = false;
   run_->terms.look_farther = looked_farther;
 }
 

@@ -13,14 +13,10 @@ namespace {
 /// Blur, of a cell's shorter way across, from which on the cells beyond a corner's four count: the edges beyond are
 /// half a cell away from a corner's farthest pixels.
 constexpr double kWideBlur = 0.14;
-/// The way between two points of motion that are looked at, in blurs of the lens: a box as wide is a Gaussian to 1 %.
-constexpr double kTapBlurs = 2.5;
 /// Correlation of the blur along both edges of a cell: from here on it is taken to a higher order. Below, what that
 /// adds to the light is less than .3 % of the contrast (.5 × .3² × the square of the largest bend, .24). Above, fits
 /// without it come to rest beside their minimum: at a slant of 65 degrees (.7) up to 20 deviations off.
 constexpr double kSkewed = 0.3;
-/// Fewer points would not show how the light changes with the way.
-constexpr int kFewestTaps = 3, kMostTaps = 12;
 /// Of a board's pixels: so many bring the fit near.
 constexpr int kPixelsNear = 1000;
 /// Passes by all pixels; of them, and of those by some, the ones that follow what is done to the light.
@@ -31,18 +27,8 @@ constexpr double kNearPx = 0.1, kModelSettledPx = 0.04, kModelSettledBlur = 0.04
 constexpr double kRunawayMovedPx = 6;
 /// Where corners lie as much farther off than was thought, other pixels are the board's.
 constexpr double kCollectAnewPx = 0.45, kCollectAnewMotionPx = 3;
-/// Longest steps; longer ones lead elsewhere. Those of a motion also as a share of it.
-constexpr double kMostMotionStepPx = 1, kMostMotionStepShare = 0.25, kMostGainStep = 0.05;
-const ShadowEdge::Parameters kMostShadowStep(0.1, 0.3, 0.3, 0.5);
-/// What is known of a shadow's edge before the pixels are looked at: standard deviations.
-const ShadowEdge::Parameters kShadowKnownTo(0.1, 0.3, 0.4, 0.8);
-/// Steps of terms that no longer count: px, cells, and as the edge's parameters; and how many times longer ones are
-/// near enough for all pixels.
-constexpr double kStillMotionPx = 0.04, kStillGain = 0.0003, kNearTerms = 10;
-const ShadowEdge::Parameters kStillShadow(0.003, 0.003, 0.004, 0.03);
-/// The same in standard deviations of a term, all others known: what a shorter step leaves is of second order. Sharp
-/// shadows under wide blur else drift to widths that the second order of their blur does not hold for.
-constexpr double kStillDeviations = 0.2;
+/// Steps of terms may be so many times what no longer counts where the fit is near enough for all pixels.
+constexpr double kNearTerms = 10;
 /// Where corners stay as still as that, terms may be so many times as far off: each step halves what is left at least,
 /// and the corners have followed. Measured on shadows' edges under wide blur, which come to rest slowly.
 constexpr double kQuietPx = 0.02, kQuietTerms = 4;
@@ -53,18 +39,8 @@ constexpr double kMovedBlur = 0.12, kMovedBlurPx = 1.2;
 constexpr double kLeastUneven = 8;
 /// With as many, it is one, whatever else there may be.
 constexpr double kSureUneven = 30;
-/// Another board of the image moved alike if, of what is found first, so much at most goes another way, and the way is
-/// as long within these factors (it is found too short).
-constexpr double kAcrossMotion = 0.35, kLeastOfMotion = 0.4, kMostOfMotion = 1.4;
 /// The least dot gain that is looked for with it, cells: it makes edges uneven, too.
 constexpr double kLeastFirstGain = 0.03;
-/// The longest way that the first step may find, blurs (a way of 5 has as much variance again), and what it leaves of
-/// the blur's variance at least.
-constexpr double kMostFirstMotion = 4.5, kLeastOfBlur = 0.1;
-/// The gain over the first step to it, as levels and blur have taken up the rest: measured.
-constexpr double kFirstGainStep = 1.75;
-/// Ink spreads over no more of a cell.
-constexpr double kMostGain = 0.3;
 /// How far beyond the rim the light beside the board is looked up, cells, and half the width of the window.
 constexpr double kBeside = 0.75, kBesideHalf = 0.25;
 /// More pixels tell no more of it.
@@ -109,7 +85,7 @@ void BoardFit::LookBeside(const LightReader& reader, const Lens& lens) {
       const double cell_px =
                        std::sqrt(std::abs((pixel_by_plane * run_->model.geometry.PlaneByBoard(board)).determinant())),
                    half_px = std::min(kBesideHalf * cell_px, kMostBesidePx);
-      const float lit = run_->model.shadow ? static_cast<float>(run_->model.shadow->At(board)) : 1;
+      const float lit = static_cast<float>(run_->model.LightAt(board).share);
       const Eigen::Vector3f light =
           reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px)) / lit;
       for (std::size_t phase = 0; phase < 4; ++phase)
@@ -143,96 +119,84 @@ void BoardFit::SetModelInput(int stride) {
   const Eigen::Matrix2d board_by_pixel = BoardByPixel();
   run_->model_input.edge_x = profiles_.Across(board_by_pixel.row(0));
   run_->model_input.edge_y = profiles_.Across(board_by_pixel.row(1));
-  run_->model_input.taps =
-      run_->model_input.terms.motion
-          ? std::clamp(static_cast<int>(std::ceil(run_->model.motion_px.norm() / (kTapBlurs * run_->model.blur_px))),
-                       kFewestTaps, kMostTaps)
-          : 1;
-  if (run_->model.shadow) {
-    const ShadowEdge::Parameters& values = run_->model.shadow->values();
-    const auto value = [](double of) { return static_cast<float>(of); };
-    run_->model_input.shadow = {value(values[ShadowEdge::kTakes]), value(std::cos(values[ShadowEdge::kDirection])),
-                                value(std::sin(values[ShadowEdge::kDirection])), value(values[ShadowEdge::kOffset]),
-                                value(std::exp(-values[ShadowEdge::kLogWidth]))};
-  }
+  Terms::ForEach([&]<class Term>() {
+    typename Term::Input& input = run_->model_input;
+    input = {};
+    if constexpr (requires { run_->model.Term::SetInput(run_->model.blur_px, input); })
+      if (run_->model_input.terms.on<Term>()) run_->model.Term::SetInput(run_->model.blur_px, input);
+  });
   run_->model_input.stride = stride;
 }
 
 void BoardFit::SetModelLanes() {
-  const ModelColumns columns(run_->model_input.terms);
-  model_lanes_.Reset(pixels_.lanes().padded(), columns.products());
-  const int cols = run_->view.size.cols + 2;
+  model_lanes_.Reset(pixels_.lanes().padded(), ModelColumns(run_->model_input.terms).products());
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
-    const CornerPlace& place = pixels_.place(corner);
-    const int lane = pixels_.Lane(corner);
-    const auto set = [&](int which, double value) {
-      std::fill_n(model_lanes_.parameter_data(which) + lane, 4, static_cast<float>(value));
+    SetLanesOfTerms(corner);
+    SetLanesOfLevels(corner);
+  }
+}
+
+void BoardFit::SetLanesOfTerms(int corner) {
+  const CornerPlace& place = pixels_.place(corner);
+  const int lane = pixels_.Lane(corner);
+  const auto set = [&](int which, double value) {
+    std::fill_n(model_lanes_.parameter_data(which) + lane, 4, static_cast<float>(value));
+  };
+  const Eigen::Matrix2d& by_pixel = place.board_by_pixel;
+  const Eigen::Matrix2d lens = run_->model.blur_px * run_->model.blur_px * by_pixel * by_pixel.transpose();
+  TermCorner of_terms{.by_pixel = by_pixel,
+                      .lens = lens,
+                      .blur = lens,
+                      .size = run_->view.size,
+                      .row = corner / (run_->view.size.cols - 1),
+                      .col = corner % (run_->view.size.cols - 1)};
+  Terms::ForEach([&]<class Term>() {
+    const auto set_own = [&](int which, double value) { set(ModelLanes::Of<Term>(which), value); };
+    if constexpr (Term::kLanes > 0)
+      if (run_->model_input.terms.on<Term>()) run_->model.Term::SetLanes(run_->model_input, of_terms, set_own);
+  });
+  const Eigen::Matrix2d& blur = of_terms.blur;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double variance = blur(axis, axis);
+    set(ModelLanes::kScaleX + axis, 1 / std::sqrt(variance));
+    set(ModelLanes::kBlurX + axis, lens(axis, axis) / variance / run_->model.blur_px);
+  }
+  const Eigen::Vector2d printed = Printed(corner);
+  set(ModelLanes::kCornerX, printed.x());
+  set(ModelLanes::kCornerY, printed.y());
+  set(ModelLanes::kCovariance, blur(0, 1));
+  const bool skewed = lens(0, 1) * lens(0, 1) > kSkewed * kSkewed * lens(0, 0) * lens(1, 1);
+  set(ModelLanes::kSkew, skewed ? blur(0, 1) : 0);
+  set(ModelLanes::kSkewByBlur, skewed ? 2 * lens(0, 1) / run_->model.blur_px : 0);
+  set(ModelLanes::kByPixelXx, by_pixel(0, 0));
+  set(ModelLanes::kByPixelXy, by_pixel(0, 1));
+  set(ModelLanes::kByPixelYx, by_pixel(1, 0));
+  set(ModelLanes::kByPixelYy, by_pixel(1, 1));
+  const bool fades = run_->light.fades;
+  set(ModelLanes::kFadeX, fades ? place.fade.x() : 0);
+  set(ModelLanes::kFadeY, fades ? place.fade.y() : 0);
+  set(ModelLanes::kFadeXAt, fades ? place.fade_at.x() : 1);
+  set(ModelLanes::kFadeYAt, fades ? place.fade_at.y() : 1);
+}
+
+void BoardFit::SetLanesOfLevels(int corner) {
+  const int lane = pixels_.Lane(corner), cols = run_->view.size.cols + 2;
+  const int row = corner / (run_->view.size.cols - 1), col = corner % (run_->view.size.cols - 1);
+  const bool by_yellow = MayBeOutOfRegister() && run_->beside_yellow[static_cast<std::size_t>(corner)];
+  for (std::size_t phase = 0; phase < 4; ++phase) {
+    const std::size_t channel = static_cast<std::size_t>(run_->view.channel_of_phase[phase]);
+    const auto set = [&](int which, float value) {
+      model_lanes_.parameter_data(which)[lane + static_cast<int>(phase)] = value;
     };
-    const Eigen::Matrix2d& by_pixel = place.board_by_pixel;
-    const Eigen::Vector2d way = by_pixel * run_->model.motion_px, tap = way / run_->model_input.taps;
-    // Of a point of the way: the lens's blur, and what the way to the next adds.
-    const Eigen::Matrix2d lens = run_->model.blur_px * run_->model.blur_px * by_pixel * by_pixel.transpose();
-    const Eigen::Matrix2d blur = lens + tap * tap.transpose() / 12;
-    for (int axis = 0; axis < 2; ++axis) {
-      const double variance = blur(axis, axis);
-      set(ModelLanes::kScaleX + axis, 1 / std::sqrt(variance));
-      set(ModelLanes::kBlurX + axis, lens(axis, axis) / variance / run_->model.blur_px);
-    }
-    const Eigen::Vector2d printed = Printed(corner);
-    set(ModelLanes::kCornerX, printed.x());
-    set(ModelLanes::kCornerY, printed.y());
-    set(ModelLanes::kCovariance, blur(0, 1));
-    const bool skewed = lens(0, 1) * lens(0, 1) > kSkewed * kSkewed * lens(0, 0) * lens(1, 1);
-    set(ModelLanes::kSkew, skewed ? blur(0, 1) : 0);
-    set(ModelLanes::kSkewByBlur, skewed ? 2 * lens(0, 1) / run_->model.blur_px : 0);
-    set(ModelLanes::kByPixelXx, by_pixel(0, 0));
-    set(ModelLanes::kByPixelXy, by_pixel(0, 1));
-    set(ModelLanes::kByPixelYx, by_pixel(1, 0));
-    set(ModelLanes::kByPixelYy, by_pixel(1, 1));
-    const bool fades = run_->light.fades;
-    set(ModelLanes::kFadeX, fades ? place.fade.x() : 0);
-    set(ModelLanes::kFadeY, fades ? place.fade.y() : 0);
-    set(ModelLanes::kFadeXAt, fades ? place.fade_at.x() : 1);
-    set(ModelLanes::kFadeYAt, fades ? place.fade_at.y() : 1);
-    set(ModelLanes::kWayX, way.x());
-    set(ModelLanes::kWayY, way.y());
-    const int row = corner / (run_->view.size.cols - 1), col = corner % (run_->view.size.cols - 1);
-    const bool even_dark = IsDark(row, col);
-    set(ModelLanes::kGain, even_dark ? run_->model.dot_gain : -run_->model.dot_gain);
-    // An edge of the rim moves out where its cell is dark, and stays where it is light: half of the gain either way
-    // about a line half of it farther out.
-    const double out = even_dark ? 0.5 : -0.5;
-    const auto set_rim = [&](int first, bool at_start, bool at_end) {
-      set(first, at_start ? 0.5 + out : 1);
-      set(first + 1, at_end ? 0.5 - out : 1);
-      set(first + 2, at_start ? -0.5 + out : -1);
-      set(first + 3, at_end ? -0.5 - out : -1);
-    };
-    set_rim(ModelLanes::kEvenX0, col == 0, col == run_->view.size.cols - 2);
-    set_rim(ModelLanes::kEvenY0, row == 0, row == run_->view.size.rows - 2);
-    set(ModelLanes::kHalfEven, even_dark ? 0.5 : 0);
-    set(ModelLanes::kHalfOdd, even_dark ? 0 : 0.5);
-    const Eigen::Vector2d mixed =
-        lens * Eigen::Vector2d(double{run_->model_input.shadow.normal_x}, double{run_->model_input.shadow.normal_y});
-    set(ModelLanes::kShadowX, mixed.x());
-    set(ModelLanes::kShadowY, mixed.y());
-    for (std::size_t phase = 0; phase < 4; ++phase) {
-      const std::size_t channel = static_cast<std::size_t>(run_->view.channel_of_phase[phase]);
-      const auto set_phase = [&](int which, float value) {
-        model_lanes_.parameter_data(which)[lane + static_cast<int>(phase)] = value;
-      };
-      const bool by_yellow = MayBeOutOfRegister() && run_->beside_yellow[static_cast<std::size_t>(corner)];
-      set_phase(ModelLanes::kNoiseFloor,
-                run_->model.noise.floor[channel] + (by_yellow ? run_->yellow_variance[phase] : 0));
-      set_phase(ModelLanes::kNoiseSlope, run_->model.noise.slope[channel]);
-      for (int i = 0; i < ModelColumns::kLevels; ++i) {
-        const int level = run_->model_levels[static_cast<std::size_t>(corner)][static_cast<std::size_t>(i)];
-        set_phase(ModelLanes::kLevel00 + i,
-                  level != ModelEquations::kNoLevel
-                      ? run_->model.levels[static_cast<std::size_t>(level)][phase]
-                      : run_->beside[static_cast<std::size_t>((row + i / 4) * cols + col + i % 4)][phase]);
-      }
+    set(ModelLanes::kNoiseFloor, run_->model.noise.floor[channel] + (by_yellow ? run_->yellow_variance[phase] : 0));
+    set(ModelLanes::kNoiseSlope, run_->model.noise.slope[channel]);
+    for (int i = 0; i < ModelColumns::kLevels; ++i) {
+      const int level = run_->model_levels[static_cast<std::size_t>(corner)][static_cast<std::size_t>(i)];
+      set(ModelLanes::kLevel00 + i,
+          level != ModelEquations::kNoLevel
+              ? run_->model.levels[static_cast<std::size_t>(level)][phase]
+              : run_->beside[static_cast<std::size_t>((row + i / 4) * cols + col + i % 4)][phase]);
     }
   }
 }
@@ -259,30 +223,16 @@ ModelEquations::Input BoardFit::EquationsOfModel() const {
   equations.channel_of_phase = run_->view.channel_of_phase;
   equations.level_count = LevelCount(run_->view.size, run_->model.own_levels);
   equations.band = run_->model.own_levels ? 3 : 3 * run_->view.size.cols + 3;
-  if (!run_->model.shadow) return equations;
   equations.prior_information.setZero(equations.columns.shared);
   equations.prior_pull.setZero(equations.columns.shared);
-  const ShadowEdge::Parameters known = kShadowKnownTo.cwiseProduct(kShadowKnownTo).cwiseInverse();
-  equations.prior_information.segment<4>(equations.columns.shadow) = known;
-  equations.prior_pull.segment<4>(equations.columns.shadow) =
-      known.cwiseProduct(run_->shadow_start - run_->model.shadow->values());
+  Terms::ForEach([&]<class Term>() {
+    const Term& term = run_->model;
+    if constexpr (requires(ModelEquations::Shared & of) { term.AddPrior(of.segment<1>(0), of.segment<1>(0)); })
+      if (run_->model_input.terms.on<Term>())
+        term.AddPrior(equations.prior_information.segment<Term::kColumns>(equations.columns.of<Term>()),
+                      equations.prior_pull.segment<Term::kColumns>(equations.columns.of<Term>()));
+  });
   return equations;
-}
-
-double BoardFit::WhatCounts(double step, int column, double still) const {
-  const double in_deviations = std::abs(step) * std::sqrt(model_equations_.information()(column, column));
-  return std::min(std::abs(step) / still, in_deviations / kStillDeviations);
-}
-
-ShadowEdge::Parameters BoardFit::MoveShadow(const ShadowEdge::Parameters& step) {
-  const ShadowEdge::Parameters before = run_->model.shadow->values();
-  ShadowEdge::Parameters values = before + step.cwiseMax(-kMostShadowStep).cwiseMin(kMostShadowStep);
-  // The edge is seen through the lens, which makes none sharper than its own blur.
-  const Eigen::RowVector2d across(std::cos(values[ShadowEdge::kDirection]), std::sin(values[ShadowEdge::kDirection]));
-  const double blur = run_->model.blur_px * (across * BoardByPixel()).norm();
-  values[ShadowEdge::kLogWidth] = std::max(values[ShadowEdge::kLogWidth], std::log(blur));
-  run_->model.shadow = ShadowEdge(values);
-  return run_->model.shadow->values() - before;
 }
 
 bool BoardFit::StepModel(int stride, bool first) {
@@ -298,74 +248,47 @@ bool BoardFit::StepModel(int stride, bool first) {
       run_->model.levels[level][phase] +=
           static_cast<float>(model_equations_.LevelStep(static_cast<int>(level), run_->view.channel_of_phase[phase]));
   run_->step.terms = 0;
-  if (run_->model_input.terms.motion) {
-    Eigen::Vector2d more = step.segment<2>(columns.motion);
-    const double most = std::max(kMostMotionStepPx, kMostMotionStepShare * run_->model.motion_px.norm());
-    if (more.norm() > most) more *= most / more.norm();
-    run_->model.motion_px += more;
-    run_->step.terms = std::max(run_->step.terms, more.norm() / kStillMotionPx);
-  }
-  if (run_->model_input.terms.dot_gain) {
-    const double more = std::clamp(step[columns.dot_gain], -kMostGainStep, kMostGainStep);
-    run_->model.dot_gain = std::clamp(run_->model.dot_gain + more, -kMostGain, kMostGain);
-    run_->step.terms = std::max(run_->step.terms, WhatCounts(more, columns.dot_gain, kStillGain));
-  }
-  if (run_->model_input.terms.shadow) {
-    const ShadowEdge::Parameters more = MoveShadow(step.segment<4>(columns.shadow));
-    for (int i = 0; i < ModelColumns::kShadow; ++i)
-      run_->step.terms = std::max(run_->step.terms, WhatCounts(more[i], columns.shadow + i, kStillShadow[i]));
-  }
+  const ModelEquations::Shared information = model_equations_.information().diagonal();
+  Terms::ForEach([&]<class Term>() {
+    if (!run_->model_input.terms.on<Term>()) return;
+    const int first = columns.of<Term>();
+    const double counts =
+        run_->model.Term::Move({step.data() + first, information.data() + first, run_->model.blur_px, BoardByPixel()});
+    run_->step.terms = std::max(run_->step.terms, counts);
+  });
   run_->step.corner_px = FarthestStepPx();
-  return run_->step.corner_px <= (first && run_->model_input.terms.motion ? kRunawayMovedPx : kRunawayPx);
+  return run_->step.corner_px <= (first && run_->model_input.terms.on<Motion>() ? kRunawayMovedPx : kRunawayPx);
 }
 
 void BoardFit::StartGain(double step, double start_blur_px) {
-  run_->model_input.terms.dot_gain = run_->terms.ink = true;
-  run_->model.dot_gain = std::clamp(kFirstGainStep * step, -2 * kMostGainStep, 2 * kMostGainStep);
+  run_->model.DotGain::Start(step);
   run_->model.blur_px = std::min(run_->model.blur_px, start_blur_px);
 }
 
 bool BoardFit::FindTerms(int stride, const Start& start) {
   const ModelTerms terms = run_->model_input.terms;
-  run_->model_input.terms.uneven_blur = run_->model_input.terms.dot_gain = true;
+  run_->model_input.terms = terms.With<UnevenBlur, DotGain>();
   const bool solved = SolveModel(stride);
   const ModelColumns columns(run_->model_input.terms);
   run_->model_input.terms = terms;
   if (!solved) return false;
   const ModelEquations::Shared& step = model_equations_.step();
-  const Eigen::Vector2d uneven = step.segment<2>(columns.uneven_blur);
-  const double gain = step[columns.dot_gain];
-  const double by_motion = uneven.dot(model_equations_.InformationOn<2>(columns.uneven_blur) * uneven),
-               by_gain = gain * gain * model_equations_.InformationOn<1>(columns.dot_gain)(0, 0);
-  if (by_gain > by_motion && std::abs(gain) > kLeastFirstGain) {
+  const Eigen::Vector2d uneven = step.segment<2>(columns.of<UnevenBlur>());
+  const double gain = step[columns.of<DotGain>()];
+  const double by_motion = uneven.dot(model_equations_.InformationOn<2>(columns.of<UnevenBlur>()) * uneven),
+               by_gain = gain * gain * model_equations_.InformationOn<1>(columns.of<DotGain>())(0, 0);
+  const bool spread = by_gain > by_motion && std::abs(gain) > kLeastFirstGain;
+  if (!spread && !(by_motion > kLeastUneven * kLeastUneven)) return false;
+  if (spread) {
     StartGain(gain, start.blur_px);
-    return true;
+  } else {
+    Motion& motion = run_->model;
+    motion.Start(uneven, run_->model.blur_px);
+    run_->terms.sure_of_motion = by_motion > kSureUneven * kSureUneven;
+    if (start.image && motion.StartLike(start.image->motion_px)) run_->model.blur_px = start.image->blur_px;
   }
-  if (!(by_motion > kLeastUneven * kLeastUneven)) return false;
-  run_->model_input.terms.motion = true;
-  // A way of length l has the variance l² / 12 along it, and the uneven part is half of that.
-  const double length = std::min(std::sqrt(24 * uneven.norm()), kMostFirstMotion * run_->model.blur_px),
-               angle = std::atan2(uneven.y(), uneven.x()) / 2;
-  run_->model.motion_px = length * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-  // Across the way, the blur stays: the fit's lies between.
-  run_->model.blur_px = std::sqrt(std::max(run_->model.blur_px * run_->model.blur_px - length * length / 24,
-                                           kLeastOfBlur * run_->model.blur_px * run_->model.blur_px));
-  run_->terms.sure_of_motion = by_motion > kSureUneven * kSureUneven;
-  if (start.image) StartLike(*start.image);
+  run_->model_input.terms = ModelTerms::Of(run_->model);
   return true;
-}
-
-void BoardFit::StartLike(const ImageTraits& image) {
-  Eigen::Vector2d motion_px = image.motion_px;
-  if (motion_px.dot(run_->model.motion_px) < 0) motion_px = -motion_px;  // there and back are the same
-  if (motion_px.isZero()) return;
-  const Eigen::Vector2d along = motion_px.normalized();
-  const double share = along.dot(run_->model.motion_px) / motion_px.norm();
-  const Eigen::Vector2d across = run_->model.motion_px - along.dot(run_->model.motion_px) * along;
-  if (share < kLeastOfMotion || share > kMostOfMotion || across.norm() > kAcrossMotion * run_->model.motion_px.norm())
-    return;
-  run_->model.motion_px = motion_px;
-  run_->model.blur_px = image.blur_px;
 }
 
 bool BoardFit::SeemsMoved() const {
@@ -383,8 +306,7 @@ int BoardFit::CountPixels() const {
 int BoardFit::StrideFor(int pixels) const { return std::max(1, (CountPixels() + pixels - 1) / pixels); }
 
 void BoardFit::SetTerms() {
-  run_->model_input.terms = {
-      .motion = !run_->model.motion_px.isZero(), .dot_gain = run_->terms.ink, .shadow = run_->model.shadow.has_value()};
+  run_->model_input.terms = ModelTerms::Of(run_->model);
   MapLevels();
 }
 
@@ -424,7 +346,7 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
     if (MayBeOutOfRegister()) MoveInks(start);
     // Where another board has told blur, noise and dot gain, the first step only finds the place: it errs by its
     // square.
-    const bool all_known = start.image && noise_known && run_->terms.ink && !run_->model.shadow &&
+    const bool all_known = start.image && noise_known && run_->model.DotGain::on() && !run_->model.shadow &&
                            !run_->model.own_levels && run_->model.motion_px.isZero();
     if (pass == 0 && all_known && run_->step.corner_px < kFollowPx && run_->step.blur_share < kNearPx &&
         run_->step.terms <= 1) {

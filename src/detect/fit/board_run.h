@@ -17,6 +17,7 @@
 #include "detect/fit/model_equations.h"
 #include "detect/fit/model_kernel.h"
 #include "detect/fit/shadow_edge.h"
+#include "detect/fit/terms.h"
 
 namespace chequer {
 
@@ -26,17 +27,13 @@ inline bool AnyOf(const CornerFlags& corners) {
 }
 
 /// What is fitted of a board: the state of Gauss-Newton.
-struct BoardModel {
+struct BoardModel : Terms::States {
   BoardGeometry geometry;
   std::vector<PhaseValues> levels;
   bool own_levels = false;  ///< levels are those of each corner's quadrants, not the cells'
   NoiseModel noise;
   double blur_px = 1;
   EdgeSpread edges;
-  Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();  ///< the way of a point during the exposure,
-                                                        ///< image pixels
-  double dot_gain = 0;                                  ///< dot gain, cells
-  std::optional<ShadowEdge> shadow;
   Eigen::Vector2d blue_offset = Eigen::Vector2d::Zero();  ///< of the blue ink off the black one, cells
 };
 
@@ -55,7 +52,6 @@ struct BoardRun {
     bool wide = false;            ///< blurred so widely, or so unevenly, that cells beyond a corner's own four count
     bool look_farther = false;    ///< the model with all its terms is fitted
     bool rough = false;           ///< by some of the pixels, so far
-    bool ink = false;             ///< dot gain is one of them
     bool may_move = true;         ///< motion may be one
     bool plain_only = false;      ///< none of them may be fitted
     bool sure_of_motion = false;  ///< nothing else makes edges as uneven
@@ -78,10 +74,10 @@ struct BoardRun {
   /// The last step.
   struct Step {
     BoardEquations::Vector moves = BoardEquations::Vector::Zero();
-    double gain = 0;        ///< how much Σ w r² falls by it
-    double corner_px = 0;   ///< the farthest that a corner moved
-    double blur_share = 0;  ///< by which the blur changed
-    double terms = 0;       ///< of the terms, over what no longer counts
+    double gain = 0;         ///< how much Σ w r² falls by it
+    double corner_px = 0;    ///< the farthest that a corner moved
+    double blur_share = 0;   ///< by which the blur changed
+    double terms = 0;        ///< of the terms, over what no longer counts
     InkRegister::Step inks;  ///< what followed it where inks may lie out of register
   };
   /// What the fit tells beside its result.
@@ -111,7 +107,6 @@ struct BoardRun {
   std::array<Eigen::Vector2f, kMaxCorners> blue_shares = Zeros<Eigen::Vector2f, kMaxCorners>();
   CornerFlags beside_yellow{};
   PhaseValues yellow_variance{};  ///< of pixels beside yellow cells, as the place of that ink is not known
-  ShadowEdge::Parameters shadow_start = ShadowEdge::Parameters::Zero();
   // What the kernels and equations are given.
   KernelInput plain_input;
   ModelInput model_input;

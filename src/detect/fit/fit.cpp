@@ -64,14 +64,14 @@ const FittedBoard* PhotometricFit::FitFully(const Task& task, bool motion_blurre
 
 bool PhotometricFit::FitFirst(const Task& task, const Eigen::Vector2d& motion_blur_px) {
   choice_ = {};
-  choice_.motion_blur_px = motion_blur_px;
+  choice_.terms.motion_px = motion_blur_px;
   choice_.roughly = true;
   // One printer's ink spreads alike.
   const ImageTraits* image = task.start.image;
-  if (motion_blur_px.isZero() && image && image->shares_dot_gain()) choice_.dot_gain = image->dot_gain;
+  if (motion_blur_px.isZero() && image && image->shares_dot_gain()) choice_.terms.dot_gain = image->dot_gain;
   bool fitted = FitOnce(task, task.start);
-  if (!fitted && choice_.dot_gain != 0) {
-    choice_.dot_gain = 0;
+  if (!fitted && choice_.terms.dot_gain != 0) {
+    choice_.terms.dot_gain = 0;
     fitted = FitOnce(task, task.start);
   }
   // A rough fit shows uneven illumination as well as a close one.
@@ -112,7 +112,7 @@ bool PhotometricFit::Refit(const Task& task) {
   BoardFit::Start again = task.start;
   again.predicted = false;
   again.geometry = fit_.result().geometry;
-  choice_.motion_blur_px = fit_.motion_px();
+  choice_.terms.motion_px = fit_.motion_px();
   return FitOnce(task, again);
 }
 

@@ -94,7 +94,7 @@ bool PhotometricFit::FitUnevenlyLit(const Task& task) {
   choice_ = {};
   choice_.own_levels = choice_.roughly = true;
   choice_.most_steps_near = kStepsOfQuadrants;
-  choice_.dot_gain = fit_.dot_gain();
+  choice_.terms.dot_gain = fit_.dot_gain();
   if (fit_.looks_farther()) choice_.from = &evenly_lit_;
   // Levels of quadrants take up a part of the blur: by what that leaves, edges would not be the image's.
   BoardFit::Start start = task.start;
@@ -125,8 +125,8 @@ bool PhotometricFit::FitShadow(const Task& task) {
   ShadowEdge::Parameters values = shadow->values();
   values[ShadowEdge::kLogWidth] =
       std::max(values[ShadowEdge::kLogWidth], std::log(fit_.result().image.blur_px / fit_.cell_px()));
-  choice_.shadow = ShadowEdge(values);
-  choice_.dot_gain = fit_.dot_gain();
+  choice_.terms.Shadow::Start(values);
+  choice_.terms.dot_gain = fit_.dot_gain();
   choice_.roughly = true;
   choice_.from = &own_levels_;
   // What the board says of noise and blur by levels of its own holds in the shadow too.
@@ -135,7 +135,7 @@ bool PhotometricFit::FitShadow(const Task& task) {
   const Task shaded{task.reader, task.lens, start};
   const double least = kAsMuchByShadow * std::max(own_levels_.result.evidence(), evenly_lit_.result.evidence());
   if (Refit(shaded) && fit_.result().evidence() > kHopeless * least && fit_.FitClosely(task.reader, task.lens, start)) {
-    if (choice_.dot_gain == 0 && !fit_.result().flat()) fit_.FitDotGain(task.reader, task.lens, start);
+    if (choice_.terms.dot_gain == 0 && !fit_.result().flat()) fit_.FitDotGain(task.reader, task.lens, start);
     if (fit_.result().evidence() > least) return true;
   }
   choice_ = own;

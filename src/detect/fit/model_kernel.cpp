@@ -28,8 +28,8 @@ struct FitSums {
 
 /// Weighs a pixel by its noise and by how well it fits, and puts its row.
 HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, const LaneModel& m, const Picture& p,
-                       const V* by_shadow, V x, V y, V window, V marked_light, hn::Mask<D> inside,
-                       float* HWY_RESTRICT row, FitSums& sums) {
+                       ByTerms& by, V x, V y, V window, V marked_light, hn::Mask<D> inside, float* HWY_RESTRICT row,
+                       FitSums& sums) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V one = Splat(1), zero = hn::Zero(d), limit = Splat(input.robust_limit);
@@ -45,7 +45,8 @@ HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, con
   const V robust = hn::IfThenElse(off, hn::Div(limit, deviation), counts);
   root = hn::Mul(root, hn::Mul(window, hn::Sqrt(robust)));
   const V fits = hn::IfThenElse(off, zero, counts), square = hn::Mul(hn::Mul(residual, residual), fits);
-  const V middle = hn::Mul(Splat(0.25f), hn::Add(hn::Add(m.light[1][1], m.light[1][2]), hn::Add(m.light[2][1], m.light[2][2])));
+  const V middle =
+      hn::Mul(Splat(0.25f), hn::Add(hn::Add(m.light[1][1], m.light[1][2]), hn::Add(m.light[2][1], m.light[2][2])));
   const V dark = hn::IfThenElseZero(hn::Lt(p.light, middle), fits), bright = hn::Sub(fits, dark);
   sums.weight = hn::MulAdd(robust, hn::Mul(window, window), sums.weight);
   sums.dark_square = hn::MulAdd(square, dark, sums.dark_square);
@@ -69,30 +70,9 @@ HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, con
   put(6, hn::Mul(bent, x));
   put(7, hn::Mul(bent, y));
   put_rooted(columns.blur, p.by_blur);
-  if (input.terms.motion) {
-    const auto of = [&](ModelLanes::Parameter x_by, ModelLanes::Parameter y_by)
-                        HWY_ATTR { return hn::MulAdd(m.of(x_by), p.way_x, hn::Mul(m.of(y_by), p.way_y)); };
-    put_rooted(columns.motion, of(ModelLanes::kByPixelXx, ModelLanes::kByPixelYx));
-    put_rooted(columns.motion + 1, of(ModelLanes::kByPixelXy, ModelLanes::kByPixelYy));
-  }
-  if (input.terms.dot_gain) {
-    // Where the even cells are light, they give way as the others grow.
-    const V sign = hn::Mul(Splat(2), hn::Sub(m.of(ModelLanes::kHalfEven), m.of(ModelLanes::kHalfOdd)));
-    put_rooted(columns.dot_gain, hn::Mul(sign, p.by_gain));
-  }
-  if (input.terms.shadow)
-    for (int i = 0; i < ModelColumns::kShadow; ++i) put_rooted(columns.shadow + i, by_shadow[i]);
-  if (input.terms.uneven_blur) {
-    // A blur's variance moves the light by half of its second derivative: here by those along the image's x and y.
-    const auto second = [&](V x1, V y1, V x2, V y2) HWY_ATTR {
-      const V mixed = hn::MulAdd(x1, y2, hn::Mul(y1, x2));
-      return hn::MulAdd(hn::Mul(x1, x2), p.by_xx, hn::MulAdd(mixed, p.by_xy, hn::Mul(hn::Mul(y1, y2), p.by_yy)));
-    };
-    const V xx = m.of(ModelLanes::kByPixelXx), xy = m.of(ModelLanes::kByPixelXy), yx = m.of(ModelLanes::kByPixelYx),
-            yy = m.of(ModelLanes::kByPixelYy);
-    put_rooted(columns.uneven_blur, hn::Mul(Splat(0.5f), hn::Sub(second(xx, yx, xx, yx), second(xy, yy, xy, yy))));
-    put_rooted(columns.uneven_blur + 1, second(xx, yx, xy, yy));
-  }
+  ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
+    for (int i = 0; i < Term::kColumns; ++i) put_rooted(columns.of<Term>() + i, by.of<Term>()[i]);
+  });
   for (int i = 0; i < ModelColumns::kLevels; ++i) put_rooted(columns.levels + i, p.share[i / kSide][i % kSide]);
   put(columns.residual(), weighted);
   for (int i = columns.count; i % kBlock != 0; ++i) put(i, zero);
@@ -141,6 +121,8 @@ void AddLanes(const ModelInput& input, const ModelColumns& columns, int first, L
   const PowerTerms terms[2] = {PowerTermsOf(input.edge_x), PowerTermsOf(input.edge_y)}, gaussian = PowerTermsOf({});
   const V zero = hn::Zero(d);
   FitSums sums{zero, zero, zero, zero, zero, zero, zero, zero};
+  ByTerms by;
+  std::fill(std::begin(by.by), std::end(by.by), zero);
   int most = 0;
   for (int lane = first; lane < first + lanes; ++lane) most = std::max(most, block.counts()[lane]);
   const hn::RebindToSigned<D> di;
@@ -161,14 +143,13 @@ void AddLanes(const ModelInput& input, const ModelColumns& columns, int first, L
     const V board_x = hn::Add(x, m.of(ModelLanes::kCornerX)), board_y = hn::Add(y, m.of(ModelLanes::kCornerY));
     Picture p;
     LookAt(input, m, x, y, terms, p);
-    V by_shadow[ModelColumns::kShadow] = {zero, zero, zero, zero};
-    if (input.terms.shadow) CastShadow(input, m, board_x, board_y, gaussian, p, by_shadow);
+    Bend(input, m, board_x, board_y, gaussian, p, by);
     // As in the plain model, the window ends softly.
     const V window = hn::Min(hn::MulAdd(x, m.of(ModelLanes::kFadeX), m.of(ModelLanes::kFadeXAt)),
                              hn::MulAdd(y, m.of(ModelLanes::kFadeY), m.of(ModelLanes::kFadeYAt)));
     const auto in_window = hn::And(inside, hn::Gt(window, zero));
-    PutRow(input, columns, m, p, by_shadow, board_x, board_y, hn::Max(hn::Min(window, Splat(1)), zero), light,
-           in_window, rows + kept * kRowColumns * lanes, sums);
+    PutRow(input, columns, m, p, by, board_x, board_y, hn::Max(hn::Min(window, Splat(1)), zero), light, in_window,
+           rows + kept * kRowColumns * lanes, sums);
     if (++kept < kRowsKept) continue;
     AddModelProducts(columns, rows, kept, first, fresh, model);
     kept = 0;
@@ -206,10 +187,9 @@ HWY_EXPORT(Accumulate);
 
 ModelColumns::ModelColumns(const ModelTerms& terms) {
   int next = blur + 1;
-  if (terms.motion) motion = next, next += 2;
-  if (terms.dot_gain) dot_gain = next++;
-  if (terms.shadow) shadow = next, next += kShadow;
-  if (terms.uneven_blur) uneven_blur = next, next += 2;
+  Terms::ForEach([&]<class Term>() {
+    if (terms.on<Term>()) first_[Terms::BeforeTerm<Term>().terms] = next, next += Term::kColumns;
+  });
   shared = levels = next;
   count = levels + kLevels + 1;
 }

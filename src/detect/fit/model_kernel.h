@@ -6,6 +6,7 @@
 
 #include "detect/fit/lane_block.h"
 #include "detect/fit/photometric_kernel.h"
+#include "detect/fit/terms.h"
 
 namespace chequer {
 
@@ -14,40 +15,30 @@ namespace chequer {
 /// Around a corner lie 4 × 4 cells of one level each. Their picture is
 ///   M(x, y) = Σ_ij L_ij (s_i(x) s_j(y) + ρ s_i′(x) s_j′(y) + ½ ρ² s_i″(x) s_j″(y)),
 /// with x, y the distance from the corner in cells, s the cells' shares as the lens blurs their edges and ρ the
-/// covariance of the blur along x and y (its square only where cells are seen as rhombi). The terms bend it:
-///   motion     M is the mean over the way of a point during the exposure (a few points of it, each with the blur that
-///              the way between two of them adds),
-///   dot gain   dark cells grow by e on each side: their edges move, and where two of them meet, each has half,
-///   shadow     the light E(x, y) falls on the board: the lens blurs the product to E M + ∇EᵀC∇M + ½ tr(C H_E C H_M),
-///              C the covariance of its blur (the Gaussian's product rule, to second order).
+/// covariance of the blur along x and y (its square only where cells are seen as rhombi). The terms (terms.h) bend it:
+/// what lies in its points, or what light falls on them.
 /// photometric_kernel.h is the same without terms, for cells so large that the four around a corner suffice: the fast
 /// path of boards in plain view.
-///   uneven blur  the blur is wider along one direction than across it (by which motion is found: a short way blurs
-///   so).
-struct ModelTerms {
-  bool motion = false, dot_gain = false, shadow = false, uneven_blur = false;
-};
 
 /// Which columns the products of a lane have: derivatives of the light by each unknown, the residual last.
 struct ModelColumns {
   static constexpr int kGeometry = 8;  ///< as BoardGeometry::MoveByParameters() has them
-  static constexpr int kShadow = 4;    ///< as ShadowEdge::Parameter has them
-  static constexpr int kMostShared = kGeometry + 1 + 2 + 1 + kShadow + 2;
+  static constexpr int kMostShared = kGeometry + 1 + Terms::kColumns;
   static constexpr int kLevels = 16;
   static constexpr int kMost = kMostShared + kLevels + 1;
 
   explicit ModelColumns(const ModelTerms& terms);
 
   int blur = kGeometry;
-  int motion = -1;    ///< the first of two: pixels along x and y
-  int dot_gain = -1;  ///< cells
-  int shadow = -1;    ///< the first of four
-  int uneven_blur =
-      -1;          ///< the first of two: half of what its variances along x and y differ by, and their covariance, px²
   int shared = 0;  ///< all of these
   int levels = 0;  ///< the first of the 4 × 4 cells around, row by row
   int count = 0;   ///< with the residual
 
+  /// Of a term that is on, the first.
+  template <class Term>
+  int of() const {
+    return first_[Terms::BeforeTerm<Term>().terms];
+  }
   int residual() const { return count - 1; }
   /// Products are made in blocks of two columns by four, which stand one after the other: of a pair of columns, those
   /// with the four that it lies in and all later ones. Some of them are of no use.
@@ -65,6 +56,8 @@ struct ModelColumns {
  private:
   /// Blocks of the pairs before this one: pair q lacks the q / 2 blocks left of its own.
   int BlocksBefore(int pair) const { return pair * ((count + kBlock - 1) / kBlock) - (pair - 1) * (pair - 1) / 4; }
+
+  int first_[Terms::kCount] = {};
 };
 
 /// What lanes are given for the model, and what it sums up for them. Memory is kept; contents are those of the last
@@ -85,32 +78,22 @@ class ModelLanes {
     kByPixelXy,
     kByPixelYx,
     kByPixelYy,
-    kWayX,  ///< of a point during the exposure, cells
-    kWayY,
-    kGain,  ///< dot gain: positive where the cells of even row + column are dark, else negative
-    /// By how much of it edges move, along x and y, the first and the last of the three (the middle one by all of it):
-    /// those of the even cells, then of the odd ones. At the board's rim only dark cells move.
-    kEvenX0,
-    kEvenX2,
-    kOddX0,
-    kOddX2,
-    kEvenY0,
-    kEvenY2,
-    kOddY0,
-    kOddY2,
-    kHalfEven,  ///< ½ where those are dark, else 0
-    kHalfOdd,   ///< ½ − that
-    kShadowX,   ///< the blur's covariance times the shadow's direction, cells²
-    kShadowY,
     kNoiseFloor,  ///< variance of a pixel = floor + slope · model
     kNoiseSlope,
     kFadeX,  ///< how the window's weight falls with the distance from the corner, a cell; 0 where it is 1 throughout
     kFadeY,
     kFadeXAt,  ///< what it is there
     kFadeYAt,
-    kLevel00,  ///< of the 4 × 4 cells, row by row
+    kOfTerms,                             ///< Terms::kLanes of them
+    kLevel00 = kOfTerms + Terms::kLanes,  ///< of the 4 × 4 cells, row by row
     kParameters = kLevel00 + ModelColumns::kLevels
   };
+
+  /// A term's own.
+  template <class Term>
+  static constexpr int Of(int which) {
+    return kOfTerms + Terms::BeforeTerm<Term>().lanes + which;
+  }
 
   void Reset(int padded_lanes, int products);
   float* parameter_data(int which) { return parameters_.data() + which * padded_; }
@@ -133,14 +116,10 @@ class ModelLanes {
 };
 
 /// What all lanes share.
-struct ModelInput {
+struct ModelInput : Terms::Inputs {
   ModelTerms terms;
   float board_from_plane[9] = {};  ///< as KernelInput has it
   EdgeTerms edge_x, edge_y;
-  int taps = 1;  ///< points of the way that are looked at
-  struct {
-    float takes = 0, normal_x = 1, normal_y = 0, offset = 0, per_width = 1;
-  } shadow;
   float robust_limit = 1e9f;
   int stride = 1;  ///< every how many of a lane's pixels are used, ≥ 1
 };

@@ -35,6 +35,11 @@ struct LaneModel {
   bool skewed;  ///< some lane has a kSkew that is not 0
 
   HWY_INLINE V of(ModelLanes::Parameter which) const { return value[which]; }
+  /// Of a term's own.
+  template <class Term>
+  HWY_INLINE V of(int which) const {
+    return value[ModelLanes::Of<Term>(which)];
+  }
 };
 
 void Load(const ModelInput& input, const ModelLanes& model, int first, LaneModel& m) {
@@ -160,99 +165,6 @@ HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms*
       p.share[j][i] = hn::MulAdd(hn::Mul(m.of(ModelLanes::kSkew), rows[j]), cols[i], p.share[j][i]);
 }
 
-/// Along one axis, what cells that grow, cells that give way, and the overlaps at both of their ends have of a pixel.
-struct GrownCells {
-  V grown[kSide], given[kSide], overlap[kSide];
-};
-
-/// @param later, sooner of edges that are moved up and down.
-HWY_INLINE void Grow(const V* sooner, const V* later, bool of_shares, GrownCells& cells) {
-  const V zero = hn::Zero(D()), all = of_shares ? Splat(1) : zero;
-  for (int i = 0; i < kSide; ++i) {
-    const V from_sooner = i > 0 ? sooner[i - 1] : all, from_later = i > 0 ? later[i - 1] : all;
-    const V to_sooner = i < kEdges ? sooner[i] : zero, to_later = i < kEdges ? later[i] : zero;
-    cells.grown[i] = hn::Sub(from_sooner, to_later);
-    cells.given[i] = hn::Sub(from_later, to_sooner);
-    cells.overlap[i] = hn::Sub(hn::Add(from_sooner, to_sooner), hn::Add(from_later, to_later));
-  }
-}
-
-/// Light by rows of cells, where the columns have these shares.
-struct GrownRows {
-  V grown[kSide], given[kSide], overlap[kSide];
-};
-
-HWY_INLINE void RowsOf(const LaneModel& m, const GrownCells& cols, GrownRows& rows) {
-  const V half_even = m.of(ModelLanes::kHalfEven), half_odd = m.of(ModelLanes::kHalfOdd);
-  for (int j = 0; j < kSide; ++j) {
-    const V* light = m.light[j];
-    const int even = j % 2, odd = 1 - even;  // columns
-    rows.grown[j] = hn::MulAdd(light[even], cols.grown[even], hn::Mul(light[even + 2], cols.grown[even + 2]));
-    rows.given[j] = hn::MulAdd(light[odd], cols.given[odd], hn::Mul(light[odd + 2], cols.given[odd + 2]));
-    const V of_even = hn::MulAdd(light[even], cols.overlap[even], hn::Mul(light[even + 2], cols.overlap[even + 2]));
-    const V of_odd = hn::MulAdd(light[odd], cols.overlap[odd], hn::Mul(light[odd + 2], cols.overlap[odd + 2]));
-    rows.overlap[j] = hn::MulAdd(half_even, of_even, hn::Mul(half_odd, of_odd));
-  }
-}
-
-HWY_INLINE V LightOf(const GrownRows& rows, const GrownCells& down) {
-  V sum = hn::Zero(D());
-  for (int j = 0; j < kSide; ++j) {
-    sum = hn::MulAdd(rows.grown[j], down.grown[j], sum);
-    sum = hn::MulAdd(rows.given[j], down.given[j], sum);
-    sum = hn::NegMulAdd(rows.overlap[j], down.overlap[j], sum);
-  }
-  return sum;
-}
-
-/// The same of cells with dot gain: of even and odd ones, one kind grows into the other.
-HWY_INLINE void AddGrownPoint(const LaneModel& m, V x, V y, V part, const PowerTerms* terms, Picture& p) {
-  struct Axis {
-    GrownCells share, slope, bend, gain;
-  } along, down;
-  const V gain = m.of(ModelLanes::kGain), one = Splat(1);
-  const auto fill = [&](V at, V scale, ModelLanes::Parameter moves, const PowerTerms& of, Axis& axis) HWY_ATTR {
-    const V even[kEdges] = {m.value[moves], one, m.value[moves + 1]},
-            odd[kEdges] = {m.value[moves + 2], hn::Neg(one), m.value[moves + 3]};
-    V even_shift[kEdges], odd_shift[kEdges], even_gain[kEdges], odd_gain[kEdges];
-    for (int k = 0; k < kEdges; ++k) even_shift[k] = hn::Mul(even[k], gain), odd_shift[k] = hn::Mul(odd[k], gain);
-    EdgesAlong sooner, later;
-    BlurAlong(at, even_shift, scale, of, sooner);
-    BlurAlong(at, odd_shift, scale, of, later);
-    Grow(sooner.share, later.share, true, axis.share);
-    Grow(sooner.slope, later.slope, false, axis.slope);
-    Grow(sooner.bend, later.bend, false, axis.bend);
-    for (int k = 0; k < kEdges; ++k)
-      even_gain[k] = hn::Mul(even[k], sooner.slope[k]), odd_gain[k] = hn::Mul(odd[k], later.slope[k]);
-    Grow(even_gain, odd_gain, false, axis.gain);
-  };
-  fill(x, m.of(ModelLanes::kScaleX), ModelLanes::kEvenX0, terms[0], along);
-  fill(y, m.of(ModelLanes::kScaleY), ModelLanes::kEvenY0, terms[1], down);
-  GrownRows rows, by_x, bend_x, by_gain;
-  RowsOf(m, along.share, rows);
-  RowsOf(m, along.slope, by_x);
-  RowsOf(m, along.bend, bend_x);
-  RowsOf(m, along.gain, by_gain);
-  const V light_by_x = LightOf(by_x, down.share), light_by_y = LightOf(rows, down.slope);
-  p.light = hn::Add(p.light, LightOf(rows, down.share));
-  AddSlopes(m, part, light_by_x, light_by_y, LightOf(bend_x, down.slope), LightOf(by_x, down.bend), p);
-  AddBends(m, LightOf(bend_x, down.share), LightOf(rows, down.bend), p);
-  p.by_gain = hn::Add(p.by_gain, hn::Add(LightOf(by_gain, down.share), LightOf(rows, down.gain)));
-  p.by_xy = hn::Add(p.by_xy, LightOf(by_x, down.slope));
-  p.twist_by_both = hn::Add(p.twist_by_both, LightOf(bend_x, down.bend));
-  for (int j = 0; j < kSide; ++j)
-    for (int i = 0; i < kSide; ++i) {
-      const bool even = (i + j) % 2 == 0;
-      const V half = m.of(even ? ModelLanes::kHalfEven : ModelLanes::kHalfOdd);
-      const auto cell = [&](const GrownCells& rows_of, const GrownCells& cols_of) HWY_ATTR {
-        const V own = even ? hn::Mul(rows_of.grown[j], cols_of.grown[i]) : hn::Mul(rows_of.given[j], cols_of.given[i]);
-        return hn::NegMulAdd(hn::Mul(rows_of.overlap[j], cols_of.overlap[i]), half, own);
-      };
-      p.share[j][i] = hn::Add(p.share[j][i], cell(down.share, along.share));
-      if (m.skewed) p.share[j][i] = hn::MulAdd(m.of(ModelLanes::kSkew), cell(down.slope, along.slope), p.share[j][i]);
-    }
-}
-
 HWY_INLINE void Scale(V by, Picture& p) {
   for (V* value : {&p.light, &p.by_x, &p.by_y, &p.by_blur, &p.by_gain, &p.by_xy, &p.by_xx, &p.by_yy, &p.way_x, &p.way_y,
                    &p.twist_by_both})
@@ -274,53 +186,68 @@ HWY_INLINE void Twist(const LaneModel& m, Picture& p) {
   p.by_blur = hn::MulAdd(m.of(ModelLanes::kSkewByBlur), hn::Add(p.by_xy, by_skew), p.by_blur);
 }
 
+/// What a term does to the light of pixels. It has some of
+///   AddPoints(input, m, x, y, p, add_point)  a pixel's light is the mean over several points: add_point(x, y, part),
+///   AddPoint(m, x, y, part, terms, p)        a point's, in place of AddPoint() below,
+///   Bend(input, m, x, y, gaussian, p, by)    what it makes of the light, and its derivatives, at a point of the board,
+///   Derive(m, p, by)                         the derivatives by its unknowns, where Bend() does not write them.
+/// Terms that bend the light follow each other: one that scales it says so of all that is in a Picture.
+template <class Term>
+struct OnLanes;
+
+/// A pixel's derivatives by the unknowns of all terms, those of a term from Terms::BeforeTerm() on.
+struct ByTerms {
+  V by[Terms::kColumns];
+
+  template <class Term>
+  HWY_INLINE V* of() {
+    return by + Terms::BeforeTerm<Term>().columns;
+  }
+};
+
+/// visit<Term>() of the terms that are on. Here, as a function for all processors would not be inlined.
+template <class... Term, class Visit>
+HWY_INLINE void ForEachTerm(TermList<Term...>, const ModelTerms& terms, const Visit& visit) {
+  ((terms.on<Term>() ? visit.template operator()<Term>() : void()), ...);
+}
+
+// Here, in this namespace: what they need for themselves was included before.
+#define CHEQUER_TERMS_ON_LANES
+#include "detect/fit/terms.h"
+#undef CHEQUER_TERMS_ON_LANES
+
+HWY_INLINE void LookAtPoint(const ModelInput& input, const LaneModel& m, V x, V y, V part, const PowerTerms* terms,
+                            Picture& p) {
+  bool added = false;
+  ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
+    if constexpr (requires { OnLanes<Term>::AddPoint(m, x, y, part, terms, p); })
+      OnLanes<Term>::AddPoint(m, x, y, part, terms, p), added = true;
+  });
+  if (!added) AddPoint(m, x, y, part, terms, p);
+}
+
 void LookAt(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTerms* terms, Picture& p) {
   p.Clear();
-  const float taps = static_cast<float>(input.taps);
-  for (int tap = 0; tap < input.taps; ++tap) {
-    const V part = Splat((static_cast<float>(tap) + 0.5f) / taps - 0.5f);
-    const V at_x = hn::MulAdd(part, m.of(ModelLanes::kWayX), x), at_y = hn::MulAdd(part, m.of(ModelLanes::kWayY), y);
-    input.terms.dot_gain ? AddGrownPoint(m, at_x, at_y, part, terms, p) : AddPoint(m, at_x, at_y, part, terms, p);
-  }
-  if (input.taps > 1) Scale(Splat(1 / taps), p);
+  const auto look_at = [&](V at_x, V at_y, V part) HWY_ATTR { LookAtPoint(input, m, at_x, at_y, part, terms, p); };
+  bool added = false;
+  ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
+    if constexpr (requires { OnLanes<Term>::AddPoints(input, m, x, y, p, look_at); })
+      OnLanes<Term>::AddPoints(input, m, x, y, p, look_at), added = true;
+  });
+  if (!added) look_at(x, y, hn::Zero(D()));
   Twist(m, p);
 }
 
-/// The light of a shadow that falls on it. @param x, y on the board. Writes the derivatives by the shadow.
-HWY_INLINE void CastShadow(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTerms& gaussian,
-                           Picture& p, V* by_shadow) {
-  const D d;
-  const auto& s = input.shadow;
-  const V across = hn::Sub(hn::MulAdd(Splat(s.normal_x), x, hn::Mul(Splat(s.normal_y), y)), Splat(s.offset));
-  const V a = hn::Mul(across, Splat(s.per_width));
-  const Normal normal = NormalAt(d, hn::Mul(a, Splat(kUnit)), gaussian);
-  const V takes = Splat(s.takes), density = hn::Mul(normal.density, Splat(kDensity * s.per_width));
-  const V lit = hn::NegMulAdd(takes, normal.integral, Splat(1)), fall = hn::Mul(takes, density);
-  // How the light of the board changes along what the blur mixes across the edge.
-  const V qx = m.of(ModelLanes::kShadowX), qy = m.of(ModelLanes::kShadowY);
-  const V mixed = hn::MulAdd(qx, p.by_x, hn::Mul(qy, p.by_y));
-  const V twice =
-      hn::MulAdd(hn::Mul(qx, qx), p.by_xx,
-                 hn::MulAdd(hn::Mul(qy, qy), p.by_yy, hn::Mul(hn::Mul(Splat(2), hn::Mul(qx, qy)), p.by_xy)));
-  const V bend = hn::Mul(hn::Mul(density, a), Splat(s.per_width));
-  const V even = p.light;
-  // E M − takes φ/w (q·∇M) + ½ takes a φ/w² (q·∇)² M: by the part of it that grows with the share taken.
-  const V taken =
-      hn::MulAdd(normal.integral, even, hn::MulAdd(density, mixed, hn::Mul(Splat(-0.5f), hn::Mul(bend, twice))));
-  p.light = hn::NegMulAdd(takes, taken, even);
-  by_shadow[0] = hn::Neg(taken);
-  const V by_offset = hn::Mul(fall, hn::NegMulAdd(hn::Mul(a, Splat(s.per_width)), mixed, even));
-  const V along = hn::NegMulAdd(Splat(s.normal_y), x, hn::Mul(Splat(s.normal_x), y));
-  by_shadow[1] = hn::Neg(hn::Mul(by_offset, along));
-  by_shadow[2] = by_offset;
-  by_shadow[3] = hn::Mul(by_offset, across);
-  // The edge stays where it is on the board, which moves under the pixels.
-  p.by_x = hn::NegMulAdd(Splat(s.normal_x), by_offset, hn::Mul(lit, p.by_x));
-  p.by_y = hn::NegMulAdd(Splat(s.normal_y), by_offset, hn::Mul(lit, p.by_y));
-  for (V* value : {&p.by_blur, &p.by_gain, &p.way_x, &p.way_y, &p.by_xx, &p.by_xy, &p.by_yy})
-    *value = hn::Mul(*value, lit);
-  for (auto& row : p.share)
-    for (V& cell : row) cell = hn::Mul(cell, lit);
+/// What the terms make of the light at a point of the board.
+HWY_INLINE void Bend(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTerms& gaussian, Picture& p,
+                     ByTerms& by) {
+  ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
+    if constexpr (requires { OnLanes<Term>::Bend(input, m, x, y, gaussian, p, by.of<Term>()); })
+      OnLanes<Term>::Bend(input, m, x, y, gaussian, p, by.of<Term>());
+  });
+  ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
+    if constexpr (requires { OnLanes<Term>::Derive(m, p, by.of<Term>()); }) OnLanes<Term>::Derive(m, p, by.of<Term>());
+  });
 }
 
 }  // namespace HWY_NAMESPACE

@@ -55,14 +55,15 @@ CornerPicture Evaluate(const CornerScene& s) {
   set(ModelLanes::kSkewByBlur, 2 * s.covariance * s.blur / (kBlur * kBlur));
   set(ModelLanes::kByPixelXx, 1), set(ModelLanes::kByPixelXy, 0), set(ModelLanes::kByPixelYx, 0),
       set(ModelLanes::kByPixelYy, 1);
-  set(ModelLanes::kWayX, s.terms.motion ? s.way_x : 0), set(ModelLanes::kWayY, s.terms.motion ? s.way_y : 0);
-  set(ModelLanes::kGain, s.even_dark ? s.gain : -s.gain);
-  for (const int first : {ModelLanes::kEvenX0, ModelLanes::kEvenY0}) {
-    set(first, 1), set(first + 1, 1), set(first + 2, -1), set(first + 3, -1);
+  set(ModelLanes::Of<Motion>(Motion::kWayX), s.way_x), set(ModelLanes::Of<Motion>(Motion::kWayY), s.way_y);
+  const auto set_ink = [&](int which, double value) { set(ModelLanes::Of<DotGain>(which), value); };
+  set_ink(DotGain::kGain, s.even_dark ? s.gain : -s.gain);
+  for (const int first : {DotGain::kEvenX0, DotGain::kEvenY0}) {
+    set_ink(first, 1), set_ink(first + 1, 1), set_ink(first + 2, -1), set_ink(first + 3, -1);
   }
-  set(ModelLanes::kHalfEven, s.even_dark ? 0.5 : 0), set(ModelLanes::kHalfOdd, s.even_dark ? 0 : 0.5);
-  set(ModelLanes::kShadowX, s.blur * s.blur * std::cos(0.5)),
-      set(ModelLanes::kShadowY, s.blur * s.blur * std::sin(0.5));
+  set_ink(DotGain::kHalfEven, s.even_dark ? 0.5 : 0), set_ink(DotGain::kHalfOdd, s.even_dark ? 0 : 0.5);
+  set(ModelLanes::Of<Shadow>(Shadow::kMixedX), s.blur * s.blur * std::cos(0.5)),
+      set(ModelLanes::Of<Shadow>(Shadow::kMixedY), s.blur * s.blur * std::sin(0.5));
   set(ModelLanes::kNoiseFloor, 1), set(ModelLanes::kNoiseSlope, 0);
   for (int i = 0; i < ModelColumns::kLevels; ++i) {
     const bool even = (i / 4 + i % 4) % 2 == 0;
@@ -71,10 +72,10 @@ CornerPicture Evaluate(const CornerScene& s) {
   ModelInput input;
   input.terms = s.terms;
   input.board_from_plane[0] = input.board_from_plane[4] = input.board_from_plane[8] = 1;
-  input.taps = s.terms.motion ? 5 : 1;
-  input.shadow = {static_cast<float>(s.takes), static_cast<float>(std::cos(s.direction)),
-                  static_cast<float>(std::sin(s.direction)), static_cast<float>(s.offset),
-                  static_cast<float>(1 / s.width)};
+  input.taps = s.terms.on<Motion>() ? 5 : 1;
+  static_cast<Shadow::Input&>(input) = {static_cast<float>(s.takes), static_cast<float>(std::cos(s.direction)),
+                           static_cast<float>(std::sin(s.direction)), static_cast<float>(s.offset),
+                           static_cast<float>(1 / s.width)};
   AccumulateModel(input, block, model);
   // Of one pixel without light, of a weight of one: the residual is what the model has, turned around.
   CornerPicture picture;
@@ -109,9 +110,12 @@ std::vector<CornerScene> Scenes() {
   std::vector<CornerScene> scenes;
   for (const bool motion : {false, true})
     for (const bool gain : {false, true})
-      for (const bool shadow : {false, true})
-        scenes.push_back(
-            {.terms = {.motion = motion, .dot_gain = gain, .shadow = shadow}, .even_dark = scenes.size() % 2 == 0});
+      for (const bool shadow : {false, true}) {
+        CornerScene scene;
+        scene.even_dark = scenes.size() % 2 == 0;
+        scene.terms.on<Motion>() = motion, scene.terms.on<DotGain>() = gain, scene.terms.on<Shadow>() = shadow;
+        scenes.push_back(scene);
+      }
   return scenes;
 }
 
@@ -119,36 +123,38 @@ TEST(ModelKernel, DerivativesAreThoseOfDifferences) {
   for (CornerScene scene : Scenes()) {
     // Those by terms leave out how the blur's covariance mixes the edges' own.
     scene.covariance = 0.004;
-    SCOPED_TRACE(testing::Message() << "motion " << scene.terms.motion << " gain " << scene.terms.dot_gain << " shadow "
-                                    << scene.terms.shadow);
+    SCOPED_TRACE(testing::Message() << "motion " << scene.terms.on<Motion>() << " gain " << scene.terms.on<DotGain>()
+                                    << " shadow " << scene.terms.on<Shadow>());
     const ModelColumns columns(scene.terms);
     // And how a shadow's edge mixes with the slope of what it falls on, which is wider than here.
-    const double within = !scene.terms.shadow ? 0.05 : scene.terms.motion ? 0.2 : 0.12;
+    const double within = !scene.terms.on<Shadow>() ? 0.05 : scene.terms.on<Motion>() ? 0.2 : 0.12;
     ExpectColumn(
         scene, 0, [](CornerScene& s, double by) { s.dx += by; }, within, "a move along x");
     ExpectColumn(
         scene, 3, [](CornerScene& s, double by) { s.dy += by; }, within, "a move along y");
-    if (!scene.terms.shadow)
+    if (!scene.terms.on<Shadow>())
       ExpectColumn(
           scene, columns.blur, [](CornerScene& s, double by) { s.blur += by; }, 0.07, "blur");
-    if (scene.terms.motion) {
+    if (scene.terms.on<Motion>()) {
       ExpectColumn(
-          scene, columns.motion, [](CornerScene& s, double by) { s.way_x += by; }, within + 0.01, "motion along x");
+          scene, columns.of<Motion>(), [](CornerScene& s, double by) { s.way_x += by; }, within + 0.01,
+          "motion along x");
       ExpectColumn(
-          scene, columns.motion + 1, [](CornerScene& s, double by) { s.way_y += by; }, within + 0.01, "motion along y");
+          scene, columns.of<Motion>() + 1, [](CornerScene& s, double by) { s.way_y += by; }, within + 0.01,
+          "motion along y");
     }
-    if (scene.terms.dot_gain)
+    if (scene.terms.on<DotGain>())
       ExpectColumn(
-          scene, columns.dot_gain, [](CornerScene& s, double by) { s.gain += by; }, within, "dot gain");
-    if (!scene.terms.shadow) continue;
+          scene, columns.of<DotGain>(), [](CornerScene& s, double by) { s.gain += by; }, within, "dot gain");
+    if (!scene.terms.on<Shadow>()) continue;
     ExpectColumn(
-        scene, columns.shadow, [](CornerScene& s, double by) { s.takes += by; }, 0.02, "the share taken");
+        scene, columns.of<Shadow>(), [](CornerScene& s, double by) { s.takes += by; }, 0.02, "the share taken");
     ExpectColumn(
-        scene, columns.shadow + 1, [](CornerScene& s, double by) { s.direction += by; }, 0.1, "direction");
+        scene, columns.of<Shadow>() + 1, [](CornerScene& s, double by) { s.direction += by; }, 0.1, "direction");
     ExpectColumn(
-        scene, columns.shadow + 2, [](CornerScene& s, double by) { s.offset += by; }, 0.1, "offset");
+        scene, columns.of<Shadow>() + 2, [](CornerScene& s, double by) { s.offset += by; }, 0.1, "offset");
     ExpectColumn(
-        scene, columns.shadow + 3, [](CornerScene& s, double by) { s.width *= std::exp(by); }, 0.2, "width");
+        scene, columns.of<Shadow>() + 3, [](CornerScene& s, double by) { s.width *= std::exp(by); }, 0.2, "width");
   }
 }
 
@@ -160,7 +166,7 @@ TEST(ModelKernel, SharesOfCellsAddUp) {
       double sum = 0;
       for (int level = 0; level < ModelColumns::kLevels; ++level)
         sum += picture.by[static_cast<std::size_t>(columns.levels + level)][i];
-      if (scene.terms.shadow)
+      if (scene.terms.on<Shadow>())
         EXPECT_TRUE(sum > 0.35 && sum < 1.01) << sum;
       else
         EXPECT_NEAR(sum, 1, 2e-3);
@@ -169,7 +175,7 @@ TEST(ModelKernel, SharesOfCellsAddUp) {
 }
 
 TEST(ModelKernel, AWiderBlurAlongOneDirectionIsHalfTheSecondDerivative) {
-  CornerScene scene{.terms = {.uneven_blur = true}, .covariance = 0};
+  CornerScene scene{.terms = ModelTerms().With<UnevenBlur>(), .covariance = 0};
   const ModelColumns columns(scene.terms);
   constexpr double kStep = 0.02;
   const auto at = [&](double dx, double dy) {
@@ -182,7 +188,7 @@ TEST(ModelKernel, AWiderBlurAlongOneDirectionIsHalfTheSecondDerivative) {
   for (std::size_t i = 0; i < here.light.size(); ++i) {
     const double xx = (right.light[i] + left.light[i] - 2 * here.light[i]) / (kStep * kStep),
                  yy = (down.light[i] + up.light[i] - 2 * here.light[i]) / (kStep * kStep);
-    EXPECT_NEAR(here.by[static_cast<std::size_t>(columns.uneven_blur)][i], (xx - yy) / 2, 0.15) << "pixel " << i;
+    EXPECT_NEAR(here.by[static_cast<std::size_t>(columns.of<UnevenBlur>())][i], (xx - yy) / 2, 0.15) << "pixel " << i;
   }
 }
 

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "chequer/geometry.h"
+#include "chequer/marker.h"
+
+namespace chequer {
+
+// What the terms of a board's model have in common. Each is a struct of its parameters, in a file of its own that
+// terms.h lists. It has
+//   kColumns, kLanes     unknowns of its own; values that each lane is given for it,
+//   Input                what all lanes are given for it,
+//   on()                 whether the parameters are fitted,
+//   Move(TermStep)       makes a step within what one may be; returns how far it is over what no longer counts,
+// and, where it needs them,
+//   SetInput, SetLanes(TermCorner, set)  writes what lanes are given,
+//   AddPrior(information, pull)          what is known beside the pixels: information, and that times how far off it
+//   is, LightAt(board, LightThere)           what it makes of a cell's light at a point of the board.
+// What it does to the light of pixels, with the derivatives, is its OnLanes (model_light-inl.h), in the same file: it
+// is compiled once for each kind of vectors.
+
+/// A corner whose lanes are set.
+struct TermCorner {
+  Eigen::Matrix2d by_pixel = Eigen::Matrix2d::Zero();  ///< derivative of the board by the image
+  Eigen::Matrix2d lens = Eigen::Matrix2d::Zero();      ///< covariance of the lens's blur, cells²
+  Eigen::Matrix2d blur = Eigen::Matrix2d::Zero();      ///< of a point's, to which terms add theirs
+  MarkerSize size;
+  int row = 0, col = 0;
+
+  bool even_dark() const { return IsDark(row, col); }
+};
+
+/// A step of Gauss-Newton.
+struct TermStep {
+  const double* of = nullptr;           ///< of the term's unknowns
+  const double* information = nullptr;  ///< on each of them, all others known
+  double blur_px = 1;
+  Eigen::Matrix2d board_by_pixel = Eigen::Matrix2d::Zero();  ///< in the board's middle
+
+  /// In standard deviations, all others known, what no longer counts: what a shorter step leaves is of second order.
+  /// Sharp shadows under wide blur else drift to widths that the second order of their blur does not hold for.
+  static constexpr double kStillDeviations = 0.2;
+  /// The step of an unknown as it was made, over what no longer counts.
+  double WhatCounts(int unknown, double made, double still) const {
+    return std::min(std::abs(made) / still, std::abs(made) * std::sqrt(information[unknown]) / kStillDeviations);
+  }
+};
+
+/// The light of a point of the board: of what a cell has, the share that is left, and what is added.
+struct LightThere {
+  double share = 1, more = 0;
+};
+
+/// Several terms: all that is made of their list.
+template <class... Term>
+struct TermList {
+  static constexpr int kCount = sizeof...(Term);
+  static constexpr int kColumns = (Term::kColumns + ...), kLanes = (Term::kLanes + ...);
+
+  /// The parameters of all; it is each of them.
+  struct States : Term... {
+    LightThere LightAt(const Eigen::Vector2d& board) const {
+      LightThere light;
+      ForEach([&all = *this, &board, &light]<class T>() {
+        const T& term = all;
+        if constexpr (requires { term.LightAt(board, light); })
+          if (term.on()) term.LightAt(board, light);
+      });
+      return light;
+    }
+    /// Whether cells of one level have different lights, as far as terms know.
+    bool LightVaries() const {
+      bool varies = false;
+      ForEach([&all = *this, &varies]<class T>() {
+        const T& term = all;
+        if constexpr (requires(LightThere light) { term.LightAt(Eigen::Vector2d(), light); })
+          varies = varies || term.on();
+      });
+      return varies;
+    }
+  };
+
+  struct Inputs : Term::Input... {};
+
+  /// What the terms before one have.
+  struct Before {
+    int terms = 0, columns = 0, lanes = 0;
+  };
+  template <class T>
+  static constexpr Before BeforeTerm() {
+    Before all, before;
+    ((std::is_same_v<T, Term> ? void(before = all) : void(),
+      all = {all.terms + 1, all.columns + Term::kColumns, all.lanes + Term::kLanes}),
+     ...);
+    return before;
+  }
+  /// visit<Term>() of each, in their order.
+  template <class Visit>
+  static void ForEach(const Visit& visit) {
+    (visit.template operator()<Term>(), ...);
+  }
+};
+
+}  // namespace chequer
