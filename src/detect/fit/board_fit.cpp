@@ -117,7 +117,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->plain_input.stride = kFirstStride;
   const auto alike = [](double a, double b) { return std::max(a / b, b / a) < kOtherBlur; };
   // Dot gain looks like blur: where another board has taught it, its blur holds here, too.
-  if (start.image && (run_->model.DotGain::on() || alike(start.image->blur_px, run_->model.blur_px))) {
+  if (start.image && (run_->model.DotGainTerm::on() || alike(start.image->blur_px, run_->model.blur_px))) {
     run_->model.blur_px = start.image->blur_px;
     run_->model.edges = start.image->edges;
     run_->plain_input.stride = kFirstStrideKnown;

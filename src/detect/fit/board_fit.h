@@ -106,6 +106,8 @@ class BoardFit {
   double unexplained_shifts() const { return run_->told.unexplained_shifts; }
   /// Of the board's light cells, the parts around the corners that are used. @pre own levels were fitted.
   std::span<const LitPart> LitParts(std::span<const std::uint8_t> saturated);
+  /// By the cells' levels, as they were fitted without one.
+  std::optional<HighlightTerm> FindHighlight(std::span<const std::uint8_t> saturated) const;
   /// As it was fitted.
   const std::optional<ShadowEdge>& shadow() const { return run_->model.shadow; }
   /// Whether the four cells around a corner did not suffice (see model_kernel.h).
@@ -223,8 +225,7 @@ class BoardFit {
   void TellLevels();
   /// Of a channel that most pixels have and in which yellow is nearly white.
   int TellingPhase() const { return run_->view.red_phase < 0 ? 0 : run_->view.red_phase ^ 1; }
-  /// In the shadow, of the light beside it.
-  double LightOn(int cell) const;
+  LightThere LightOn(int cell) const;
 
   // Corners that something hides: board_fit_occluded.cpp.
   /// @param may_return corners that were found occluded may be found to be in view again. Whether anything changed.

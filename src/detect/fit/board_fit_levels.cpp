@@ -8,6 +8,8 @@ namespace {
 
 /// Of the board's mean: less light tells no colours.
 constexpr double kLeastLit = 0.02;
+/// In smaller cells, what blurs into dark cells from light ones makes their levels differ, too.
+constexpr double kLeastHighlitCellPx = 6;
 
 /// Where a phase's samples lie in the light (R, G, B) of a cell.
 float LightOf(const Eigen::Vector3f& light, int channels, int channel) {
@@ -28,8 +30,10 @@ void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
   run_->model.noise = start.image ? start.image->noise : UnknownNoise(lightest);
   if (run_->model.LightVaries()) {
     for (int cell = 0; cell < run_->view.size.rows * run_->view.size.cols; ++cell)
-      for (float& level : run_->model.levels[static_cast<std::size_t>(cell)])
-        level /= static_cast<float>(LightOn(cell));
+      for (std::size_t phase = 0; phase < 4; ++phase) {
+        float& level = run_->model.levels[static_cast<std::size_t>(cell)][phase];
+        level = LightOn(cell).Of(level, phase);
+      }
     return;
   }
   if (!run_->model.own_levels) return;
@@ -133,13 +137,18 @@ std::span<const LitPart> BoardFit::LitParts(std::span<const std::uint8_t> satura
   return run_->told.lit_parts;
 }
 
-double BoardFit::LightOn(int cell) const { return run_->model.LightAt(MiddleOfCell(run_->view.size, cell)).share; }
+std::optional<HighlightTerm> BoardFit::FindHighlight(std::span<const std::uint8_t> saturated) const {
+  if (run_->model.own_levels || run_->model.LightVaries() || CellPx() < kLeastHighlitCellPx) return std::nullopt;
+  return HighlightTerm::Find({run_->view.size, run_->model.levels, saturated, static_cast<std::size_t>(TellingPhase())});
+}
+
+LightThere BoardFit::LightOn(int cell) const { return run_->model.LightAt(MiddleOfCell(run_->view.size, cell)); }
 
 void BoardFit::TellLevels() {
   run_->result.lit.clear();
   if (run_->model.shadow)
     for (int cell = 0; cell < run_->view.size.rows * run_->view.size.cols; ++cell) {
-      const float light = static_cast<float>(LightOn(cell));
+      const float light = static_cast<float>(LightOn(cell).share);
       run_->result.lit.push_back({light, light});
     }
   if (run_->model.own_levels) EvenOutLevels();

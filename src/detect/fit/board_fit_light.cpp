@@ -102,7 +102,7 @@ bool BoardFit::StartDotGain(const LightReader& reader, const Lens& lens) {
   run_->model.ink = true;
   SetTerms();
   if (!SolveModel(StrideFor(kPixelsOfInk))) return false;
-  const double more = std::abs(model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGain>()]);
+  const double more = std::abs(model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGainTerm>()]);
   return more * cell_px >= kLeastInkSpreadPx && more >= kLeastInkSpread;
 }
 
@@ -114,7 +114,7 @@ void BoardFit::FitDotGain(const LightReader& reader, const Lens& lens, const Sta
   }
   run_->terms.look_farther = true;
   run_->without_ink = run_->result;
-  StartGain(model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGain>()], start.blur_px);
+  StartGain(model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGainTerm>()], start.blur_px);
   const bool settled = SettleModel(reader, lens, start, true, Choice{});
   if (settled) FinishBent(reader, lens, start);
   // Ink explains all corners, or most of what the others lacked, or something else moved them.

@@ -85,12 +85,13 @@ void BoardFit::LookBeside(const LightReader& reader, const Lens& lens) {
       const double cell_px =
                        std::sqrt(std::abs((pixel_by_plane * run_->model.geometry.PlaneByBoard(board)).determinant())),
                    half_px = std::min(kBesideHalf * cell_px, kMostBesidePx);
-      const float lit = static_cast<float>(run_->model.LightAt(board).share);
+      const LightThere lit = run_->model.LightAt(board);
       const Eigen::Vector3f light =
-          reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px)) / lit;
+          reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px));
       for (std::size_t phase = 0; phase < 4; ++phase)
-        run_->beside[static_cast<std::size_t>(row * cols + col)][phase] =
-            run_->view.channels == 3 ? light[run_->view.channel_of_phase[phase]] : RedAndGreen::Of(light[0], light[1]);
+        run_->beside[static_cast<std::size_t>(row * cols + col)][phase] = lit.Of(
+            run_->view.channels == 3 ? light[run_->view.channel_of_phase[phase]] : RedAndGreen::Of(light[0], light[1]),
+            phase);
     }
 }
 
@@ -152,7 +153,12 @@ void BoardFit::SetLanesOfTerms(int corner) {
                       .row = corner / (run_->view.size.cols - 1),
                       .col = corner % (run_->view.size.cols - 1)};
   Terms::ForEach([&]<class Term>() {
-    const auto set_own = [&](int which, double value) { set(ModelLanes::Of<Term>(which), value); };
+    const auto set_own = [&](int which, const auto& value) {
+      if constexpr (std::is_same_v<decltype(value), const PhaseValues&>)
+        std::copy_n(value.data(), 4, model_lanes_.parameter_data(ModelLanes::Of<Term>(which)) + lane);
+      else
+        set(ModelLanes::Of<Term>(which), value);
+    };
     if constexpr (Term::kLanes > 0)
       if (run_->model_input.terms.on<Term>()) run_->model.Term::SetLanes(run_->model_input, of_terms, set_own);
   });
@@ -257,32 +263,32 @@ bool BoardFit::StepModel(int stride, bool first) {
     run_->step.terms = std::max(run_->step.terms, counts);
   });
   run_->step.corner_px = FarthestStepPx();
-  return run_->step.corner_px <= (first && run_->model_input.terms.on<Motion>() ? kRunawayMovedPx : kRunawayPx);
+  return run_->step.corner_px <= (first && run_->model_input.terms.on<MotionTerm>() ? kRunawayMovedPx : kRunawayPx);
 }
 
 void BoardFit::StartGain(double step, double start_blur_px) {
-  run_->model.DotGain::Start(step);
+  run_->model.DotGainTerm::Start(step);
   run_->model.blur_px = std::min(run_->model.blur_px, start_blur_px);
 }
 
 bool BoardFit::FindTerms(int stride, const Start& start) {
   const ModelTerms terms = run_->model_input.terms;
-  run_->model_input.terms = terms.With<UnevenBlur, DotGain>();
+  run_->model_input.terms = terms.With<UnevenBlurTerm, DotGainTerm>();
   const bool solved = SolveModel(stride);
   const ModelColumns columns(run_->model_input.terms);
   run_->model_input.terms = terms;
   if (!solved) return false;
   const ModelEquations::Shared& step = model_equations_.step();
-  const Eigen::Vector2d uneven = step.segment<2>(columns.of<UnevenBlur>());
-  const double gain = step[columns.of<DotGain>()];
-  const double by_motion = uneven.dot(model_equations_.InformationOn<2>(columns.of<UnevenBlur>()) * uneven),
-               by_gain = gain * gain * model_equations_.InformationOn<1>(columns.of<DotGain>())(0, 0);
+  const Eigen::Vector2d uneven = step.segment<2>(columns.of<UnevenBlurTerm>());
+  const double gain = step[columns.of<DotGainTerm>()];
+  const double by_motion = uneven.dot(model_equations_.InformationOn<2>(columns.of<UnevenBlurTerm>()) * uneven),
+               by_gain = gain * gain * model_equations_.InformationOn<1>(columns.of<DotGainTerm>())(0, 0);
   const bool spread = by_gain > by_motion && std::abs(gain) > kLeastFirstGain;
   if (!spread && !(by_motion > kLeastUneven * kLeastUneven)) return false;
   if (spread) {
     StartGain(gain, start.blur_px);
   } else {
-    Motion& motion = run_->model;
+    MotionTerm& motion = run_->model;
     motion.Start(uneven, run_->model.blur_px);
     run_->terms.sure_of_motion = by_motion > kSureUneven * kSureUneven;
     if (start.image && motion.StartLike(start.image->motion_px)) run_->model.blur_px = start.image->blur_px;
@@ -327,7 +333,7 @@ bool BoardFit::Settled(const BoardRun::Step& before) const {
 }
 
 void BoardFit::FollowLight(const Start& start, bool light_follows) {
-  if (light_follows && !run_->model.shadow) {
+  if (light_follows && !run_->model.LightVaries()) {
     FindOccludedCells();
     EvenOutShading(start);
   }
@@ -346,7 +352,7 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
     if (MayBeOutOfRegister()) MoveInks(start);
     // Where another board has told blur, noise and dot gain, the first step only finds the place: it errs by its
     // square.
-    const bool all_known = start.image && noise_known && run_->model.DotGain::on() && !run_->model.shadow &&
+    const bool all_known = start.image && noise_known && run_->model.DotGainTerm::on() && !run_->model.LightVaries() &&
                            !run_->model.own_levels && run_->model.motion_px.isZero();
     if (pass == 0 && all_known && run_->step.corner_px < kFollowPx && run_->step.blur_share < kNearPx &&
         run_->step.terms <= 1) {

@@ -38,7 +38,7 @@ const FittedBoard* PhotometricFit::FitPlain(const Task& task, bool motion_blurre
   choice_.may_move = choice_.may_look_farther = false;
   const bool fitted = FitOnce(task, task.start);
   wants_more_ = !fitted || motion_blurred || !fit_.result().flat() || fit_.may_look_farther() ||
-                AnyOf(fit_.Occluded()) || MayBeUnevenlyLit(task);
+                AnyOf(fit_.Occluded()) || MayBeUnevenlyLit(task) || fit_.FindHighlight(task.start.saturated);
   return fitted ? &fit_.result() : nullptr;
 }
 
@@ -96,6 +96,7 @@ const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vect
 }
 
 void PhotometricFit::ChooseTerms(const Task& task) {
+  if (fit_.motion_px().isZero() && FitHighlight(task)) return;
   if (!fit_.looks_farther()) LeaveOutOccluded(task);
   const bool rough = fit_.rough(), off_before = !fit_.result().flat() && fit_.motion_px().isZero();
   const bool side = off_before && !rough && LeaveOutSide(task);

@@ -71,13 +71,15 @@ class PhotometricFit {
   /// it is found occluded. Whether it was so.
   bool LeaveOutSide(const Task& task);
 
-  // With lights of their own: fit_uneven.cpp.
+  // In uneven light: fit_uneven.cpp.
   /// Whether some corner fits so badly, or corners lie so far off where light cells differ, that the edge of a shadow
   /// may cross the board.
   bool MayBeUnevenlyLit(const Task& task) const;
   /// Where it crosses cells, they have no one level: fits anew with levels for each corner's quadrants, and by these
   /// with the shadow's edge, if that explains the board better. Whether it does.
   bool FitUnevenlyLit(const Task& task);
+  /// Where a lamp seems to be mirrored, fits anew with that, if it explains the board better. Whether it does.
+  bool FitHighlight(const Task& task);
   /// The same with the edge of one shadow, as the quadrants' levels tell it. @pre those were fitted. Whether it is one.
   bool FitShadow(const Task& task);
 

@@ -1,4 +1,4 @@
-// Of PhotometricFit: boards that shadows cross.
+// Of PhotometricFit: boards that shadows cross, or that mirror a lamp.
 #include <algorithm>
 #include <cmath>
 
@@ -26,6 +26,8 @@ constexpr int kStepsOfQuadrants = 4;
 /// One edge of a shadow explains no more than quadrants' levels, but leaves the cells' to tell the inks, and hides no
 /// corners: it has to tell about as much of the board.
 constexpr double kAsMuchByShadow = 0.8;
+/// A lamp's mirror image tells so much more of a board: four unknowns more tell by chance less than a hundredth of it.
+constexpr double kMoreByHighlight = 1.02;
 /// A rough fit that tells less of that will not tell enough closely.
 constexpr double kHopeless = 0.3;
 /// Of the lights on a board where no cell is crossed by used corners' account: the most over the least of a shadow.
@@ -88,6 +90,27 @@ bool PhotometricFit::MayBeUnevenlyLit(const Task& task) const {
   return most > kUnevenMisfit * *quarter;
 }
 
+bool PhotometricFit::FitHighlight(const Task& task) {
+  const std::optional<HighlightTerm> highlight = fit_.FindHighlight(task.start.saturated);
+  if (!highlight) return false;
+  evenly_lit_ = fit_.run();
+  const BoardFit::Choice evenly = choice_;
+  choice_ = {};
+  static_cast<HighlightTerm&>(choice_.terms) = *highlight;
+  choice_.terms.dot_gain = fit_.dot_gain();
+  choice_.roughly = true;
+  choice_.from = &evenly_lit_;
+  const double least = kMoreByHighlight * evenly_lit_.result.evidence();
+  if (Refit(task) && fit_.result().evidence() > kHopeless * least &&
+      fit_.FitClosely(task.reader, task.lens, task.start)) {
+    if (choice_.terms.dot_gain == 0 && !fit_.result().flat()) fit_.FitDotGain(task.reader, task.lens, task.start);
+    if (fit_.result().evidence() > least) return true;
+  }
+  choice_ = evenly;
+  fit_.Restore(evenly_lit_);
+  return false;
+}
+
 bool PhotometricFit::FitUnevenlyLit(const Task& task) {
   evenly_lit_ = fit_.run();
   const BoardFit::Choice evenly = choice_;
@@ -125,7 +148,7 @@ bool PhotometricFit::FitShadow(const Task& task) {
   ShadowEdge::Parameters values = shadow->values();
   values[ShadowEdge::kLogWidth] =
       std::max(values[ShadowEdge::kLogWidth], std::log(fit_.result().image.blur_px / fit_.cell_px()));
-  choice_.terms.Shadow::Start(values);
+  choice_.terms.ShadowTerm::Start(values);
   choice_.terms.dot_gain = fit_.dot_gain();
   choice_.roughly = true;
   choice_.from = &own_levels_;

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <type_traits>
 
-#include "chequer/geometry.h"
-#include "chequer/marker.h"
+#include "detect/common/board_geometry.h"
+#include "detect/fit/board_equations.h"
 
 namespace chequer {
 
@@ -50,9 +50,12 @@ struct TermStep {
   }
 };
 
-/// The light of a point of the board: of what a cell has, the share that is left, and what is added.
+/// The light of a point of the board: of what a cell has, the share that is left, and what is added, by phase.
 struct LightThere {
-  double share = 1, more = 0;
+  double share = 1;
+  PhaseValues more{};
+
+  float Of(float level, std::size_t phase) const { return (level - more[phase]) / static_cast<float>(share); }
 };
 
 /// Several terms: all that is made of their list.

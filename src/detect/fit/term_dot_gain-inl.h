@@ -6,7 +6,7 @@
 
 namespace chequer {
 
-struct DotGain {
+struct DotGainTerm {
   static constexpr int kColumns = 1;  ///< cells
   enum Lane {
     kGain,  ///< positive where the cells of even row + column are dark, else negative
@@ -96,7 +96,7 @@ struct GrownRows {
 };
 
 HWY_INLINE void RowsOf(const LaneModel& m, const GrownCells& cols, GrownRows& rows) {
-  const V half_even = m.of<DotGain>(DotGain::kHalfEven), half_odd = m.of<DotGain>(DotGain::kHalfOdd);
+  const V half_even = m.of<DotGainTerm>(DotGainTerm::kHalfEven), half_odd = m.of<DotGainTerm>(DotGainTerm::kHalfOdd);
   for (int j = 0; j < kSide; ++j) {
     const V* light = m.light[j];
     const int even = j % 2, odd = 1 - even;  // columns
@@ -119,16 +119,16 @@ HWY_INLINE V LightOf(const GrownRows& rows, const GrownCells& down) {
 }
 
 template <>
-struct OnLanes<DotGain> {
+struct OnLanes<DotGainTerm> {
   /// A point of the way: of even and odd cells, one kind grows into the other.
   static HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms* terms, Picture& p) {
     struct Axis {
       GrownCells share, slope, bend, gain;
     } along, down;
-    const V gain = m.of<DotGain>(DotGain::kGain), one = Splat(1);
-    const auto fill = [&](V at, V scale, DotGain::Lane moves, const PowerTerms& of, Axis& axis) HWY_ATTR {
-      const V even[kEdges] = {m.of<DotGain>(moves), one, m.of<DotGain>(moves + 1)},
-              odd[kEdges] = {m.of<DotGain>(moves + 2), hn::Neg(one), m.of<DotGain>(moves + 3)};
+    const V gain = m.of<DotGainTerm>(DotGainTerm::kGain), one = Splat(1);
+    const auto fill = [&](V at, V scale, DotGainTerm::Lane moves, const PowerTerms& of, Axis& axis) HWY_ATTR {
+      const V even[kEdges] = {m.of<DotGainTerm>(moves), one, m.of<DotGainTerm>(moves + 1)},
+              odd[kEdges] = {m.of<DotGainTerm>(moves + 2), hn::Neg(one), m.of<DotGainTerm>(moves + 3)};
       V even_shift[kEdges], odd_shift[kEdges], even_gain[kEdges], odd_gain[kEdges];
       for (int k = 0; k < kEdges; ++k) even_shift[k] = hn::Mul(even[k], gain), odd_shift[k] = hn::Mul(odd[k], gain);
       EdgesAlong sooner, later;
@@ -141,8 +141,8 @@ struct OnLanes<DotGain> {
         even_gain[k] = hn::Mul(even[k], sooner.slope[k]), odd_gain[k] = hn::Mul(odd[k], later.slope[k]);
       Grow(even_gain, odd_gain, false, axis.gain);
     };
-    fill(x, m.of(ModelLanes::kScaleX), DotGain::kEvenX0, terms[0], along);
-    fill(y, m.of(ModelLanes::kScaleY), DotGain::kEvenY0, terms[1], down);
+    fill(x, m.of(ModelLanes::kScaleX), DotGainTerm::kEvenX0, terms[0], along);
+    fill(y, m.of(ModelLanes::kScaleY), DotGainTerm::kEvenY0, terms[1], down);
     GrownRows rows, by_x, bend_x, by_gain;
     RowsOf(m, along.share, rows);
     RowsOf(m, along.slope, by_x);
@@ -158,7 +158,7 @@ struct OnLanes<DotGain> {
     for (int j = 0; j < kSide; ++j)
       for (int i = 0; i < kSide; ++i) {
         const bool even = (i + j) % 2 == 0;
-        const V half = m.of<DotGain>(even ? DotGain::kHalfEven : DotGain::kHalfOdd);
+        const V half = m.of<DotGainTerm>(even ? DotGainTerm::kHalfEven : DotGainTerm::kHalfOdd);
         const auto cell = [&](const GrownCells& rows_of, const GrownCells& cols_of) HWY_ATTR {
           const V own =
               even ? hn::Mul(rows_of.grown[j], cols_of.grown[i]) : hn::Mul(rows_of.given[j], cols_of.given[i]);
@@ -171,7 +171,8 @@ struct OnLanes<DotGain> {
 
   static HWY_INLINE void Derive(const LaneModel& m, const Picture& p, V* by) {
     // Where the even cells are light, they give way as the others grow.
-    const V sign = hn::Mul(Splat(2), hn::Sub(m.of<DotGain>(DotGain::kHalfEven), m.of<DotGain>(DotGain::kHalfOdd)));
+    const V sign =
+        hn::Mul(Splat(2), hn::Sub(m.of<DotGainTerm>(DotGainTerm::kHalfEven), m.of<DotGainTerm>(DotGainTerm::kHalfOdd)));
     by[0] = hn::Mul(sign, p.by_gain);
   }
 };

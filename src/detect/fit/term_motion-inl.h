@@ -7,7 +7,7 @@
 
 namespace chequer {
 
-struct Motion {
+struct MotionTerm {
   static constexpr int kColumns = 2;   ///< pixels along x and y
   enum Lane { kWayX, kWayY, kLanes };  ///< of a point during the exposure, cells
   struct Input {
@@ -45,7 +45,7 @@ struct Motion {
     return more.norm() / kStillPx;
   }
 
-  /// Starts from the step of UnevenBlur, and takes the way's part out of the blur.
+  /// Starts from the step of UnevenBlurTerm, and takes the way's part out of the blur.
   void Start(const Eigen::Vector2d& uneven, double& blur_px) {
     // The longest way that the first step may find, blurs (a way of 5 has as much variance again), and what it leaves
     // of the blur's variance at least.
@@ -81,15 +81,15 @@ struct Motion {
 #ifdef CHEQUER_TERMS_ON_LANES
 
 template <>
-struct OnLanes<Motion> {
+struct OnLanes<MotionTerm> {
   template <class AddPoint>
-  static HWY_INLINE void AddPoints(const Motion::Input& input, const LaneModel& m, V x, V y, Picture& p,
+  static HWY_INLINE void AddPoints(const MotionTerm::Input& input, const LaneModel& m, V x, V y, Picture& p,
                                    const AddPoint& add_point) {
     const float taps = static_cast<float>(input.taps);
     for (int tap = 0; tap < input.taps; ++tap) {
       const V part = Splat((static_cast<float>(tap) + 0.5f) / taps - 0.5f);
-      add_point(hn::MulAdd(part, m.of<Motion>(Motion::kWayX), x), hn::MulAdd(part, m.of<Motion>(Motion::kWayY), y),
-                part);
+      add_point(hn::MulAdd(part, m.of<MotionTerm>(MotionTerm::kWayX), x),
+                hn::MulAdd(part, m.of<MotionTerm>(MotionTerm::kWayY), y), part);
     }
     Scale(Splat(1 / taps), p);
   }

@@ -12,7 +12,7 @@
 
 namespace chequer {
 
-struct Shadow {
+struct ShadowTerm {
   static constexpr int kColumns = ShadowEdge::kParameters;  ///< as ShadowEdge::Parameter has them
   enum Lane { kMixedX, kMixedY, kLanes };  ///< the blur's covariance times the edge's direction, cells²
   struct Input {
@@ -79,9 +79,9 @@ struct Shadow {
 #ifdef CHEQUER_TERMS_ON_LANES
 
 template <>
-struct OnLanes<Shadow> {
+struct OnLanes<ShadowTerm> {
   /// The light of the shadow that falls on it. @param x, y on the board. Writes the derivatives by the shadow.
-  static HWY_INLINE void Bend(const Shadow::Input& s, const LaneModel& m, V x, V y, const PowerTerms& gaussian,
+  static HWY_INLINE void Bend(const ShadowTerm::Input& s, const LaneModel& m, V x, V y, const PowerTerms& gaussian,
                               Picture& p, V* by) {
     const D d;
     const V across = hn::Sub(hn::MulAdd(Splat(s.normal_x), x, hn::Mul(Splat(s.normal_y), y)), Splat(s.offset));
@@ -90,7 +90,7 @@ struct OnLanes<Shadow> {
     const V takes = Splat(s.takes), density = hn::Mul(normal.density, Splat(kDensity * s.per_width));
     const V lit = hn::NegMulAdd(takes, normal.integral, Splat(1)), fall = hn::Mul(takes, density);
     // How the light of the board changes along what the blur mixes across the edge.
-    const V qx = m.of<Shadow>(Shadow::kMixedX), qy = m.of<Shadow>(Shadow::kMixedY);
+    const V qx = m.of<ShadowTerm>(ShadowTerm::kMixedX), qy = m.of<ShadowTerm>(ShadowTerm::kMixedY);
     const V mixed = hn::MulAdd(qx, p.by_x, hn::Mul(qy, p.by_y));
     const V twice =
         hn::MulAdd(hn::Mul(qx, qx), p.by_xx,

@@ -7,7 +7,7 @@
 
 namespace chequer {
 
-struct UnevenBlur {
+struct UnevenBlurTerm {
   static constexpr int kColumns = 2;  ///< half of what its variances along x and y differ by, and their covariance, px²
   static constexpr int kLanes = 0;
   struct Input {};
@@ -23,7 +23,7 @@ struct UnevenBlur {
 #ifdef CHEQUER_TERMS_ON_LANES
 
 template <>
-struct OnLanes<UnevenBlur> {
+struct OnLanes<UnevenBlurTerm> {
   static HWY_INLINE void Derive(const LaneModel& m, const Picture& p, V* by) {
     // A blur's variance moves the light by half of its second derivative: here by those along the image's x and y.
     const auto second = [&](V x1, V y1, V x2, V y2) HWY_ATTR {

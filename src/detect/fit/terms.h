@@ -1,6 +1,7 @@
 // The terms that a board's model may have (term.h): a line for its file, and its name in the list, in the order in
 // which they bend the light. Their part for vectors is included again, once for each kind of them (model_light-inl.h).
 #include "detect/fit/term_dot_gain-inl.h"
+#include "detect/fit/term_highlight-inl.h"
 #include "detect/fit/term_motion-inl.h"
 #include "detect/fit/term_shadow-inl.h"
 #include "detect/fit/term_uneven_blur-inl.h"
@@ -10,7 +11,7 @@
 
 namespace chequer {
 
-using Terms = TermList<Motion, DotGain, Shadow, UnevenBlur>;
+using Terms = TermList<MotionTerm, DotGainTerm, ShadowTerm, HighlightTerm, UnevenBlurTerm>;
 
 /// Which terms a model has.
 class ModelTerms {

@@ -61,7 +61,7 @@ class ModelEquationsTest : public testing::TestWithParam<int> {
 
   std::mt19937 random_{5};
   std::uniform_real_distribution<double> value_{-1, 1};
-  ModelColumns columns_{ModelTerms().With<Motion, DotGain, Shadow>()};
+  ModelColumns columns_{ModelTerms().With<MotionTerm, DotGainTerm, ShadowTerm>()};
   BoardPixels pixels_;
   ModelLanes lanes_;
   std::array<bool, kModelCorners> used_{};

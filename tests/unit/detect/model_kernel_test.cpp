@@ -21,6 +21,7 @@ struct CornerScene {
   ModelTerms terms;
   double dx = 0, dy = 0, blur = 0.3, covariance = 0.02, way_x = 0.7, way_y = -0.4, gain = 0.1;
   double takes = 0.6, direction = 0.5, offset = 0.1, width = 0.8;
+  double amount = 0.5, spot_x = 0.2, spot_y = -0.1, spot_width = 0.7;
   bool even_dark = true;
 };
 
@@ -55,15 +56,17 @@ CornerPicture Evaluate(const CornerScene& s) {
   set(ModelLanes::kSkewByBlur, 2 * s.covariance * s.blur / (kBlur * kBlur));
   set(ModelLanes::kByPixelXx, 1), set(ModelLanes::kByPixelXy, 0), set(ModelLanes::kByPixelYx, 0),
       set(ModelLanes::kByPixelYy, 1);
-  set(ModelLanes::Of<Motion>(Motion::kWayX), s.way_x), set(ModelLanes::Of<Motion>(Motion::kWayY), s.way_y);
-  const auto set_ink = [&](int which, double value) { set(ModelLanes::Of<DotGain>(which), value); };
-  set_ink(DotGain::kGain, s.even_dark ? s.gain : -s.gain);
-  for (const int first : {DotGain::kEvenX0, DotGain::kEvenY0}) {
+  set(ModelLanes::Of<MotionTerm>(MotionTerm::kWayX), s.way_x),
+      set(ModelLanes::Of<MotionTerm>(MotionTerm::kWayY), s.way_y);
+  const auto set_ink = [&](int which, double value) { set(ModelLanes::Of<DotGainTerm>(which), value); };
+  set_ink(DotGainTerm::kGain, s.even_dark ? s.gain : -s.gain);
+  for (const int first : {DotGainTerm::kEvenX0, DotGainTerm::kEvenY0}) {
     set_ink(first, 1), set_ink(first + 1, 1), set_ink(first + 2, -1), set_ink(first + 3, -1);
   }
-  set_ink(DotGain::kHalfEven, s.even_dark ? 0.5 : 0), set_ink(DotGain::kHalfOdd, s.even_dark ? 0 : 0.5);
-  set(ModelLanes::Of<Shadow>(Shadow::kMixedX), s.blur * s.blur * std::cos(0.5)),
-      set(ModelLanes::Of<Shadow>(Shadow::kMixedY), s.blur * s.blur * std::sin(0.5));
+  set_ink(DotGainTerm::kHalfEven, s.even_dark ? 0.5 : 0), set_ink(DotGainTerm::kHalfOdd, s.even_dark ? 0 : 0.5);
+  set(ModelLanes::Of<ShadowTerm>(ShadowTerm::kMixedX), s.blur * s.blur * std::cos(0.5)),
+      set(ModelLanes::Of<ShadowTerm>(ShadowTerm::kMixedY), s.blur * s.blur * std::sin(0.5));
+  set(ModelLanes::Of<HighlightTerm>(HighlightTerm::kWhite), 0.9);
   set(ModelLanes::kNoiseFloor, 1), set(ModelLanes::kNoiseSlope, 0);
   for (int i = 0; i < ModelColumns::kLevels; ++i) {
     const bool even = (i / 4 + i % 4) % 2 == 0;
@@ -72,10 +75,13 @@ CornerPicture Evaluate(const CornerScene& s) {
   ModelInput input;
   input.terms = s.terms;
   input.board_from_plane[0] = input.board_from_plane[4] = input.board_from_plane[8] = 1;
-  input.taps = s.terms.on<Motion>() ? 5 : 1;
-  static_cast<Shadow::Input&>(input) = {static_cast<float>(s.takes), static_cast<float>(std::cos(s.direction)),
-                           static_cast<float>(std::sin(s.direction)), static_cast<float>(s.offset),
-                           static_cast<float>(1 / s.width)};
+  input.taps = s.terms.on<MotionTerm>() ? 5 : 1;
+  static_cast<ShadowTerm::Input&>(input) = {static_cast<float>(s.takes), static_cast<float>(std::cos(s.direction)),
+                                            static_cast<float>(std::sin(s.direction)), static_cast<float>(s.offset),
+                                            static_cast<float>(1 / s.width)};
+  static_cast<HighlightTerm::Input&>(input) = {static_cast<float>(s.amount), static_cast<float>(s.spot_x),
+                                               static_cast<float>(s.spot_y),
+                                               static_cast<float>(1 / (s.spot_width * s.spot_width))};
   AccumulateModel(input, block, model);
   // Of one pixel without light, of a weight of one: the residual is what the model has, turned around.
   CornerPicture picture;
@@ -113,9 +119,13 @@ std::vector<CornerScene> Scenes() {
       for (const bool shadow : {false, true}) {
         CornerScene scene;
         scene.even_dark = scenes.size() % 2 == 0;
-        scene.terms.on<Motion>() = motion, scene.terms.on<DotGain>() = gain, scene.terms.on<Shadow>() = shadow;
+        scene.terms.on<MotionTerm>() = motion, scene.terms.on<DotGainTerm>() = gain,
+        scene.terms.on<ShadowTerm>() = shadow;
         scenes.push_back(scene);
       }
+  CornerScene mirroring;
+  mirroring.terms = ModelTerms().With<HighlightTerm>();
+  scenes.push_back(mirroring);
   return scenes;
 }
 
@@ -123,38 +133,49 @@ TEST(ModelKernel, DerivativesAreThoseOfDifferences) {
   for (CornerScene scene : Scenes()) {
     // Those by terms leave out how the blur's covariance mixes the edges' own.
     scene.covariance = 0.004;
-    SCOPED_TRACE(testing::Message() << "motion " << scene.terms.on<Motion>() << " gain " << scene.terms.on<DotGain>()
-                                    << " shadow " << scene.terms.on<Shadow>());
+    SCOPED_TRACE(testing::Message() << "motion " << scene.terms.on<MotionTerm>() << " gain "
+                                    << scene.terms.on<DotGainTerm>() << " shadow " << scene.terms.on<ShadowTerm>());
     const ModelColumns columns(scene.terms);
     // And how a shadow's edge mixes with the slope of what it falls on, which is wider than here.
-    const double within = !scene.terms.on<Shadow>() ? 0.05 : scene.terms.on<Motion>() ? 0.2 : 0.12;
+    const double within = !scene.terms.on<ShadowTerm>() ? 0.05 : scene.terms.on<MotionTerm>() ? 0.2 : 0.12;
     ExpectColumn(
         scene, 0, [](CornerScene& s, double by) { s.dx += by; }, within, "a move along x");
     ExpectColumn(
         scene, 3, [](CornerScene& s, double by) { s.dy += by; }, within, "a move along y");
-    if (!scene.terms.on<Shadow>())
+    if (!scene.terms.on<ShadowTerm>())
       ExpectColumn(
           scene, columns.blur, [](CornerScene& s, double by) { s.blur += by; }, 0.07, "blur");
-    if (scene.terms.on<Motion>()) {
+    if (scene.terms.on<MotionTerm>()) {
       ExpectColumn(
-          scene, columns.of<Motion>(), [](CornerScene& s, double by) { s.way_x += by; }, within + 0.01,
+          scene, columns.of<MotionTerm>(), [](CornerScene& s, double by) { s.way_x += by; }, within + 0.01,
           "motion along x");
       ExpectColumn(
-          scene, columns.of<Motion>() + 1, [](CornerScene& s, double by) { s.way_y += by; }, within + 0.01,
+          scene, columns.of<MotionTerm>() + 1, [](CornerScene& s, double by) { s.way_y += by; }, within + 0.01,
           "motion along y");
     }
-    if (scene.terms.on<DotGain>())
+    if (scene.terms.on<DotGainTerm>())
       ExpectColumn(
-          scene, columns.of<DotGain>(), [](CornerScene& s, double by) { s.gain += by; }, within, "dot gain");
-    if (!scene.terms.on<Shadow>()) continue;
+          scene, columns.of<DotGainTerm>(), [](CornerScene& s, double by) { s.gain += by; }, within, "dot gain");
+    if (scene.terms.on<HighlightTerm>()) {
+      const int first = columns.of<HighlightTerm>();
+      ExpectColumn(
+          scene, first, [](CornerScene& s, double by) { s.amount += by; }, 0.01, "a highlight's amount");
+      ExpectColumn(
+          scene, first + 1, [](CornerScene& s, double by) { s.spot_x += by; }, 0.01, "its x");
+      ExpectColumn(
+          scene, first + 2, [](CornerScene& s, double by) { s.spot_y += by; }, 0.01, "its y");
+      ExpectColumn(
+          scene, first + 3, [](CornerScene& s, double by) { s.spot_width *= std::exp(by); }, 0.01, "its width");
+    }
+    if (!scene.terms.on<ShadowTerm>()) continue;
     ExpectColumn(
-        scene, columns.of<Shadow>(), [](CornerScene& s, double by) { s.takes += by; }, 0.02, "the share taken");
+        scene, columns.of<ShadowTerm>(), [](CornerScene& s, double by) { s.takes += by; }, 0.02, "the share taken");
     ExpectColumn(
-        scene, columns.of<Shadow>() + 1, [](CornerScene& s, double by) { s.direction += by; }, 0.1, "direction");
+        scene, columns.of<ShadowTerm>() + 1, [](CornerScene& s, double by) { s.direction += by; }, 0.1, "direction");
     ExpectColumn(
-        scene, columns.of<Shadow>() + 2, [](CornerScene& s, double by) { s.offset += by; }, 0.1, "offset");
+        scene, columns.of<ShadowTerm>() + 2, [](CornerScene& s, double by) { s.offset += by; }, 0.1, "offset");
     ExpectColumn(
-        scene, columns.of<Shadow>() + 3, [](CornerScene& s, double by) { s.width *= std::exp(by); }, 0.2, "width");
+        scene, columns.of<ShadowTerm>() + 3, [](CornerScene& s, double by) { s.width *= std::exp(by); }, 0.2, "width");
   }
 }
 
@@ -166,7 +187,7 @@ TEST(ModelKernel, SharesOfCellsAddUp) {
       double sum = 0;
       for (int level = 0; level < ModelColumns::kLevels; ++level)
         sum += picture.by[static_cast<std::size_t>(columns.levels + level)][i];
-      if (scene.terms.on<Shadow>())
+      if (scene.terms.on<ShadowTerm>())
         EXPECT_TRUE(sum > 0.35 && sum < 1.01) << sum;
       else
         EXPECT_NEAR(sum, 1, 2e-3);
@@ -175,7 +196,7 @@ TEST(ModelKernel, SharesOfCellsAddUp) {
 }
 
 TEST(ModelKernel, AWiderBlurAlongOneDirectionIsHalfTheSecondDerivative) {
-  CornerScene scene{.terms = ModelTerms().With<UnevenBlur>(), .covariance = 0};
+  CornerScene scene{.terms = ModelTerms().With<UnevenBlurTerm>(), .covariance = 0};
   const ModelColumns columns(scene.terms);
   constexpr double kStep = 0.02;
   const auto at = [&](double dx, double dy) {
@@ -188,7 +209,8 @@ TEST(ModelKernel, AWiderBlurAlongOneDirectionIsHalfTheSecondDerivative) {
   for (std::size_t i = 0; i < here.light.size(); ++i) {
     const double xx = (right.light[i] + left.light[i] - 2 * here.light[i]) / (kStep * kStep),
                  yy = (down.light[i] + up.light[i] - 2 * here.light[i]) / (kStep * kStep);
-    EXPECT_NEAR(here.by[static_cast<std::size_t>(columns.of<UnevenBlur>())][i], (xx - yy) / 2, 0.15) << "pixel " << i;
+    EXPECT_NEAR(here.by[static_cast<std::size_t>(columns.of<UnevenBlurTerm>())][i], (xx - yy) / 2, 0.15)
+        << "pixel " << i;
   }
 }
 
