@@ -16,7 +16,7 @@ struct Mirror {
   const char* tag;  ///< of the stress case that it lies on
   double gloss;     ///< light at its middle, over white paper's
   double exposure;  ///< 0.5 keeps a gloss of 1 below saturation
-  double most;      ///< normalised squared errors, average, per dimension: 4 to 14 without the term
+  double most;      ///< normalised squared errors, average, per dimension: 4 to 6 without the term
 };
 
 void PrintTo(const Mirror& mirror, std::ostream* out) {
