@@ -464,7 +464,7 @@ double BoardFit::StepSquare() const {
 }
 
 bool BoardFit::NextStepCounts(double square_before, bool overexposed) const {
-  const double variances = (equations_.chi_square() - run_->step.gain) / std::max(CountPixels(), 1);
+  const double variances = (equations_.chi_square() - run_->step.gain) / std::max(pixels_.pixels(), 1);
   // With a budget, plain fits of all boards go before better ones of those that they do not explain.
   if (run_->terms.plain_only && variances > kExplained) return false;
   const double square = StepSquare();

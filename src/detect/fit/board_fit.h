@@ -287,7 +287,6 @@ class BoardFit {
   /// Every how many pixels to use about so many of them.
   int StrideFor(int pixels) const;
   /// Of the board, in all channels.
-  int CountPixels() const;
   bool SettleModel(const LightReader& reader, const Lens& lens, const Start& start, bool noise_known,
                    const Choice& choice);
   /// The pixels may be those of a run that was not gone back to. False if there are too few.

@@ -212,7 +212,7 @@ bool BoardFit::SolveModel(int stride) {
   SetModelLanes();
   AccumulateModel(run_->model_input, pixels_.lanes(), model_lanes_);
   work_.Add(WorkStep::kModelCorner, static_cast<std::uint64_t>(pixels_.corners()));
-  const int looked_at = CountPixels() / stride;
+  const int looked_at = pixels_.pixels() / stride;
   work_.Add(WorkStep::kModelPixel, static_cast<std::uint64_t>(looked_at));
   work_.Add(WorkStep::kModelTap,
             static_cast<std::uint64_t>(looked_at) * static_cast<std::uint64_t>(run_->model_input.taps));
@@ -302,14 +302,7 @@ bool BoardFit::SeemsMoved() const {
          run_->model.blur_px > std::max(kMovedBlur * CellPx(), kMovedBlurPx);
 }
 
-int BoardFit::CountPixels() const {
-  int all = 0;
-  for (int corner = 0; corner < pixels_.corners(); ++corner)
-    for (int phase = 0; phase < 4; ++phase) all += pixels_.lanes().count(pixels_.Lane(corner) + phase);
-  return all;
-}
-
-int BoardFit::StrideFor(int pixels) const { return std::max(1, (CountPixels() + pixels - 1) / pixels); }
+int BoardFit::StrideFor(int pixels) const { return std::max(1, (pixels_.pixels() + pixels - 1) / pixels); }
 
 void BoardFit::SetTerms() {
   run_->model_input.terms = ModelTerms::Of(run_->model);
