@@ -90,13 +90,13 @@ const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vect
   const bool again = motion_blur_px.isZero() && fit_.looks_farther() && (moved || !fitted);
   if (again) choice_.may_move = false;
   if (again ? !FitOnce(task, task.start) : !fitted) return moved ? &moved_.result : nullptr;
-  ChooseTerms(task);
+  // A motion mixes light cells into dark ones, which a highlight would explain in part.
+  if (moved || !fit_.motion_px().isZero() || !FitHighlight(task)) ChooseTerms(task);
   if (moved && moved_.result.evidence() > fit_.result().evidence()) fit_.Restore(moved_);
   return fit_.result().determined() ? &fit_.result() : nullptr;
 }
 
 void PhotometricFit::ChooseTerms(const Task& task) {
-  if (fit_.motion_px().isZero() && FitHighlight(task)) return;
   if (!fit_.looks_farther()) LeaveOutOccluded(task);
   const bool rough = fit_.rough(), off_before = !fit_.result().flat() && fit_.motion_px().isZero();
   const bool side = off_before && !rough && LeaveOutSide(task);

@@ -73,6 +73,7 @@ struct HighlightTerm {
     std::span<const PhaseValues> levels;
     std::span<const std::uint8_t> saturated;
     std::size_t phase = 0;  ///< that tells
+    double blur = 0;        ///< of the image, cells
   };
   /// The spot of least squares over the dark cells' levels, each ink with a level of its own: what scales light hardly
   /// shows in them. Nothing where cells of one ink are alike (1 µs), where the spot leaves much of what they differ by,
@@ -127,9 +128,10 @@ inline Amount AmountIn(const Cells& cells, const double* fall, int x, int y) {
 }  // namespace highlight
 
 inline std::optional<HighlightTerm> HighlightTerm::Find(const Cells& cells) {
-  // Of the light of white paper, what dark cells of one ink differ by at least; the share that a spot leaves of that at
-  // most. What light cells tell of it, over what dark ones do: a shading that was taken out of the light leaves nothing
-  // of it there, but shadows show ten times as much there, and things that lie on a board show the reverse.
+  // Of the light of white paper, what dark cells of one ink differ by at least (a motion too short to be told from blur
+  // makes them differ by as much as the blur has of a cell: measured, .07 at .11); the share that a spot leaves of that
+  // at most. What light cells tell of it, over what dark ones do: a shading that was taken out of the light leaves
+  // nothing of it there, but shadows show ten times as much there, and things that lie on a board show the reverse.
   constexpr double kLeastSpread = 0.04, kLeaves = 0.3, kLeastInLight = -0.3, kMostInLight = 2.5, kMostAmount = 6,
                    kOtherwiseInLight = 0.2;  // of print and shading
   constexpr int kBeyond = 3;                 // the middle lies as many half cells beyond the rim at most
@@ -145,7 +147,8 @@ inline std::optional<HighlightTerm> HighlightTerm::Find(const Cells& cells) {
     if (light.least[0] < least) whitest = i;
   }
   const double white = light.least[0];
-  if (light.most[0] == 0 || !(white > 0) || dark.Spread() < kLeastSpread * white) return std::nullopt;
+  if (light.most[0] == 0 || !(white > 0) || dark.Spread() < std::max(kLeastSpread, cells.blur) * white)
+    return std::nullopt;
   if (light.Spread() > kMostInLight * dark.Spread() + kOtherwiseInLight * white) return std::nullopt;
   double best = 0;
   HighlightTerm found;

@@ -54,7 +54,7 @@ INSTANTIATE_TEST_SUITE_P(Many, Highlights,
 
 /// A board of 6 x 6 cells, every third of which has a colour, in such light.
 template <class Light>
-std::optional<HighlightTerm> FindIn(const Light& light) {
+std::optional<HighlightTerm> FindIn(const Light& light, double blur = 0.08) {
   constexpr MarkerSize kSize{6, 6};
   std::vector<PhaseValues> levels(36);
   std::vector<std::uint8_t> saturated(36);
@@ -64,7 +64,7 @@ std::optional<HighlightTerm> FindIn(const Light& light) {
     const float ink = IsDark(cell / 6, cell % 6) ? (saturated[i] ? 0.06f : 0.02f) : (saturated[i] ? 0.38f : 0.4f);
     levels[i].fill(light(ink, MiddleOfCell(kSize, cell)));
   }
-  return HighlightTerm::Find({kSize, levels, saturated, 1});
+  return HighlightTerm::Find({kSize, levels, saturated, 1, blur});
 }
 
 TEST(HighlightTerm, IsFoundInCells) {
@@ -76,6 +76,16 @@ TEST(HighlightTerm, IsFoundInCells) {
   EXPECT_NEAR(found->spot[HighlightTerm::kX], 1, 0.3);
   EXPECT_NEAR(found->spot[HighlightTerm::kY], -2, 0.3);
   EXPECT_NEAR(found->spot[HighlightTerm::kAmount], 0.5, 0.2);
+}
+
+TEST(HighlightTerm, IsNotWhatBlurMixesOfCells) {
+  HighlightTerm there;
+  there.spot = HighlightTerm::Parameters(0.1, 1, 2, 0.6);
+  const auto light = [&](float ink, const Eigen::Vector2d& at) {
+    return ink + 0.4f * static_cast<float>(there.At(at));
+  };
+  EXPECT_TRUE(FindIn(light, 0.08));
+  EXPECT_FALSE(FindIn(light, 0.12)) << "a short motion makes dark cells differ as much";
 }
 
 TEST(HighlightTerm, IsNoShadowAndNoGradient) {
