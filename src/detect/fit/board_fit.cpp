@@ -97,7 +97,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->terms.look_farther = any || (choice.from && choice.from->terms.look_farther);
   run_->view.size = start.size;
   run_->view.cell_ratio = start.cell_ratio;
-  run_->register_cells = start.register_cells;
+  run_->inks.register_cells = start.register_cells;
   run_->view.channels = reader.channels();
   run_->view.red_phase = reader.mosaic() ? reader.mosaic()->red_x + 2 * reader.mosaic()->red_y : -1;
   for (int phase = 0; phase < 4; ++phase)
@@ -151,7 +151,7 @@ bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reu
     return pixels_.Reuse(lens, geometry) >= FittedBoard::kFewestCorners;
   }
   run_->light.collected_for = geometry;
-  const int corners = pixels_.Collect(reader, lens, run_->view.size, geometry, blur_px, of_lane, run_->paper);
+  const int corners = pixels_.Collect(reader, lens, run_->view.size, geometry, blur_px, of_lane, run_->bend.taken_out);
   MarkSaturated(kSaturation, pixels_.lanes());
   work_.Add(WorkStep::kCollectedPixel, static_cast<std::uint64_t>(pixels_.pixels()));
   return corners >= FittedBoard::kFewestCorners;
@@ -248,8 +248,8 @@ void BoardFit::SetLanes() {
       set(LaneBlock::kL00 + i, lane,
           run_->model.levels[static_cast<std::size_t>(quadrants[static_cast<std::size_t>(i)])]);
     PhaseValues of_corner = floor;
-    if (MayBeOutOfRegister() && run_->beside_yellow[static_cast<std::size_t>(corner)])
-      for (std::size_t phase = 0; phase < 4; ++phase) of_corner[phase] += run_->yellow_variance[phase];
+    if (MayBeOutOfRegister() && run_->inks.beside_yellow[static_cast<std::size_t>(corner)])
+      for (std::size_t phase = 0; phase < 4; ++phase) of_corner[phase] += run_->inks.yellow_variance[phase];
     set(LaneBlock::kNoiseFloor, lane, of_corner);
     set(LaneBlock::kNoiseSlope, lane, slope);
   }
@@ -319,7 +319,7 @@ SeenCorner BoardFit::SeenAt(const ShiftedCorner& corner) const {
 
 std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_square) const {
   // What inks, lights, motions and some of the pixels leave of the corners' places is not the paper's.
-  const bool may_bend = run_->paper || run_->told.unexplained_shifts > kOffByBend;
+  const bool may_bend = run_->bend.taken_out || run_->told.unexplained_shifts > kOffByBend;
   if (!may_bend || MayBeOutOfRegister() || !lens.calibrated() || static_cast<int>(shifted_.size()) < kFewestOfBend ||
       run_->terms.rough || run_->model.own_levels || run_->model.shadow || !run_->model.motion_px.isZero())
     return std::nullopt;
@@ -327,7 +327,8 @@ std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_squar
   std::transform(shifted_.begin(), shifted_.end(), seen.begin(),
                  [&](const ShiftedCorner& corner) { return SeenAt(corner); });
   const std::optional<BentPaper> bent =
-      FindBentPaper({run_->model.geometry, lens.focal(), run_->view.cell_ratio, run_->paper ? &*run_->paper : nullptr},
+      FindBentPaper({run_->model.geometry, lens.focal(), run_->view.cell_ratio,
+                     run_->bend.taken_out ? &*run_->bend.taken_out : nullptr},
                     std::span(seen).first(shifted_.size()), kLeastBend * kLeastBend * least_square);
   if (!bent) return std::nullopt;
   const double left = bent->left() / (2 * static_cast<double>(shifted_.size()) - BentPaper::kUnknowns);
@@ -392,8 +393,8 @@ void BoardFit::Finish(const Lens& lens) {
   // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
   double chi_square_per_shift = shifts.chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
   run_->told.unexplained_shifts = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
-  run_->bent = FindBend(lens, chi_square_per_pixel);
-  if (const std::optional<BentPaper>& bent = run_->bent) {
+  run_->bend.found = FindBend(lens, chi_square_per_pixel);
+  if (const std::optional<BentPaper>& bent = run_->bend.found) {
     shifts.square_px *= std::min(bent->left() / std::max(shifts.chi_square, 1e-9), 1.0);
     chi_square_per_shift = bent->left() / (2 * n - BentPaper::kUnknowns);
   }
@@ -413,7 +414,7 @@ void BoardFit::Finish(const Lens& lens) {
 void BoardFit::TellInformation(double variance) {
   FittedBoard& result = run_->result;
   BoardGeometry::Information of_moves = InformationOnMoves() / variance;
-  if (const std::optional<BentPaper>& bent = run_->bent) {
+  if (const std::optional<BentPaper>& bent = run_->bend.found) {
     result.geometry = bent->middle();
     of_moves = (of_moves.inverse() + variance * bent->uncertain() * bent->uncertain().transpose()).inverse();
   }
@@ -586,7 +587,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
 
 void BoardFit::FinishBent(const LightReader& reader, const Lens& lens, const Start& start) {
   Finish(lens);
-  if (!run_->bent || run_->paper) return;
+  if (!run_->bend.found || run_->bend.taken_out) return;
   flat_ = *run_;
   if (FitBent(reader, lens, start)) return;
   *run_ = flat_;
@@ -594,8 +595,8 @@ void BoardFit::FinishBent(const LightReader& reader, const Lens& lens, const Sta
 }
 
 bool BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start& start) {
-  run_->paper = run_->bent;
-  run_->model.geometry = run_->paper->middle();
+  run_->bend.taken_out = run_->bend.found;
+  run_->model.geometry = run_->bend.taken_out->middle();
   run_->step.corner_px = 0;
   if (run_->terms.look_farther ? !CollectAnew(reader, lens) : !Recollect(reader, lens)) return false;
   if (!run_->terms.look_farther) {
@@ -606,7 +607,7 @@ bool BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start&
   const bool settled = run_->terms.look_farther ? SettleModelByAll(reader, lens, start) : Settle(lens, start, true);
   if (settled) Finish(lens);
   // A bend that is taken out and not found again would be taken for known.
-  return settled && run_->bent;
+  return settled && run_->bend.found;
 }
 
 bool BoardFit::LeavePrediction(const LightReader& reader, const Lens& lens, LaneSums sums) {

@@ -236,7 +236,7 @@ class BoardFit {
   bool AnyUnused() const;
 
   // Inks out of register: board_fit_inks.cpp.
-  bool MayBeOutOfRegister() const { return !run_->register_cells.isZero(); }
+  bool MayBeOutOfRegister() const { return !run_->inks.register_cells.isZero(); }
   /// Which of the corners' edges are the blue ink's, by the levels.
   void ShareInks(const Start& start);
   /// How far pixels beside yellow cells may be off: that ink lies elsewhere, too, but leaves gaps or none, which no

@@ -19,20 +19,20 @@ void BoardFit::WeighYellow(const Start& start) {
   std::array<float, 2> count{};
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     const QuadrantLevels around = LevelsOf(corner), cells = CellsAround(run_->view.size, corner);
-    run_->beside_yellow[static_cast<std::size_t>(corner)] = false;
+    run_->inks.beside_yellow[static_cast<std::size_t>(corner)] = false;
     for (std::size_t i = 0; i < 4; ++i) {
       if (IsDark(cells[i] / run_->view.size.cols, cells[i] % run_->view.size.cols)) continue;
       const std::size_t ink = start.saturated[static_cast<std::size_t>(cells[i])] != 0 ? 1 : 0;
-      if (ink == 1) run_->beside_yellow[static_cast<std::size_t>(corner)] = true;
+      if (ink == 1) run_->inks.beside_yellow[static_cast<std::size_t>(corner)] = true;
       for (std::size_t phase = 0; phase < 4; ++phase)
         light[ink][phase] += run_->model.levels[static_cast<std::size_t>(around[i])][phase];
       ++count[ink];
     }
   }
-  const float off_px = static_cast<float>(run_->register_cells.mean() * CellPx());
+  const float off_px = static_cast<float>(run_->inks.register_cells.mean() * CellPx());
   for (std::size_t phase = 0; phase < 4; ++phase) {
     const float differ = count[0] > 0 && count[1] > 0 ? light[0][phase] / count[0] - light[1][phase] / count[1] : 0;
-    run_->yellow_variance[phase] = kYellowVariance * off_px * off_px * differ * differ;
+    run_->inks.yellow_variance[phase] = kYellowVariance * off_px * off_px * differ * differ;
   }
 }
 
@@ -62,7 +62,7 @@ void BoardFit::ShareInks(const Start& start) {
         all[axis] += information;
         if (start.saturated[static_cast<std::size_t>(cells[dark])] != 0) blue[axis] += information;
       }
-    run_->blue_shares[static_cast<std::size_t>(corner)] =
+    run_->inks.blue_shares[static_cast<std::size_t>(corner)] =
         Eigen::Vector2d(blue[0] / all[0], blue[1] / all[1]).cast<float>();
   }
 }
@@ -71,14 +71,14 @@ Eigen::Vector2d BoardFit::Printed(int corner) const {
   const Eigen::Vector2d& board = pixels_.place(corner).board;
   if (!MayBeOutOfRegister()) return board;
   return board +
-         run_->blue_shares[static_cast<std::size_t>(corner)].cast<double>().cwiseProduct(run_->model.blue_offset);
+         run_->inks.blue_shares[static_cast<std::size_t>(corner)].cast<double>().cwiseProduct(run_->model.blue_offset);
 }
 
 Eigen::Vector2d BoardFit::ShiftByInks(int corner) const {
   const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
   const InkRegister::Step& step = run_->step.inks;
   return Eigen::Vector2d(by.x.dot(step.moves), by.y.dot(step.moves)) -
-         run_->blue_shares[static_cast<std::size_t>(corner)].cast<double>().cwiseProduct(step.offset);
+         run_->inks.blue_shares[static_cast<std::size_t>(corner)].cast<double>().cwiseProduct(step.offset);
 }
 
 InkRegister BoardFit::RegisterOfCorners() const {
@@ -87,7 +87,7 @@ InkRegister BoardFit::RegisterOfCorners() const {
     if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
     const auto [information, gradient] = ShiftOf(corner);
     inks.Add({.by = &derivatives_[static_cast<std::size_t>(corner)],
-              .share = run_->blue_shares[static_cast<std::size_t>(corner)].cast<double>(),
+              .share = run_->inks.blue_shares[static_cast<std::size_t>(corner)].cast<double>(),
               .information = information,
               .gradient = gradient});
   }
@@ -98,7 +98,7 @@ void BoardFit::MoveInks(const Start& start) {
   ShareInks(start);
   WeighYellow(start);
   FindPlainShifts();
-  run_->step.inks = RegisterOfCorners().Solve(run_->model.blue_offset, run_->register_cells);
+  run_->step.inks = RegisterOfCorners().Solve(run_->model.blue_offset, run_->inks.register_cells);
   run_->model.geometry.MoveCoordinates(run_->step.inks.moves);
   run_->model.blue_offset += run_->step.inks.offset;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
@@ -115,7 +115,7 @@ void BoardFit::MoveInks(const Start& start) {
 BoardGeometry::Information BoardFit::TellRegister(const BoardGeometry::Information& of_moves, double variance) {
   InkRegister inks = RegisterOfCorners();
   inks.Scale(1 / variance);
-  const InkRegister::Known known = inks.After(of_moves, run_->register_cells);
+  const InkRegister::Known known = inks.After(of_moves, run_->inks.register_cells);
   // Of the parameters, to first order.
   constexpr double kStep = 1e-4;
   for (int axis = 0; axis < 2; ++axis) {

@@ -37,12 +37,12 @@ void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
     return;
   }
   if (!run_->model.own_levels) return;
-  run_->cell_levels = run_->model.levels;
+  run_->told.cell_levels = run_->model.levels;
   run_->model.levels.resize(static_cast<std::size_t>(LevelCount(run_->view.size, true)));
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     const QuadrantLevels own = LevelsOf(corner), cells = CellsAround(run_->view.size, corner);
     for (std::size_t i = 0; i < own.size(); ++i)
-      run_->model.levels[static_cast<std::size_t>(own[i])] = run_->cell_levels[static_cast<std::size_t>(cells[i])];
+      run_->model.levels[static_cast<std::size_t>(own[i])] = run_->told.cell_levels[static_cast<std::size_t>(cells[i])];
   }
 }
 
@@ -93,7 +93,7 @@ void BoardFit::EvenOutLevels() {
   const CornerLights lights = LightOnCorners();
   const std::size_t cells = static_cast<std::size_t>(run_->view.size.rows * run_->view.size.cols);
   run_->result.lit.assign(cells, {});
-  run_->cell_levels.assign(cells, PhaseValues{});
+  run_->told.cell_levels.assign(cells, PhaseValues{});
   std::array<float, kMaxCells> weight{};
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     const float here = static_cast<float>(lights[static_cast<std::size_t>(corner)]);
@@ -107,12 +107,12 @@ void BoardFit::EvenOutLevels() {
       // Where there is more light, less of the level is noise.
       weight[cell] += here;
       for (std::size_t p = 0; p < 4; ++p)
-        run_->cell_levels[cell][p] += run_->model.levels[static_cast<std::size_t>(own[i])][p];
+        run_->told.cell_levels[cell][p] += run_->model.levels[static_cast<std::size_t>(own[i])][p];
     }
   }
   for (std::size_t cell = 0; cell < cells; ++cell)
     if (weight[cell] > 0)
-      for (float& level : run_->cell_levels[cell]) level /= weight[cell];
+      for (float& level : run_->told.cell_levels[cell]) level /= weight[cell];
 }
 
 std::span<const LitPart> BoardFit::LitParts(std::span<const std::uint8_t> saturated) {
@@ -153,7 +153,7 @@ void BoardFit::TellLevels() {
       run_->result.lit.push_back({light, light});
     }
   if (run_->model.own_levels) EvenOutLevels();
-  const std::vector<PhaseValues>& levels = run_->model.own_levels ? run_->cell_levels : run_->model.levels;
+  const std::vector<PhaseValues>& levels = run_->model.own_levels ? run_->told.cell_levels : run_->model.levels;
   run_->result.levels.resize(levels.size());
   for (std::size_t cell = 0; cell < levels.size(); ++cell) {
     run_->result.levels[cell].setZero();

@@ -68,7 +68,7 @@ bool BoardFit::BlursWidely() const {
 
 void BoardFit::LookBeside(const LightReader& reader, const Lens& lens) {
   const int rows = run_->view.size.rows + 2, cols = run_->view.size.cols + 2;
-  run_->beside.resize(static_cast<std::size_t>(rows * cols));
+  run_->around.beside.resize(static_cast<std::size_t>(rows * cols));
   // Beyond what the board sends there during the exposure.
   const Eigen::Vector2d reach =
       Eigen::Vector2d::Constant(kBeside) + (BoardByPixel() * run_->model.motion_px).cwiseAbs() / 2;
@@ -89,7 +89,7 @@ void BoardFit::LookBeside(const LightReader& reader, const Lens& lens) {
       const Eigen::Vector3f light =
           reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px));
       for (std::size_t phase = 0; phase < 4; ++phase)
-        run_->beside[static_cast<std::size_t>(row * cols + col)][phase] = lit.Of(
+        run_->around.beside[static_cast<std::size_t>(row * cols + col)][phase] = lit.Of(
             run_->view.channels == 3 ? light[run_->view.channel_of_phase[phase]] : RedAndGreen::Of(light[0], light[1]),
             phase);
     }
@@ -97,7 +97,7 @@ void BoardFit::LookBeside(const LightReader& reader, const Lens& lens) {
 
 void BoardFit::MapLevels() {
   const int corners = pixels_.corners();
-  run_->model_levels.resize(static_cast<std::size_t>(corners));
+  run_->around.levels.resize(static_cast<std::size_t>(corners));
   for (int corner = 0; corner < corners; ++corner) {
     const int row = corner / (run_->view.size.cols - 1), col = corner % (run_->view.size.cols - 1);
     const QuadrantLevels quadrants = LevelsOf(corner);
@@ -108,7 +108,7 @@ void BoardFit::MapLevels() {
             cell_row >= 0 && cell_row < run_->view.size.rows && cell_col >= 0 && cell_col < run_->view.size.cols;
         int level = on_board ? cell_row * run_->view.size.cols + cell_col : ModelEquations::kNoLevel;
         if (on_board && run_->model.own_levels) level = quadrants[QuadrantOfColour(r, c)];
-        run_->model_levels[static_cast<std::size_t>(corner)][static_cast<std::size_t>(4 * r + c)] = level;
+        run_->around.levels[static_cast<std::size_t>(corner)][static_cast<std::size_t>(4 * r + c)] = level;
       }
   }
 }
@@ -189,20 +189,21 @@ void BoardFit::SetLanesOfTerms(int corner) {
 void BoardFit::SetLanesOfLevels(int corner) {
   const int lane = pixels_.Lane(corner), cols = run_->view.size.cols + 2;
   const int row = corner / (run_->view.size.cols - 1), col = corner % (run_->view.size.cols - 1);
-  const bool by_yellow = MayBeOutOfRegister() && run_->beside_yellow[static_cast<std::size_t>(corner)];
+  const bool by_yellow = MayBeOutOfRegister() && run_->inks.beside_yellow[static_cast<std::size_t>(corner)];
   for (std::size_t phase = 0; phase < 4; ++phase) {
     const std::size_t channel = static_cast<std::size_t>(run_->view.channel_of_phase[phase]);
     const auto set = [&](int which, float value) {
       model_lanes_.parameter_data(which)[lane + static_cast<int>(phase)] = value;
     };
-    set(ModelLanes::kNoiseFloor, run_->model.noise.floor[channel] + (by_yellow ? run_->yellow_variance[phase] : 0));
+    set(ModelLanes::kNoiseFloor,
+        run_->model.noise.floor[channel] + (by_yellow ? run_->inks.yellow_variance[phase] : 0));
     set(ModelLanes::kNoiseSlope, run_->model.noise.slope[channel]);
     for (int i = 0; i < ModelColumns::kLevels; ++i) {
-      const int level = run_->model_levels[static_cast<std::size_t>(corner)][static_cast<std::size_t>(i)];
+      const int level = run_->around.levels[static_cast<std::size_t>(corner)][static_cast<std::size_t>(i)];
       set(ModelLanes::kLevel00 + i,
           level != ModelEquations::kNoLevel
               ? run_->model.levels[static_cast<std::size_t>(level)][phase]
-              : run_->beside[static_cast<std::size_t>((row + i / 4) * cols + col + i % 4)][phase]);
+              : run_->around.beside[static_cast<std::size_t>((row + i / 4) * cols + col + i % 4)][phase]);
     }
   }
 }
@@ -225,7 +226,7 @@ ModelEquations::Input BoardFit::EquationsOfModel() const {
   equations.lanes = &model_lanes_;
   equations.columns = ModelColumns(run_->model_input.terms);
   equations.used = run_->corners.used;
-  equations.levels = run_->model_levels;
+  equations.levels = run_->around.levels;
   equations.channel_of_phase = run_->view.channel_of_phase;
   equations.level_count = LevelCount(run_->view.size, run_->model.own_levels);
   equations.band = run_->model.own_levels ? 3 : 3 * run_->view.size.cols + 3;

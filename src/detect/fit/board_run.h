@@ -87,6 +87,24 @@ struct BoardRun {
     std::array<double, kMaxCorners> misfit{};  ///< of a corner's pixels, variances; far off where it has none
     double cell_px = 0;                        ///< side of a cell in the board's middle
     std::vector<LitPart> lit_parts;
+    std::vector<PhaseValues> cell_levels;  ///< of own levels, those of the cells
+  };
+  struct Bend {
+    std::optional<BentPaper> found;      ///< by the last fit
+    std::optional<BentPaper> taken_out;  ///< of the pixels
+  };
+  /// Where inks may lie out of register; else empty.
+  struct Inks {
+    Eigen::Vector2d register_cells = Eigen::Vector2d::Zero();
+    /// By corner, as InkRegister::Corner has them.
+    std::array<Eigen::Vector2f, kMaxCorners> blue_shares = Zeros<Eigen::Vector2f, kMaxCorners>();
+    CornerFlags beside_yellow{};
+    PhaseValues yellow_variance{};  ///< of pixels beside yellow cells, as the place of that ink is not known
+  };
+  /// What the model with all its terms knows of cells beyond a corner's four.
+  struct CellsAround {
+    std::vector<ModelEquations::LevelsAround16> levels;  ///< by corner
+    std::vector<PhaseValues> beside;  ///< by cell and a ring around the board; only the ring has values
   };
 
   std::uint64_t number = 0;  ///< tells it from others
@@ -98,21 +116,13 @@ struct BoardRun {
   Step step;
   Told told;
   FittedBoard result;
-  std::optional<BentPaper> bent;   ///< as the last fit found it
-  std::optional<BentPaper> paper;  ///< whose bend the pixels have had taken out
+  Bend bend;
   FittedBoard without_ink;
-  // Where inks may lie out of register; else empty.
-  Eigen::Vector2d register_cells = Eigen::Vector2d::Zero();
-  /// By corner, as InkRegister::Corner has them.
-  std::array<Eigen::Vector2f, kMaxCorners> blue_shares = Zeros<Eigen::Vector2f, kMaxCorners>();
-  CornerFlags beside_yellow{};
-  PhaseValues yellow_variance{};  ///< of pixels beside yellow cells, as the place of that ink is not known
+  Inks inks;
   // What the kernels and equations are given.
   KernelInput plain_input;
   ModelInput model_input;
-  std::vector<ModelEquations::LevelsAround16> model_levels;  ///< by corner
-  std::vector<PhaseValues> beside;       ///< by cell and a ring around the board; only the ring has values
-  std::vector<PhaseValues> cell_levels;  ///< of own levels, those of the cells
+  CellsAround around;
 };
 
 }  // namespace chequer

@@ -110,6 +110,19 @@ HWY_INLINE void AddModelProducts(const ModelColumns& columns, const float* HWY_R
     }
 }
 
+void WriteSums(const FitSums& sums, int first, LaneBlock& block) {
+  const D d;
+  const auto finish = [&](int which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
+  finish(kWeight, sums.weight);
+  finish(kDarkSquare, sums.dark_square);
+  finish(kDarkLight, sums.dark_light);
+  finish(kDarkCount, sums.dark_count);
+  finish(kLightSquare, sums.light_square);
+  finish(kLightLight, sums.light_light);
+  finish(kLightCount, sums.light_count);
+  finish(ProductSum(kResidual, kResidual), sums.square);
+}
+
 /// Of the lanes from `first` on that fill a vector.
 void AddLanes(const ModelInput& input, const ModelColumns& columns, int first, LaneBlock& block, ModelLanes& model) {
   const D d;
@@ -156,15 +169,7 @@ void AddLanes(const ModelInput& input, const ModelColumns& columns, int first, L
     fresh = false;
   }
   if (kept > 0 || fresh) AddModelProducts(columns, rows, kept, first, fresh, model);
-  const auto finish = [&](int which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
-  finish(kWeight, sums.weight);
-  finish(kDarkSquare, sums.dark_square);
-  finish(kDarkLight, sums.dark_light);
-  finish(kDarkCount, sums.dark_count);
-  finish(kLightSquare, sums.light_square);
-  finish(kLightLight, sums.light_light);
-  finish(kLightCount, sums.light_count);
-  finish(ProductSum(kResidual, kResidual), sums.square);
+  WriteSums(sums, first, block);
 }
 
 void Accumulate(const ModelInput& input, const ModelColumns& columns, LaneBlock& block, ModelLanes& model) {

@@ -84,17 +84,24 @@ HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count,
 struct Model {
   /// From the plane, as homogeneous coordinates: the distances from the two edges, and what both are over.
   V to_x[3], to_y[3], to_depth[3];
-  V correlation;               ///< with the densities' middles
-  V l00, down, across, cross;  ///< light, its change from above to below at the left, from left to right above, and
-                               ///< that by y
-  V noise_floor, noise_slope;
-  V middle, limit;
+  /// l00, its change from above to below at the left, from left to right above, and that by y.
+  struct {
+    V l00, down, across, cross, middle;
+  } light;
   PowerTerms edge_x, edge_y;
-  V corner_square, corner_product, corner_fall;
-  bool plain_corners;
-  V fade_x, fade_y, fade_x_at, fade_y_at;  ///< root of a pixel's weight, by the distances
-  bool fades;                              ///< the window of some lane
-  V count;                                 ///< pixels
+  V correlation;  ///< with the densities' middles
+  /// What it changes by near the corner.
+  struct {
+    V square, product, fall;
+    bool none;
+  } corner;
+  V noise_floor, noise_slope, limit;
+  /// Root of a pixel's weight, by the distances.
+  struct {
+    V x, y, x_at, y_at;
+    bool any;  ///< the window of some lane fades
+  } fade;
+  V count;  ///< pixels
 };
 
 Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
@@ -114,28 +121,28 @@ Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
   }
   m.correlation = hn::Mul(parameter(LaneBlock::kCorrelation), hn::Set(d, kDensity * kDensity));
   const V l10 = parameter(LaneBlock::kL10), l01 = parameter(LaneBlock::kL01), l11 = parameter(LaneBlock::kL11);
-  m.l00 = parameter(LaneBlock::kL00);
-  m.down = hn::Sub(l01, m.l00);
-  m.across = hn::Sub(l10, m.l00);
-  m.cross = hn::Sub(hn::Sub(l11, l01), m.across);
+  m.light.l00 = parameter(LaneBlock::kL00);
+  m.light.down = hn::Sub(l01, m.light.l00);
+  m.light.across = hn::Sub(l10, m.light.l00);
+  m.light.cross = hn::Sub(hn::Sub(l11, l01), m.light.across);
   m.edge_x = PowerTermsOf(input.edge_x);
   m.edge_y = PowerTermsOf(input.edge_y);
   constexpr float kPerSquare = 1 / (kUnit * kUnit), kOfExcess = kDensity * kDensity * kPerSquare;
-  m.corner_square = hn::Set(d, kOfExcess * input.corner.square);
-  m.corner_product = hn::Set(d, kOfExcess * input.corner.product);
-  m.corner_fall = hn::Set(d, kPerSquare * CornerExcess::kFall);
-  m.plain_corners = input.corner.none();
+  m.corner.square = hn::Set(d, kOfExcess * input.corner.square);
+  m.corner.product = hn::Set(d, kOfExcess * input.corner.product);
+  m.corner.fall = hn::Set(d, kPerSquare * CornerExcess::kFall);
+  m.corner.none = input.corner.none();
   m.noise_floor = parameter(LaneBlock::kNoiseFloor);
   m.noise_slope = parameter(LaneBlock::kNoiseSlope);
-  m.middle = hn::Mul(hn::Add(hn::Add(m.l00, l11), hn::Add(l10, l01)), hn::Set(d, 0.25f));
+  m.light.middle = hn::Mul(hn::Add(hn::Add(m.light.l00, l11), hn::Add(l10, l01)), hn::Set(d, 0.25f));
   m.limit = hn::Set(d, input.robust_limit);
   const V px = hn::Set(d, input.blur_px / kUnit), fade_x = parameter(LaneBlock::kFadeX),
           fade_y = parameter(LaneBlock::kFadeY);
-  m.fade_x = hn::Mul(fade_x, px);
-  m.fade_y = hn::Mul(fade_y, px);
-  m.fade_x_at = parameter(LaneBlock::kFadeXAt);
-  m.fade_y_at = parameter(LaneBlock::kFadeYAt);
-  m.fades = !hn::AllTrue(d, hn::Eq(hn::Or(fade_x, fade_y), hn::Zero(d)));
+  m.fade.x = hn::Mul(fade_x, px);
+  m.fade.y = hn::Mul(fade_y, px);
+  m.fade.x_at = parameter(LaneBlock::kFadeXAt);
+  m.fade.y_at = parameter(LaneBlock::kFadeYAt);
+  m.fade.any = !hn::AllTrue(d, hn::Eq(hn::Or(fade_x, fade_y), hn::Zero(d)));
   const hn::RebindToSigned<D> di;
   m.count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
   return m;
@@ -188,93 +195,118 @@ struct OtherSums {
   V weight, fit_square, fit_light, fit_count, dark_square, dark_light, dark_count;
 };
 
-/// Fills the row of a pixel. @tparam kSums input.sums.
-template <LaneSums kSums, class M>
-HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marked_light, M inside, float* HWY_RESTRICT row,
-                        OtherSums& sums) {
+/// A pixel's light, and what of it are the cells' shares: right of one edge, below the other, and both.
+struct Predicted {
+  V light, right, down, both;
+  V ax, ay, by_ax, by_ay;  ///< the distances from the edges, and derivatives by these
+};
+
+/// Edges that are not square to each other blur together: the shares are those of a bivariate normal distribution, to
+/// first order in the correlation.
+HWY_INLINE Predicted Predict(const Model& m, const float* HWY_RESTRICT edges) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
-  const V ax = hn::Load(d, edges + EdgeRow::kX * lanes), ay = hn::Load(d, edges + EdgeRow::kY * lanes);
-  const V density_x = hn::Load(d, edges + EdgeRow::kDensityX * lanes),
-          density_y = hn::Load(d, edges + EdgeRow::kDensityY * lanes);
-  const V right = hn::Load(d, edges + EdgeRow::kIntegralX * lanes),
-          down = hn::Load(d, edges + EdgeRow::kIntegralY * lanes);
-
-  // Cells' shares. Edges that are not square to each other blur together: the shares are those of a bivariate
-  // normal distribution, to first order in the correlation.
+  const auto of = [&](int which) HWY_ATTR { return hn::Load(d, edges + which * lanes); };
+  Predicted p;
+  p.ax = of(EdgeRow::kX), p.ay = of(EdgeRow::kY), p.right = of(EdgeRow::kIntegralX), p.down = of(EdgeRow::kIntegralY);
+  const V density_x = of(EdgeRow::kDensityX), density_y = of(EdgeRow::kDensityY);
   V correlation = m.correlation;
-  if (!m.plain_corners) {
-    const V ax_square = hn::Mul(ax, ax), ay_square = hn::Mul(ay, ay);
-    const V fall = hn::NegMulAdd(m.corner_fall, hn::Add(ax_square, ay_square), one);
-    const V square = hn::Mul(m.corner_square, hn::Sub(ax_square, ay_square));
-    correlation = hn::MulAdd(hn::MulAdd(m.corner_product, hn::Mul(ax, ay), square), fall, correlation);
+  if (!m.corner.none) {
+    const V ax_square = hn::Mul(p.ax, p.ax), ay_square = hn::Mul(p.ay, p.ay);
+    const V fall = hn::NegMulAdd(m.corner.fall, hn::Add(ax_square, ay_square), hn::Set(d, 1.0f));
+    const V square = hn::Mul(m.corner.square, hn::Sub(ax_square, ay_square));
+    correlation = hn::MulAdd(hn::MulAdd(m.corner.product, hn::Mul(p.ax, p.ay), square), fall, correlation);
   }
   const V twist = hn::Mul(correlation, hn::Mul(density_x, density_y));
-  const V slope_x = hn::MulAdd(m.cross, down, m.across), slope_y = hn::MulAdd(m.cross, right, m.down);
-  const V twist_slope = hn::Mul(m.cross, twist);
-  const V model = hn::Add(hn::MulAdd(slope_y, down, hn::MulAdd(m.across, right, m.l00)), twist_slope);
-  const V w11 = hn::MulAdd(right, down, twist);
+  const auto& light = m.light;
+  const V slope_x = hn::MulAdd(light.cross, p.down, light.across),
+          slope_y = hn::MulAdd(light.cross, p.right, light.down);
+  const V twist_slope = hn::Mul(light.cross, twist);
+  p.light = hn::Add(hn::MulAdd(slope_y, p.down, hn::MulAdd(light.across, p.right, light.l00)), twist_slope);
+  p.both = hn::MulAdd(p.right, p.down, twist);
+  const V twist_change = hn::Mul(twist_slope, hn::Set(d, 1 / (kUnit * kDensity)));
+  p.by_ax = hn::NegMulAdd(p.ax, twist_change, hn::Mul(slope_x, density_x));
+  p.by_ay = hn::NegMulAdd(p.ay, twist_change, hn::Mul(slope_y, density_y));
+  return p;
+}
 
+/// What a pixel counts.
+struct Weighed {
+  V root;       ///< of its weight, so that rows carry it
+  V deviation;  ///< the residual times that
+  V robust;     ///< its weight over that of its noise
+  /// The noise is told from pixels that fit; a few that do not would swamp it.
+  V fits, fit_residual;
+};
+
+template <class M>
+HWY_INLINE Weighed Weigh(const Model& m, const Predicted& p, V marked_light, M inside) {
+  const D d;
+  const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
   // The window ends softly, and moves with the board: which pixels count does not depend on where a fit began.
   V window = one;
-  if (m.fades) {
-    window = hn::Min(hn::MulAdd(ax, m.fade_x, m.fade_x_at), hn::MulAdd(ay, m.fade_y, m.fade_y_at));
+  if (m.fade.any) {
+    window = hn::Min(hn::MulAdd(p.ax, m.fade.x, m.fade.x_at), hn::MulAdd(p.ay, m.fade.y, m.fade.y_at));
     window = hn::Max(hn::Min(window, one), zero);
     inside = hn::And(inside, hn::Gt(window, zero));
   }
-
   // A saturated pixel agrees with every model that saturates too.
   const V light = hn::Abs(marked_light);
-  const auto agrees = hn::And(hn::Lt(marked_light, zero), hn::Ge(model, light));
+  const auto agrees = hn::And(hn::Lt(marked_light, zero), hn::Ge(p.light, light));
   const auto used = hn::AndNot(agrees, inside);
-  const V usable = hn::IfThenElseZero(used, one);
-  const V residual = hn::IfThenElseZero(used, hn::Sub(light, model));
-
-  // Root of the weight, so that rows carry it. Huber: beyond the limit the weight falls as 1 / deviation.
-  const V variance = hn::MulAdd(m.noise_slope, hn::Max(model, zero), m.noise_floor);
-  V root = hn::IfThenElseZero(used, RoughReciprocalSqrt(d, variance));
-  V deviation = hn::Mul(residual, root);
-  const auto off = hn::Gt(hn::Abs(deviation), m.limit);
-  V robust = usable, fits = usable, fit_residual = residual;
+  const V usable = hn::IfThenElseZero(used, one), residual = hn::IfThenElseZero(used, hn::Sub(light, p.light));
+  const V variance = hn::MulAdd(m.noise_slope, hn::Max(p.light, zero), m.noise_floor);
+  Weighed w;
+  w.root = hn::IfThenElseZero(used, RoughReciprocalSqrt(d, variance));
+  w.deviation = hn::Mul(residual, w.root);
+  w.robust = w.fits = usable, w.fit_residual = residual;
+  // Huber: beyond the limit the weight falls as 1 / deviation.
+  const auto off = hn::Gt(hn::Abs(w.deviation), m.limit);
   if (HWY_UNLIKELY(!hn::AllFalse(d, off))) {
-    robust = hn::IfThenElse(off, hn::Div(m.limit, hn::Abs(deviation)), usable);
-    root = hn::Mul(root, hn::Sqrt(robust));
-    deviation = hn::Mul(residual, root);
-    // The noise is told from pixels that fit; a few that do not would swamp it.
-    fits = hn::IfThenElse(off, zero, usable);
-    fit_residual = hn::IfThenElse(off, zero, residual);
+    w.robust = hn::IfThenElse(off, hn::Div(m.limit, hn::Abs(w.deviation)), usable);
+    w.root = hn::Mul(w.root, hn::Sqrt(w.robust));
+    w.deviation = hn::Mul(residual, w.root);
+    w.fits = hn::IfThenElse(off, zero, usable);
+    w.fit_residual = hn::IfThenElse(off, zero, residual);
   }
-  if (m.fades) {
-    root = hn::Mul(root, window);
-    deviation = hn::Mul(deviation, window);
-    robust = hn::Mul(robust, hn::Mul(window, window));
+  if (m.fade.any) {
+    w.root = hn::Mul(w.root, window);
+    w.deviation = hn::Mul(w.deviation, window);
+    w.robust = hn::Mul(w.robust, hn::Mul(window, window));
   }
-  const V twist_change = hn::Mul(twist_slope, hn::Set(d, 1 / (kUnit * kDensity)));
-  const V by_ax = hn::Mul(hn::NegMulAdd(ax, twist_change, hn::Mul(slope_x, density_x)), root);
-  const V by_ay = hn::Mul(hn::NegMulAdd(ay, twist_change, hn::Mul(slope_y, density_y)), root);
+  return w;
+}
 
+/// Fills the row of a pixel. @tparam kSums input.sums.
+template <LaneSums kSums, class M>
+HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marked_light, M inside,
+                        float* HWY_RESTRICT row, OtherSums& sums) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const Predicted p = Predict(m, edges);
+  const Weighed w = Weigh(m, p, marked_light, inside);
+  const V by_ax = hn::Mul(p.by_ax, w.root), by_ay = hn::Mul(p.by_ay, w.root);
   const auto put = [&](int index, V value) HWY_ATTR { hn::Store(value, d, row + index * lanes); };
   put(kShiftX, by_ax);
   put(kShiftY, by_ay);
-  put(kBlur, hn::MulAdd(by_ax, ax, hn::Mul(by_ay, ay)));
-  put(kResidual, deviation);
+  put(kBlur, hn::MulAdd(by_ax, p.ax, hn::Mul(by_ay, p.ay)));
+  put(kResidual, w.deviation);
   if constexpr (kSums == LaneSums::kShapes) return;
-  const V root11 = hn::Mul(w11, root), root_right = hn::Mul(right, root);
-  const V root01 = hn::MulSub(down, root, root11);
-  put(kLevel00, hn::Sub(hn::Sub(root, root_right), root01));
+  const V root11 = hn::Mul(p.both, w.root), root_right = hn::Mul(p.right, w.root);
+  const V root01 = hn::MulSub(p.down, w.root, root11);
+  put(kLevel00, hn::Sub(hn::Sub(w.root, root_right), root01));
   put(kLevel10, hn::Sub(root_right, root11));
   put(kLevel01, root01);
   put(kLevel11, root11);
 
-  sums.weight = hn::Add(sums.weight, robust);
-  sums.fit_square = hn::MulAdd(fit_residual, fit_residual, sums.fit_square);
-  sums.fit_count = hn::Add(fits, sums.fit_count);
+  sums.weight = hn::Add(sums.weight, w.robust);
+  sums.fit_square = hn::MulAdd(w.fit_residual, w.fit_residual, sums.fit_square);
+  sums.fit_count = hn::Add(w.fits, sums.fit_count);
   if constexpr (kSums == LaneSums::kNoise) {
-    const V dark = hn::IfThenElseZero(hn::Lt(model, m.middle), fits);
-    sums.fit_light = hn::MulAdd(model, fits, sums.fit_light);
-    sums.dark_square = hn::MulAdd(hn::Mul(fit_residual, fit_residual), dark, sums.dark_square);
-    sums.dark_light = hn::MulAdd(model, dark, sums.dark_light);
+    const V dark = hn::IfThenElseZero(hn::Lt(p.light, m.light.middle), w.fits);
+    sums.fit_light = hn::MulAdd(p.light, w.fits, sums.fit_light);
+    sums.dark_square = hn::MulAdd(hn::Mul(w.fit_residual, w.fit_residual), dark, sums.dark_square);
+    sums.dark_light = hn::MulAdd(p.light, dark, sums.dark_light);
     sums.dark_count = hn::Add(dark, sums.dark_count);
   }
 }
