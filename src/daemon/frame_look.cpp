@@ -43,7 +43,7 @@ FrameLook LookAt(const ImageView& image, const std::vector<MarkerFamily>& famili
   for (const TraceCandidate& candidate : trace.candidates) {
     if (candidate.marker < 0) {
       look.borderless += candidate.corners.size() >= kBoardLike || candidate.CameFar() ? 1 : 0;
-      if (candidate.CameFar() && HasMirroredInks(candidate)) CountOnce(candidate, mirrored);
+      if (HasMirroredInks(candidate)) CountOnce(candidate, mirrored);
       continue;
     }
     const auto kernel = KernelOf(candidate);

@@ -96,7 +96,7 @@ class BendSolver {
     const SmallCholesky<kBends> bends(linear->information);
     return bends.positive() ? linear->gradient.dot(bends.Solve(linear->gradient)) : 0;
   }
-  /// Nothing if the descent ends nowhere. What it gains and leaves unknown is told by others.
+  /// Nothing if the descent does not converge. TellGain() and TellUncertainty() fill in the rest.
   std::optional<BentPaper> Bent(const RigidTransform& start) {
     const End end = Descend({start, Eigen::Vector3d::Zero()}, true);
     if (!std::isfinite(end.square)) return std::nullopt;

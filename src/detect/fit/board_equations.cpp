@@ -447,7 +447,7 @@ void BoardEquations::SetDerivatives(std::span<const CornerDerivative> derivative
         Eigen::Map<Eigen::Array4f>(to).setConstant(static_cast<float>((*axis)[k]));
 }
 
-int BoardEquations::FindTerms(const Input& input, CornerTerms* terms) const {
+int BoardEquations::DescribeCorners(const Input& input, CornerTerms* terms) const {
   const BoardPixels& pixels = *input.pixels;
   int count = 0;
   for (int corner = 0; corner < pixels.corners(); ++corner) {
@@ -476,7 +476,7 @@ void BoardEquations::Assemble(const Input& input) {
   std::copy_n(system.phase_weight, 4, phase_weight_.begin());
   const LaneBlock& lanes = pixels.lanes();
   std::array<CornerTerms, kMaxCorners> corners;
-  const int count = FindTerms(input, corners.data());
+  const int count = DescribeCorners(input, corners.data());
   lanes_ = lanes.padded();
   merged_.resize(static_cast<std::size_t>(kProductSums * lanes_));
   HWY_DYNAMIC_DISPATCH(Solve)
@@ -500,7 +500,7 @@ void BoardEquations::MoveLevels(const Vector& step, std::span<PhaseValues> level
 
 void BoardEquations::FindShifts(const Input& input, const Vector& step, std::span<CornerShift> shifts) const {
   std::array<CornerTerms, kMaxCorners> corners;
-  const int count = FindTerms(input, corners.data());
+  const int count = DescribeCorners(input, corners.data());
   HWY_DYNAMIC_DISPATCH(FindShifts)
   (corners.data(), count, {merged_.data(), lanes_}, right_, phase_weight_.data(), step.data(), &shifts.data()->xx);
 }

@@ -77,7 +77,7 @@ class BoardEquations {
   void Prepare(MarkerSize size, bool own_levels);
   BoardSystem System() const;
   /// Of the corners that are used. Returns how many.
-  int FindTerms(const Input& input, CornerTerms* terms) const;
+  int DescribeCorners(const Input& input, CornerTerms* terms) const;
 
   int cells_ = 0, band_ = 0, matrix_row_ = 0, lanes_ = 0;  ///< cells: levels
   PhaseValues phase_weight_{};                             ///< channels that phases share count once

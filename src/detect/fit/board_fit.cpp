@@ -98,6 +98,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->view.size = start.size;
   run_->view.cell_ratio = start.cell_ratio;
   run_->inks.register_cells = start.register_cells;
+  run_->view.overexposed = IsOverexposed(start);
   run_->view.channels = reader.channels();
   run_->view.red_phase = reader.mosaic() ? reader.mosaic()->red_x + 2 * reader.mosaic()->red_y : -1;
   for (int phase = 0; phase < 4; ++phase)
@@ -464,13 +465,12 @@ double BoardFit::StepSquare() const {
   return moves.dot(equations_.normal().topLeftCorner<kMoves, kMoves>() * moves);
 }
 
-bool BoardFit::NextStepCounts(double square_before, bool overexposed) const {
+bool BoardFit::NextStepCounts(double square, double square_before) const {
   const double variances = (equations_.chi_square() - run_->step.gain) / std::max(pixels_.pixels(), 1);
   // With a budget, plain fits of all boards go before better ones of those that they do not explain.
   if (run_->terms.plain_only && variances > kExplained) return false;
-  const double square = StepSquare();
   double next = kNextStep * std::max(variances, 1.0);
-  if (overexposed) next = std::max(next, kNextStepOverexposed);
+  if (run_->view.overexposed) next = std::max(next, kNextStepOverexposed);
   // Two steps tell it better.
   if (square_before > square) next = std::sqrt(square / square_before);
   return next * next * square > kSettledSquare;
@@ -482,10 +482,9 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   const bool found = !start.predicted;
   const double settled_px = found ? kSettledPx : kSettledPredictedPx,
                settled_blur = found ? kSettledBlur : kSettledPredictedBlur;
-  const bool overexposed = IsOverexposed(start);
   bool edges_sought = false;
-  double square_before = 0;
-  for (int pass = 1; pass < kMaxPasses; square_before = StepSquare(), ++pass) {
+  double square = 0, square_before = 0;
+  for (int pass = 1; pass < kMaxPasses; square_before = square, ++pass) {
     if (run_->step.corner_px > kFollowSettlingPx) {
       pixels_.PlaceCorners(lens, run_->model.geometry);
       SetPlaces();
@@ -494,6 +493,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     }
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
+    square = StepSquare();
     if (MayBeOutOfRegister()) MoveInks(start);
     const bool changed = FindOccludedCorners();
     // What is done to the light follows the fit by a pass or two.
@@ -506,7 +506,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     edges_sought = edges_sought || lies;
     const bool told_late = told && !found;
     if (noise_known && !told_late && !changed && !follows && run_->step.corner_px < settled_px &&
-        run_->step.blur_share < settled_blur && !NextStepCounts(square_before, overexposed)) {
+        run_->step.blur_share < settled_blur && !NextStepCounts(square, square_before)) {
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
       if (!start.image && sums == LaneSums::kNoise)
         EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
@@ -629,14 +629,13 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
   // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
   // do not blur into them, and none is overexposed: it may be any that is as light, and edges would seem blurred
   // instead.
-  const bool overexposed = IsOverexposed(start);
-  const bool knows_levels =
-      start.image && !overexposed && BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * run_->model.blur_px < 1;
+  const bool knows_levels = start.image && !run_->view.overexposed &&
+                            BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * run_->model.blur_px < 1;
   const LaneSums first = knows_levels && !run_->model.own_levels ? LaneSums::kShapes : LaneSums::kLevels;
   const bool near = Step(first) && run_->step.corner_px <= kRunawayPx;
   if (!near && !ComeNearByFound(reader, lens, start, choice)) return false;
   if (start.predicted && !LeavePrediction(reader, lens, first)) return false;
-  if (overexposed) {
+  if (run_->view.overexposed) {
     // Levels began at full scale, and the blur has taken up what they lacked: it begins anew.
     run_->model.blur_px = start.blur_px;
     if (!Step(first) || run_->step.corner_px > kRunawayPx) return false;

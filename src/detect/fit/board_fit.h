@@ -154,8 +154,8 @@ class BoardFit {
   /// The last step of the geometry, in standard deviations by the pixels' noise, squared.
   double StepSquare() const;
   /// Whether the step after the last one would move the pose by what counts against its standard deviations.
-  /// @param square_before StepSquare() of the step before it by the same pixels; 0: there was none.
-  bool NextStepCounts(double square_before, bool overexposed) const;
+  /// @param square StepSquare() of the last step. @param square_before of the one before it; 0: there was none.
+  bool NextStepCounts(double square, double square_before) const;
   /// Steps until nothing moves any more.
   bool Settle(const Lens& lens, const Start& start, bool noise_known);
   void Finish(const Lens& lens);
@@ -299,8 +299,8 @@ class BoardFit {
   /// Whether the last step was so short that what does not fit is occluded, that it is near, that it is the last.
   bool Still() const;
   bool Near() const;
-  /// @param before the step before it on the same pixels, or none: where steps fall fast, what they leave is told by
-  /// how.
+  /// @param before the step before, by the same pixels, if there was one: where steps shrink fast, both tell what is
+  /// left.
   bool Settled(const BoardRun::Step& before) const;
   /// What follows a step that did not end the fit.
   void FollowLight(const Start& start, bool light_follows);

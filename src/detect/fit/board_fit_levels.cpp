@@ -29,11 +29,11 @@ void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
     }
   run_->model.noise = start.image ? start.image->noise : UnknownNoise(lightest);
   if (run_->model.LightVaries()) {
-    for (int cell = 0; cell < run_->view.size.rows * run_->view.size.cols; ++cell)
-      for (std::size_t phase = 0; phase < 4; ++phase) {
-        float& level = run_->model.levels[static_cast<std::size_t>(cell)][phase];
-        level = LightOn(cell).Of(level, phase);
-      }
+    for (int cell = 0; cell < run_->view.size.rows * run_->view.size.cols; ++cell) {
+      const LightThere light = LightOn(cell);
+      PhaseValues& levels = run_->model.levels[static_cast<std::size_t>(cell)];
+      for (std::size_t phase = 0; phase < 4; ++phase) levels[phase] = light.Of(levels[phase], phase);
+    }
     return;
   }
   if (!run_->model.own_levels) return;

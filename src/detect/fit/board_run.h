@@ -42,7 +42,8 @@ struct BoardRun {
   /// How the image samples the board.
   struct View {
     MarkerSize size;
-    double cell_ratio = 1;  ///< of a cell, height over width
+    double cell_ratio = 1;     ///< of a cell, height over width
+    bool overexposed = false;  ///< much of some light cell is saturated
     int channels = 1;
     int red_phase = -1;
     std::array<int, 4> channel_of_phase{};

@@ -78,10 +78,12 @@ class PhotometricFit {
   /// Where it crosses cells, they have no one level: fits anew with levels for each corner's quadrants, and by these
   /// with the shadow's edge, if that explains the board better. Whether it does.
   bool FitUnevenlyLit(const Task& task);
-  /// Where a lamp seems to be mirrored, fits anew with that, if it explains the board better. Whether it does.
-  bool FitHighlight(const Task& task);
   /// The same with the edge of one shadow, as the quadrants' levels tell it. @pre those were fitted. Whether it is one.
   bool FitShadow(const Task& task);
+  /// Where a lamp seems to be mirrored, fits anew with that, if it explains the board better. Whether it does.
+  bool FitHighlight(const Task& task);
+  /// Fits what choice_ says, with dot gain where corners still lie off the plane. Whether its evidence exceeds `least`.
+  bool FitChosen(const Task& task, double least);
 
   const FittedBoard* FitFully(const Task& task, bool motion_blurred);
   const FittedBoard* FitPlain(const Task& task, bool motion_blurred);

@@ -26,7 +26,8 @@ constexpr int kStepsOfQuadrants = 4;
 /// One edge of a shadow explains no more than quadrants' levels, but leaves the cells' to tell the inks, and hides no
 /// corners: it has to tell about as much of the board.
 constexpr double kAsMuchByShadow = 0.8;
-/// A lamp's mirror image tells so much more of a board: four unknowns more tell by chance less than a hundredth of it.
+/// A fit with a highlight is kept if it tells so many times as much of the board. Four more unknowns add less than 1 %
+/// by chance.
 constexpr double kMoreByHighlight = 1.02;
 /// A rough fit that tells less of that will not tell enough closely.
 constexpr double kHopeless = 0.3;
@@ -90,6 +91,14 @@ bool PhotometricFit::MayBeUnevenlyLit(const Task& task) const {
   return most > kUnevenMisfit * *quarter;
 }
 
+bool PhotometricFit::FitChosen(const Task& task, double least) {
+  if (!Refit(task) || !(fit_.result().evidence() > kHopeless * least) ||
+      !fit_.FitClosely(task.reader, task.lens, task.start))
+    return false;
+  if (choice_.terms.dot_gain == 0 && !fit_.result().flat()) fit_.FitDotGain(task.reader, task.lens, task.start);
+  return fit_.result().evidence() > least;
+}
+
 bool PhotometricFit::FitHighlight(const Task& task) {
   const std::optional<HighlightTerm> highlight = fit_.FindHighlight(task.start.saturated);
   if (!highlight) return false;
@@ -100,12 +109,7 @@ bool PhotometricFit::FitHighlight(const Task& task) {
   choice_.terms.dot_gain = fit_.dot_gain();
   choice_.roughly = true;
   choice_.from = &evenly_lit_;
-  const double least = kMoreByHighlight * evenly_lit_.result.evidence();
-  if (Refit(task) && fit_.result().evidence() > kHopeless * least &&
-      fit_.FitClosely(task.reader, task.lens, task.start)) {
-    if (choice_.terms.dot_gain == 0 && !fit_.result().flat()) fit_.FitDotGain(task.reader, task.lens, task.start);
-    if (fit_.result().evidence() > least) return true;
-  }
+  if (FitChosen(task, kMoreByHighlight * evenly_lit_.result.evidence())) return true;
   choice_ = evenly;
   fit_.Restore(evenly_lit_);
   return false;
@@ -156,11 +160,8 @@ bool PhotometricFit::FitShadow(const Task& task) {
   BoardFit::Start start = task.start;
   if (!start.image) start.image = &own_levels_.result.image;
   const Task shaded{task.reader, task.lens, start};
-  const double least = kAsMuchByShadow * std::max(own_levels_.result.evidence(), evenly_lit_.result.evidence());
-  if (Refit(shaded) && fit_.result().evidence() > kHopeless * least && fit_.FitClosely(task.reader, task.lens, start)) {
-    if (choice_.terms.dot_gain == 0 && !fit_.result().flat()) fit_.FitDotGain(task.reader, task.lens, start);
-    if (fit_.result().evidence() > least) return true;
-  }
+  const double most = std::max(own_levels_.result.evidence(), evenly_lit_.result.evidence());
+  if (FitChosen(shaded, kAsMuchByShadow * most)) return true;
   choice_ = own;
   fit_.Restore(own_levels_);
   return false;

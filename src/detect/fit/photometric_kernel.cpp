@@ -195,7 +195,7 @@ struct OtherSums {
   V weight, fit_square, fit_light, fit_count, dark_square, dark_light, dark_count;
 };
 
-/// A pixel's light, and what of it are the cells' shares: right of one edge, below the other, and both.
+/// The light of a pixel, and the shares of it to the right of one edge, below the other edge, and both.
 struct Predicted {
   V light, right, down, both;
   V ax, ay, by_ax, by_ay;  ///< the distances from the edges, and derivatives by these
@@ -235,7 +235,7 @@ struct Weighed {
   V root;       ///< of its weight, so that rows carry it
   V deviation;  ///< the residual times that
   V robust;     ///< its weight over that of its noise
-  /// The noise is told from pixels that fit; a few that do not would swamp it.
+  /// Of pixels that fit, by which noise is estimated: a few outliers would dominate it.
   V fits, fit_residual;
 };
 

@@ -17,9 +17,9 @@ namespace chequer {
 //   on()                 whether the parameters are fitted,
 //   Move(TermStep)       makes a step within what one may be; returns how far it is over what no longer counts,
 // and, where it needs them,
-//   SetInput, SetLanes(TermCorner, set)  writes what lanes are given,
-//   AddPrior(information, pull)          what is known beside the pixels: information, and that times how far off it
-//   is, LightAt(board, LightThere)           what it makes of a cell's light at a point of the board.
+//   SetInput, SetLanes(TermCorner, set)  write what lanes are given,
+//   AddPrior(information, pull)          what is known beside the pixels (SetPrior()),
+//   LightAt(board, LightThere)           what it makes of a cell's light at a point of the board.
 // What it does to the light of pixels, with the derivatives, is its OnLanes (model_light-inl.h), in the same file: it
 // is compiled once for each kind of vectors.
 
@@ -48,7 +48,21 @@ struct TermStep {
   double WhatCounts(int unknown, double made, double still) const {
     return std::min(std::abs(made) / still, std::abs(made) * std::sqrt(information[unknown]) / kStillDeviations);
   }
+  /// The same of all unknowns: that of the one that counts most.
+  template <class Unknowns>
+  double MostThatCounts(const Unknowns& made, const Unknowns& still) const {
+    double most = 0;
+    for (int i = 0; i < static_cast<int>(made.size()); ++i) most = std::max(most, WhatCounts(i, made[i], still[i]));
+    return most;
+  }
 };
+
+/// A prior of unknowns: its information, and that times how far off they are. @param known_to standard deviations.
+template <class Unknowns, class Vector>
+void SetPrior(const Unknowns& known_to, const Unknowns& off, Vector& information, Vector& pull) {
+  information = known_to.cwiseProduct(known_to).cwiseInverse();
+  pull = information.cwiseProduct(off);
+}
 
 /// The light of a point of the board: of what a cell has, the share that is left, and what is added, by phase.
 struct LightThere {

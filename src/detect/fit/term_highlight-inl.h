@@ -50,8 +50,7 @@ struct HighlightTerm {
   void AddPrior(Vector information, Vector pull) const {
     // What the cells tell of it before the pixels are looked at: standard deviations, a guess.
     const Parameters known_to(0.02 + 0.5 * spot_start[kAmount], 0.4, 0.4, 0.5);
-    information = known_to.cwiseProduct(known_to).cwiseInverse();
-    pull = information.cwiseProduct(spot_start - spot);
+    SetPrior<Parameters>(known_to, spot_start - spot, information, pull);
   }
 
   double Move(const TermStep& step) {
@@ -62,9 +61,7 @@ struct HighlightTerm {
     constexpr double kLeast = 1e-4, kLeastLogWidth = -1.2, kMostLogWidth = 1.6;
     spot[kAmount] = std::max(spot[kAmount], kLeast);
     spot[kLogWidth] = std::clamp(spot[kLogWidth], kLeastLogWidth, kMostLogWidth);
-    double counts = 0;
-    for (int i = 0; i < kColumns; ++i) counts = std::max(counts, step.WhatCounts(i, spot[i] - before[i], still[i]));
-    return counts;
+    return step.MostThatCounts<Parameters>(spot - before, still);
   }
 
   /// What Find() looks at, cell by cell, row by row.

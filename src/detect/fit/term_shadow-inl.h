@@ -48,9 +48,7 @@ struct ShadowTerm {
   void AddPrior(Vector information, Vector pull) const {
     // What is known of the edge before the pixels are looked at: standard deviations.
     const ShadowEdge::Parameters known_to(0.1, 0.3, 0.4, 0.8);
-    const ShadowEdge::Parameters known = known_to.cwiseProduct(known_to).cwiseInverse();
-    information = known;
-    pull = known.cwiseProduct(shadow_start - shadow->values());
+    SetPrior<ShadowEdge::Parameters>(known_to, shadow_start - shadow->values(), information, pull);
   }
 
   double Move(const TermStep& step) {
@@ -63,10 +61,7 @@ struct ShadowTerm {
     const double blur = step.blur_px * (across * step.board_by_pixel).norm();
     values[ShadowEdge::kLogWidth] = std::max(values[ShadowEdge::kLogWidth], std::log(blur));
     shadow = ShadowEdge(values);
-    const ShadowEdge::Parameters more = shadow->values() - before;
-    double counts = 0;
-    for (int i = 0; i < kColumns; ++i) counts = std::max(counts, step.WhatCounts(i, more[i], still[i]));
-    return counts;
+    return step.MostThatCounts<ShadowEdge::Parameters>(shadow->values() - before, still);
   }
 
   void LightAt(const Eigen::Vector2d& board, LightThere& light) const { light.share *= shadow->At(board); }
