@@ -137,6 +137,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
 
 bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reuse) {
   run_->light.collected_for_motion = run_->model.motion_px;
+  run_->light.shading.Assign(0, 1);
   const double cell_px = std::sqrt(std::abs(run_->model.geometry.PlaneByBoard({0, 0}).determinant())),
                way = run_->model.motion_px.norm();
   const double reach_px =
@@ -513,8 +514,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
       break;
     }
     if (uneven ? pass > 1 && pass < kPassesOfLight : again) {
-      FindOccludedCells();
-      EvenOutShading(start);
+      FollowShading(lens, start);
     }
     if (told) continue;
     if (sums == LaneSums::kNoise)

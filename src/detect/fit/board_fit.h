@@ -255,6 +255,10 @@ class BoardFit {
 
   // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
   void EvenOutShading(const Start& start);
+  /// Of the plain fit: takes back the one that was told from cells which turn out to be occluded, and evens out what
+  /// the others tell.
+  void FollowShading(const Lens& lens, const Start& start);
+  void TakeBackShading(const Lens& lens);
   /// @tparam Light tells how much there is At() a point of the board, and its SlopeAt() it.
   template <class Light>
   void EvenOutPixels(const Light& light);
@@ -311,6 +315,7 @@ class BoardFit {
   // Memory: what these hold is made anew whenever pixels are collected, and with every step.
   BoardPixels pixels_;
   std::array<CornerDerivative, kMaxCorners> derivatives_;
+  std::vector<std::uint8_t> occluded_before_;
   BoardEquations equations_;
   std::array<BoardEquations::CornerShift, kMaxCorners> plain_shifts_;
   std::vector<ShiftedCorner> shifted_;

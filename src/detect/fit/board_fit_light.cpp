@@ -77,8 +77,7 @@ void BoardFit::EvenOutShading(const Start& start) {
                                     .fine = cell_px > kFineCellPx});
   if (!shading || (cell_px <= kFineCellPx && shading->slope.norm() < kWeakShading)) return;
   run_->light.bent |= shading->bent;
-  // Boards in plain view have but one fit.
-  pixels_.PrepareChange(run_->terms.look_farther);
+  pixels_.PrepareChange();
   // Taken out of every pixel; levels then are those in the light of the board's centre. As the lens blurs what is
   // already shaded, more light comes to a pixel from its lighter side: it shows what lies σ² ∇log(light) away.
   if (shading->bent) {
@@ -89,10 +88,30 @@ void BoardFit::EvenOutShading(const Start& start) {
     pixels_.MoveOrigin(run_->model.blur_px * run_->model.blur_px * per_px);
     EvenOutLanes(FallOf(per_px, shading->bend, board_by_plane), pixels_.lanes());
   }
-  for (int cell = 0; cell < run_->view.size.rows * run_->view.size.cols; ++cell) {
-    const float scale = static_cast<float>(1 / shading->At(MiddleOfCell(run_->view.size, cell)));
-    for (float& level : run_->model.levels[static_cast<std::size_t>(cell)]) level *= scale;
+  if (run_->light.shading.size() == 0) run_->light.shading.Assign(run_->model.levels.size(), 1);
+  for (std::size_t cell = 0; cell < run_->model.levels.size(); ++cell) {
+    const float share = static_cast<float>(shading->At(MiddleOfCell(run_->view.size, static_cast<int>(cell))));
+    run_->light.shading[cell] *= share;
+    for (float& level : run_->model.levels[cell]) level /= share;
   }
+}
+
+void BoardFit::FollowShading(const Lens& lens, const Start& start) {
+  std::vector<std::uint8_t>& occluded = run_->corners.occluded_cells;
+  occluded_before_ = occluded;
+  FindOccludedCells();
+  // Cells that turn out to be occluded have falsified it.
+  if (occluded != occluded_before_ && run_->light.shading.size() > 0) TakeBackShading(lens);
+  EvenOutShading(start);
+}
+
+void BoardFit::TakeBackShading(const Lens& lens) {
+  pixels_.Reuse(lens, run_->model.geometry);
+  SetPlaces();
+  for (std::size_t cell = 0; cell < run_->model.levels.size(); ++cell)
+    for (float& level : run_->model.levels[cell]) level *= run_->light.shading[cell];
+  run_->light.shading.Assign(0, 1);
+  run_->light.bent = false;
 }
 
 bool BoardFit::StartDotGain(const LightReader& reader, const Lens& lens) {

@@ -218,7 +218,7 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
   }
   for (int corner = 0; corner < corners_; ++corner) places_[static_cast<std::size_t>(corner)].board = Printed(corner);
   origin_ = geometry.ToPlane({0, 0});
-  collected_ = {geometry, blur_px, of_lane, 0, 0, origin_, Originals::kThese, paper};
+  collected_ = {geometry, blur_px, of_lane, 0, 0, origin_, false, paper};
   PlaceCorners(lens, geometry);
   lanes_.Reset(4 * corners_, kLaneCapacity);
   if (!origin_.allFinite()) return 0;
@@ -258,7 +258,7 @@ int BoardPixels::FindInside(const LightReader& reader) {
 
 bool BoardPixels::HoldFor(const Lens& lens, const BoardGeometry& geometry, double blur_px, int of_lane) const {
   const double blurs = blur_px / collected_.blur_px;
-  if (collected_.originals == Originals::kLost || collected_.paper) return false;
+  if (collected_.paper) return false;
   if (of_lane != collected_.of_lane || !(blurs < kAlikeBlur && blurs * kAlikeBlur > 1)) return false;
   for (int corner = 0; corner < corners_; ++corner) {
     const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
@@ -271,14 +271,14 @@ bool BoardPixels::HoldFor(const Lens& lens, const BoardGeometry& geometry, doubl
   return true;
 }
 
-void BoardPixels::PrepareChange(bool keep_originals) {
-  if (collected_.originals != Originals::kThese) return;
-  if (keep_originals) lanes_.KeepOriginals();
-  collected_.originals = keep_originals ? Originals::kKept : Originals::kLost;
+void BoardPixels::PrepareChange() {
+  if (collected_.originals_kept) return;
+  lanes_.KeepOriginals();
+  collected_.originals_kept = true;
 }
 
 int BoardPixels::Reuse(const Lens& lens, const BoardGeometry& geometry) {
-  if (collected_.originals == Originals::kKept) lanes_.RestoreOriginals();
+  if (collected_.originals_kept) lanes_.RestoreOriginals();
   origin_ = collected_.origin;
   PlaceCorners(lens, geometry);
   return collected_.inside;

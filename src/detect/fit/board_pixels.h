@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cstdint>
 #include <optional>
 
 #include "detect/common/board_geometry.h"
@@ -47,9 +46,8 @@ class BoardPixels {
   bool HoldFor(const Lens& lens, const BoardGeometry& geometry, double blur_px, int of_lane) const;
   /// Undoes what was done to them since they were collected, and places the corners. Returns as Collect().
   int Reuse(const Lens& lens, const BoardGeometry& geometry);
-  /// To be called before their light is changed. @param keep_originals so that that can be undone; else, if they are as
-  /// they were collected, they do for no other fit.
-  void PrepareChange(bool keep_originals);
+  /// To be called before their light is changed, so that Reuse() can undo that.
+  void PrepareChange();
   /// What they were collected for.
   const BoardGeometry& collected_for() const { return collected_.geometry; }
   /// Where the corners lie after the geometry has changed; the pixels stay with their corners.
@@ -88,13 +86,12 @@ class BoardPixels {
 
   MarkerSize size_;
   int corners_ = 0;
-  enum class Originals : std::uint8_t { kThese, kKept, kLost };
   struct Collected {
     BoardGeometry geometry;
     double blur_px = 0;
     int of_lane = 0, inside = 0, pixels = 0;
     Eigen::Vector2d origin = Eigen::Vector2d::Zero();
-    Originals originals = Originals::kThese;
+    bool originals_kept = false;
     std::optional<BentPaper> paper;  ///< whose bend was taken out
   } collected_;
   std::array<CornerPlace, kMaxCorners> places_;

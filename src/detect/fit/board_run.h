@@ -9,6 +9,7 @@
 
 #include "chequer/geometry.h"
 #include "detect/common/board_geometry.h"
+#include "detect/common/fixed_vector.h"
 #include "detect/fit/bent_paper.h"
 #include "detect/fit/board_equations.h"
 #include "detect/fit/edge_spread.h"
@@ -63,9 +64,10 @@ struct BoardRun {
   };
   /// What was done to the pixels' light.
   struct Light {
-    bool bent = false;            ///< a bent shading was taken out
-    bool shade_twice = false;     ///< the first shading is not good enough for boards as large
-    BoardGeometry collected_for;  ///< where the pixels were chosen, and for which motion
+    FixedVector<float, kMaxCells> shading;  ///< that was taken out, by cell; empty: none
+    bool bent = false;                      ///< it is bent
+    bool shade_twice = false;               ///< the first shading is not good enough for boards as large
+    BoardGeometry collected_for;            ///< where the pixels were chosen, and for which motion
     Eigen::Vector2d collected_for_motion = Eigen::Vector2d::Zero();
     /// The pixels' weights fade out by where the board lies. Not before it has come near: where it was thought to lie,
     /// there are its pixels.
