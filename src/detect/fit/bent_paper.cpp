@@ -22,8 +22,8 @@ constexpr double kBendKnownTo = 1.0 / 60, kAcrossKnownTo = 1.0 / 3000;
 /// either side: they tell of that coordinate that the edge is square to.
 constexpr double kAlongEdge = 1.0 / 12;
 /// Flat boards are not asked any further where a homography and a bend, found in one linear step, gain less than that
-/// share of what they have to: of boards that are asked, all but one in ten.
-constexpr double kRoughly = 0.5;
+/// share of what they have to: bends that gain just as much are so weak that both gain alike.
+constexpr double kRoughly = 0.8;
 /// Steps before which a bend has no direction yet along which it could be a cylinder's.
 constexpr int kStepsWithoutDirection = 2;
 constexpr int kMostSteps = 25;

@@ -91,7 +91,7 @@ Regression<kTerms> Regress(const ShadedCells& cells, const Terms& terms, const V
     if (mosaic && phase == (cells.blue_phase ^ 2)) continue;
     std::array<Group<kTerms>, 2> groups;  // by saturation
     VisitCells(cells, phase, [&](bool saturated, double x, double y, float level) {
-      groups[saturated].Add(terms(x, y), value(x, y, static_cast<double>(level)));
+      groups[saturated].Add(terms(x, y), value(x, y, level));
     });
     for (const Group<kTerms>& group : groups) regression.Add(group);
     if (both_green)
@@ -115,7 +115,8 @@ bool IsLight(const Bent& bent, MarkerSize size) {
 
 /// A slope and the second order of the light's logarithm. Nothing where the cells hardly tell them, or too steep ones.
 std::optional<Shading> FindWeak(const ShadedCells& cells) {
-  const auto regression = Regress<5>(cells, Powers, [](double, double, double level) { return std::log(level); });
+  const auto regression =
+      Regress<5>(cells, Powers, [](double, double, float level) { return double{std::log(level)}; });
   if (regression.freedom < kFewestOfFine) return std::nullopt;
   const Eigen::LLT<Eigen::Matrix<double, 5, 5>> solver(regression.normal);
   if (solver.info() != Eigen::Success) return std::nullopt;
@@ -133,7 +134,7 @@ std::optional<Shading> FindBent(const ShadedCells& cells, const Eigen::Vector2d&
     if (!bent.allFinite() || !IsLight(bent, cells.size)) return std::nullopt;
     const auto regression = Regress<5>(
         cells, [&](double x, double y) -> Bent { return Powers(x, y) / LightOf(bent, x, y); },
-        [&](double x, double y, double level) { return std::log(level) - std::log(LightOf(bent, x, y)); });
+        [&](double x, double y, float level) { return double{std::log(level)} - std::log(LightOf(bent, x, y)); });
     if (step == kSteps) {
       if (regression.square > most_square || bent.head<2>().norm() > kMostPerCellBent) return std::nullopt;
       return Shading{bent.head<2>(), bent.tail<3>(), true};
@@ -150,7 +151,7 @@ std::optional<Shading> FindBent(const ShadedCells& cells, const Eigen::Vector2d&
 std::optional<Shading> FindShading(const ShadedCells& cells) {
   const auto regression = Regress<2>(
       cells, [](double x, double y) { return Eigen::Vector2d(x, y); },
-      [](double, double, double level) { return std::log(level); });
+      [](double, double, float level) { return double{std::log(level)}; });
   if (!(regression.normal.determinant() > 1)) return std::nullopt;
   const Eigen::Vector2d slope = regression.normal.inverse() * regression.right;
   if (!slope.allFinite()) return std::nullopt;
