@@ -65,10 +65,6 @@ BoardGeometry::Parameters BoardGeometry::parameters() const {
   return h;
 }
 
-Eigen::Vector2d BoardGeometry::ToPlane(const Eigen::Vector2d& board) const {
-  return (plane_from_board_ * board.homogeneous()).hnormalized();
-}
-
 Eigen::Matrix2d BoardGeometry::PlaneByBoard(const Eigen::Vector2d& board) const {
   const Eigen::Vector3d h = plane_from_board_ * board.homogeneous();
   const Eigen::Vector2d plane = h.hnormalized();

@@ -61,7 +61,11 @@ class BoardGeometry {
   const Eigen::Matrix3d& plane_from_board() const { return plane_from_board_; }
   Parameters parameters() const;
 
-  Eigen::Vector2d ToPlane(const Eigen::Vector2d& board) const;
+  Eigen::Vector2d ToPlane(const Eigen::Vector2d& board) const {
+    const Eigen::Matrix3d& h = plane_from_board_;
+    const double x = board.x(), y = board.y(), inverse = 1 / (h(2, 0) * x + h(2, 1) * y + h(2, 2));
+    return {(h(0, 0) * x + h(0, 1) * y + h(0, 2)) * inverse, (h(1, 0) * x + h(1, 1) * y + h(1, 2)) * inverse};
+  }
   /// Derivative of the plane point by the board point.
   Eigen::Matrix2d PlaneByBoard(const Eigen::Vector2d& board) const;
   /// Of a board point.

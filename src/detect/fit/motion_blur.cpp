@@ -211,12 +211,6 @@ Patch SamplePatch(const LightReader& reader, const Lens& lens, const BoardGeomet
 
 }  // namespace
 
-double WiderByMotionBlur(const Eigen::RowVector2d& across, const Eigen::Vector2d& motion_blur_px, double blur_px) {
-  if (motion_blur_px.isZero()) return 1;
-  const double way = across.dot(motion_blur_px) / across.norm();
-  return std::sqrt(1 + way * way / (12 * blur_px * blur_px));
-}
-
 MotionBlurs FindMotionBlurs(const LightReader& reader, const Lens& lens, MarkerSize size,
                             const BoardGeometry& geometry) {
   // Whole periods, which tell waves apart, that what lies beside the board does not blur into.
