@@ -96,14 +96,15 @@ void MergeKind(const float* HWY_RESTRICT from, const PhaseShares& shares, std::p
 }
 
 /// Of the products: those with a level by channel, the others over all phases.
-void MergePhases(const SumsOfLanes& sums, const PhaseShares& shares, bool with_levels, float* merged) {
+/// @param lanes the first so many.
+void MergePhases(const SumsOfLanes& sums, int lanes, const PhaseShares& shares, bool with_levels, float* merged) {
   constexpr PhaseShares kAll{{1, 1, 1, 1}, 1};
   const auto is_level = [](int column) { return column >= kLevel00 && column <= kLevel11; };
   for (int a = 0; a < kLaneColumns; ++a)
     for (int b = a; b < kLaneColumns; ++b) {
       const bool of_level = is_level(a) || is_level(b);
       if (of_level && !with_levels) continue;
-      MergeKind(sums.Of(a, b, 0), of_level ? shares : kAll, sums.stride, merged + ProductSum(a, b) * sums.stride);
+      MergeKind(sums.Of(a, b, 0), of_level ? shares : kAll, lanes, merged + ProductSum(a, b) * sums.stride);
     }
 }
 
@@ -118,6 +119,7 @@ void AddShapes(const CornerTerms* corners, int count, const SumsOfLanes& merged,
   for (auto& row : rows) row = hn::Zero(d);
   for (int k = 0; k < kVectors; ++k) by_blur[k] = by_residual[k] = hn::Zero(d);
   double blur = 0, blur_residual = 0, residual = 0;
+  double along[2][kParameters];  // information on x and on y by each parameter's move
   for (const CornerTerms* corner = corners; corner < corners + count; ++corner) {
     const auto sum = [&](int a, int b) { return static_cast<double>(*merged.Of(a, b, corner->lane)); };
     const double xx = sum(kShiftX, kShiftX), xy = sum(kShiftX, kShiftY), yy = sum(kShiftY, kShiftY);
@@ -125,14 +127,16 @@ void AddShapes(const CornerTerms* corners, int count, const SumsOfLanes& merged,
     for (int k = 0; k < kVectors; ++k) {
       x[k] = hn::LoadU(d, corner->by_x + k * kLanes);
       y[k] = hn::LoadU(d, corner->by_y + k * kLanes);
+      const auto mixed = hn::Set(d, xy);
+      hn::StoreU(hn::MulAdd(hn::Set(d, xx), x[k], hn::Mul(mixed, y[k])), d, along[0] + k * kLanes);
+      hn::StoreU(hn::MulAdd(hn::Set(d, yy), y[k], hn::Mul(mixed, x[k])), d, along[1] + k * kLanes);
       by_blur[k] = hn::MulAdd(hn::Set(d, sum(kShiftX, kBlur)), x[k],
                               hn::MulAdd(hn::Set(d, sum(kShiftY, kBlur)), y[k], by_blur[k]));
       by_residual[k] = hn::MulAdd(hn::Set(d, sum(kShiftX, kResidual)), x[k],
                                   hn::MulAdd(hn::Set(d, sum(kShiftY, kResidual)), y[k], by_residual[k]));
     }
     for (int a = 0; a < kParameters; ++a) {
-      const double ax = corner->by_x[a], ay = corner->by_y[a];
-      const auto along_x = hn::Set(d, xx * ax + xy * ay), along_y = hn::Set(d, xy * ax + yy * ay);
+      const auto along_x = hn::Set(d, along[0][a]), along_y = hn::Set(d, along[1][a]);
       for (int k = a / kLanes; k < kVectors; ++k) {
         auto& row = rows[a * kVectors + k];
         row = hn::MulAdd(along_x, x[k], hn::MulAdd(along_y, y[k], row));
@@ -297,11 +301,11 @@ void Eliminate(BoardSystem& system) {
   EliminateColumns<8>(system);
 }
 
-/// @param merged room for what `sums` has.
-void Solve(const CornerTerms* corners, int count, const SumsOfLanes& sums, const PhaseShares& shares, float least,
-           float* merged, BoardSystem& system) {
+/// @param lanes the first so many have sums. @param merged room for what `sums` has.
+void Solve(const CornerTerms* corners, int count, const SumsOfLanes& sums, int lanes, const PhaseShares& shares,
+           float least, float* merged, BoardSystem& system) {
   const bool with_levels = !system.fixed_levels;
-  MergePhases(sums, shares, with_levels, merged);
+  MergePhases(sums, lanes, shares, with_levels, merged);
   const SumsOfLanes of_channels{merged, sums.stride};
   AddShapes(corners, count, of_channels, system);
   if (!with_levels) return;
@@ -451,7 +455,7 @@ int BoardEquations::DescribeCorners(const Input& input, CornerTerms* terms) cons
   const BoardPixels& pixels = *input.pixels;
   int count = 0;
   for (int corner = 0; corner < pixels.corners(); ++corner) {
-    if (!input.used[static_cast<std::size_t>(corner)]) continue;
+    if (!input.used[static_cast<std::size_t>(corner)] || pixels.Lane(corner) >= input.lanes) continue;
     const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
     const float* repeated = repeated_.data() + corner * kRepeated;
     const QuadrantLevels levels = LevelsAround(pixels.size(), corner, input.own_levels);
@@ -480,7 +484,8 @@ void BoardEquations::Assemble(const Input& input) {
   lanes_ = lanes.padded();
   merged_.resize(static_cast<std::size_t>(kProductSums * lanes_));
   HWY_DYNAMIC_DISPATCH(Solve)
-  (corners.data(), count, {lanes.sum_data(0), lanes.padded()}, shares, kLeastInformation, merged_.data(), system);
+  (corners.data(), count, {lanes.sum_data(0), lanes.padded()}, std::min(input.lanes, lanes.padded()), shares,
+   kLeastInformation, merged_.data(), system);
   for (int a = 0; a < kUnknowns; ++a) {
     for (int b = a; b < kUnknowns; ++b) normal_(a, b) = normal_(b, a) = system.normal[a][b];
     gradient_[a] = system.normal[a][kUnknowns];

@@ -46,6 +46,8 @@ class BoardEquations {
     const BoardPixels* pixels = nullptr;
     /// By corner: leaves corners out.
     std::span<const bool> used;
+    /// The first so many have sums: corners without are left out.
+    int lanes = KernelInput::kAllLanes;
     /// Phase of the red pixels of a mosaic; −1 if all phases are one channel.
     int red_phase = -1;
     /// The levels stay as they are: then the lanes need not have sums of them.

@@ -145,6 +145,11 @@ class BoardFit {
   /// Of these, how pixels fade at the rim: where the others are set already.
   void SetFades();
   void SetLanes();
+  /// Which the next steps are by: one in `stride` of all pixels, or of those of the corners spread over the board.
+  void UsePixels(int stride, bool of_spread = false);
+  /// Whether these are enough, and all are used.
+  bool SpreadCornersSuffice() const;
+  int PixelsOfStep() const;
   /// A step of Gauss-Newton by these sums of the kernel; by shapes alone, the cells' levels stay as they are.
   bool Step(LaneSums sums);
   /// Within what a step may change.

@@ -50,8 +50,8 @@ Window WindowOf(bool at_start, bool at_end, double px, double blur_px) {
   if (at_end) window.high = reach;
   window.middle = (window.low + window.high) / 2;
   if (at_start == at_end || px <= kHardCellPx) return window;
-  const double share = std::min(1.0, (px - kHardCellPx) / (kSoftCellPx - kHardCellPx)),
-               beyond_px = share * kFadeBeyondPx, fade_px = beyond_px + share * kFadeBeforePx;
+  const double share = BoardPixels::RimSoftness(px), beyond_px = share * kFadeBeyondPx,
+               fade_px = beyond_px + share * kFadeBeforePx;
   window.fade = (at_start ? 1 : -1) * px / fade_px;
   window.fade_at = (reach * px + beyond_px) / fade_px;
   (at_start ? window.low : window.high) += (at_start ? -1 : 1) * beyond_px / px;
@@ -149,16 +149,26 @@ Thinning ThinningOf(const Region& region, double px_x, double px_y, double blur_
 
 }  // namespace
 
+double BoardPixels::RimSoftness(double cell_px) {
+  return std::clamp((cell_px - kHardCellPx) / (kSoftCellPx - kHardCellPx), 0.0, 1.0);
+}
+
 void BoardPixels::RankCorners() {
   // Lanes that are evaluated together should have as many pixels: corners of the rim have more. Those left over that do
   // not fill a vector should have few.
   int next = 0;
-  for (int rims = 4; rims >= 0; --rims)
-    for (int corner = 0; corner < corners_; ++corner) {
-      const int row = corner / (size_.cols - 1), col = corner % (size_.cols - 1);
-      const int at = (row == 0) + (row == size_.rows - 2) + (col == 0) + (col == size_.cols - 2);
-      if (at == rims) rank_[static_cast<std::size_t>(corner)] = next++;
-    }
+  const auto is_spread = [](int at, int last) { return at % 2 == 0 || at == last; };
+  for (const bool spread : {true, false}) {
+    for (int rims = 4; rims >= 0; --rims)
+      for (int corner = 0; corner < corners_; ++corner) {
+        const int row = corner / (size_.cols - 1), col = corner % (size_.cols - 1), last_row = size_.rows - 2,
+                  last_col = size_.cols - 2;
+        const int at = (row == 0) + (row == last_row) + (col == 0) + (col == last_col);
+        if (at == rims && (is_spread(row, last_row) && is_spread(col, last_col)) == spread)
+          rank_[static_cast<std::size_t>(corner)] = next++;
+      }
+    if (spread) spread_ = next;
+  }
 }
 
 BoardGeometry::Local BoardPixels::SeenAt(const BoardGeometry& geometry, const Eigen::Vector2d& board) const {

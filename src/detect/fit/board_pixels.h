@@ -40,6 +40,8 @@ class BoardPixels {
   /// bent board, their coordinates those at which flat paper, in its middle's plane, would show the same.
   int Collect(const LightReader& reader, const Lens& lens, MarkerSize size, const BoardGeometry& geometry,
               double blur_px, int of_lane = kLaneCapacity, const std::optional<BentPaper>& paper = std::nullopt);
+  /// How softly the pixels of the rim fade out, by the size of the cells: 0 … 1.
+  static double RimSoftness(double cell_px);
   /// Where the point of the board is seen that their coordinates have at `board`, and its derivative.
   BoardGeometry::Local SeenAt(const BoardGeometry& geometry, const Eigen::Vector2d& board) const;
   /// Whether the pixels, which are this board's, are as good as collected for that geometry.
@@ -66,6 +68,10 @@ class BoardPixels {
   int pixels() const { return collected_.pixels; }
   /// The first of the corner's four lanes.
   int Lane(int corner) const { return 4 * rank_[static_cast<std::size_t>(corner)]; }
+  /// Corners of every other row and column, and of the last ones: they have the first lanes. @{
+  int spread_corners() const { return spread_; }
+  bool is_spread(int corner) const { return rank_[static_cast<std::size_t>(corner)] < spread_; }
+  /// @}
   /// Towards −x, −y.
   int Cell(int corner) const { return CellsAround(size_, corner)[0]; }
   /// Of the lanes' plane coordinates.
@@ -96,6 +102,7 @@ class BoardPixels {
   } collected_;
   std::array<CornerPlace, kMaxCorners> places_;
   std::array<int, kMaxCorners> rank_{};
+  int spread_ = 0;  ///< the first so many ranks are those of corners spread over the board
   Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
   LaneBlock lanes_;
 };

@@ -31,12 +31,16 @@ constexpr int ProductsOf(int first, int last) { return ProductSum(last - 1, kRow
 
 /// sums += Σ over the chunk of row[a] · row[b], a = kFirst … kLast − 1, b = a …: rows of the triangle that share what
 /// is loaded, as many as the registers of AVX2 have sums for: in a function of its own, which has them all.
+/// @param anew the sums begin at zero, whatever they were.
 template <int kFirst, int kLast>
-HWY_NOINLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, Sums sums) {
+HWY_NOINLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, bool anew, Sums sums) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   constexpr int kProducts = ProductsOf(kFirst, kLast), kFirstProduct = ProductSum(kFirst, kFirst);
   V sum[static_cast<std::size_t>(kProducts)];
-  for (int i = 0; i < kProducts; ++i) sum[i] = hn::Load(d, sums.Of(kFirstProduct + i));
+  if (anew)
+    for (int i = 0; i < kProducts; ++i) sum[i] = hn::Zero(d);
+  else
+    for (int i = 0; i < kProducts; ++i) sum[i] = hn::Load(d, sums.Of(kFirstProduct + i));
   for (int k = 0; k < count; ++k) {
     const float* HWY_RESTRICT row = rows + k * kRow * lanes;
     V factor[static_cast<std::size_t>(kLast - kFirst)];
@@ -52,15 +56,15 @@ HWY_NOINLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, Su
   for (int i = 0; i < kProducts; ++i) hn::Store(sum[i], d, sums.Of(kFirstProduct + i));
 }
 
-HWY_INLINE void AddAllProducts(D d, const float* HWY_RESTRICT rows, int count, Sums sums) {
-  AddProducts<0, 1>(d, rows, count, sums);
-  AddProducts<1, 3>(d, rows, count, sums);
-  AddProducts<3, 5>(d, rows, count, sums);
-  AddProducts<5, kRow>(d, rows, count, sums);
+HWY_INLINE void AddAllProducts(D d, const float* HWY_RESTRICT rows, int count, bool anew, Sums sums) {
+  AddProducts<0, 1>(d, rows, count, anew, sums);
+  AddProducts<1, 3>(d, rows, count, anew, sums);
+  AddProducts<3, 5>(d, rows, count, anew, sums);
+  AddProducts<5, kRow>(d, rows, count, anew, sums);
 }
 
 /// The same for the columns that are no levels: few enough for one go.
-HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count, Sums sums) {
+HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count, bool anew, Sums sums) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   constexpr int kColumns = 4, kColumn[kColumns] = {kShiftX, kShiftY, kBlur, kResidual};
   const auto each_product = [&](auto&& act) HWY_ATTR {
@@ -68,8 +72,9 @@ HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count,
       for (int b = a; b < kColumns; ++b, ++product) act(a, b, product);
   };
   V sum[kColumns * (kColumns + 1) / 2];
-  each_product([&](int a, int b, int product)
-                   HWY_ATTR { sum[product] = hn::Load(d, sums.Of(ProductSum(kColumn[a], kColumn[b]))); });
+  each_product([&](int a, int b, int product) HWY_ATTR {
+    sum[product] = anew ? hn::Zero(d) : hn::Load(d, sums.Of(ProductSum(kColumn[a], kColumn[b])));
+  });
   for (int k = 0; k < count; ++k) {
     V value[kColumns];
     for (int a = 0; a < kColumns; ++a) value[a] = hn::Load(d, rows + (k * kRow + kColumn[a]) * lanes);
@@ -80,22 +85,49 @@ HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count,
                    HWY_ATTR { hn::Store(sum[product], d, sums.Of(ProductSum(kColumn[a], kColumn[b]))); });
 }
 
-/// What the kernel's input says, of some lanes.
-struct Model {
-  /// From the plane, as homogeneous coordinates: the distances from the two edges, and what both are over.
-  V to_x[3], to_y[3], to_depth[3];
-  /// l00, its change from above to below at the left, from left to right above, and that by y.
-  struct {
-    V l00, down, across, cross, middle;
-  } light;
+/// What the kernel's input says of all lanes.
+struct Shared {
+  V board_from_plane[9];
+  V per_blur, px;
   PowerTerms edge_x, edge_y;
-  V correlation;  ///< with the densities' middles
-  /// What it changes by near the corner.
+  /// What the correlation changes by near the corner.
   struct {
     V square, product, fall;
     bool none;
   } corner;
-  V noise_floor, noise_slope, limit;
+  V limit;
+};
+
+Shared SharedOf(const KernelInput& input) {
+  const D d;
+  Shared s;
+  for (int i = 0; i < 9; ++i) s.board_from_plane[i] = hn::Set(d, input.board_from_plane[i]);
+  s.per_blur = hn::Set(d, kUnit / input.blur_px);
+  s.px = hn::Set(d, input.blur_px / kUnit);
+  s.edge_x = PowerTermsOf(input.edge_x);
+  s.edge_y = PowerTermsOf(input.edge_y);
+  constexpr float kPerSquare = 1 / (kUnit * kUnit), kOfExcess = kDensity * kDensity * kPerSquare;
+  s.corner.square = hn::Set(d, kOfExcess * input.corner.square);
+  s.corner.product = hn::Set(d, kOfExcess * input.corner.product);
+  s.corner.fall = hn::Set(d, kPerSquare * CornerExcess::kFall);
+  s.corner.none = input.corner.none();
+  s.limit = hn::Set(d, input.robust_limit);
+  return s;
+}
+
+/// The same, with what it says of some lanes.
+struct Model {
+  explicit Model(const Shared& of_all) : shared(of_all) {}
+
+  const Shared& shared;
+  /// From the plane, as homogeneous coordinates: the distances from the two edges.
+  V to_x[3], to_y[3];
+  /// l00, its change from above to below at the left, from left to right above, and that by y.
+  struct {
+    V l00, down, across, cross, middle;
+  } light;
+  V correlation;  ///< with the densities' middles
+  V noise_floor, noise_slope;
   /// Root of a pixel's weight, by the distances.
   struct {
     V x, y, x_at, y_at;
@@ -104,20 +136,18 @@ struct Model {
   V count;  ///< pixels
 };
 
-Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
+Model ModelOf(const Shared& shared, const LaneBlock& block, int first) {
   const D d;
   const auto parameter = [&](LaneBlock::Parameter which)
                              HWY_ATTR { return hn::LoadU(d, block.parameter_data(which) + first); };
-  Model m;
-  const V per_blur = hn::Set(d, kUnit / input.blur_px);
-  const V scale_x = hn::Mul(parameter(LaneBlock::kPxPerCellX), per_blur),
-          scale_y = hn::Mul(parameter(LaneBlock::kPxPerCellY), per_blur);
+  Model m(shared);
+  const V scale_x = hn::Mul(parameter(LaneBlock::kPxPerCellX), shared.per_blur),
+          scale_y = hn::Mul(parameter(LaneBlock::kPxPerCellY), shared.per_blur);
   const V corner_x = parameter(LaneBlock::kCornerX), corner_y = parameter(LaneBlock::kCornerY);
   for (int i = 0; i < 3; ++i) {
-    const float* h = input.board_from_plane + i;
-    m.to_depth[i] = hn::Set(d, h[6]);
-    m.to_x[i] = hn::Mul(hn::NegMulAdd(corner_x, m.to_depth[i], hn::Set(d, h[0])), scale_x);
-    m.to_y[i] = hn::Mul(hn::NegMulAdd(corner_y, m.to_depth[i], hn::Set(d, h[3])), scale_y);
+    const V* h = shared.board_from_plane + i;
+    m.to_x[i] = hn::Mul(hn::NegMulAdd(corner_x, h[6], h[0]), scale_x);
+    m.to_y[i] = hn::Mul(hn::NegMulAdd(corner_y, h[6], h[3]), scale_y);
   }
   m.correlation = hn::Mul(parameter(LaneBlock::kCorrelation), hn::Set(d, kDensity * kDensity));
   const V l10 = parameter(LaneBlock::kL10), l01 = parameter(LaneBlock::kL01), l11 = parameter(LaneBlock::kL11);
@@ -125,21 +155,12 @@ Model ModelOf(const KernelInput& input, const LaneBlock& block, int first) {
   m.light.down = hn::Sub(l01, m.light.l00);
   m.light.across = hn::Sub(l10, m.light.l00);
   m.light.cross = hn::Sub(hn::Sub(l11, l01), m.light.across);
-  m.edge_x = PowerTermsOf(input.edge_x);
-  m.edge_y = PowerTermsOf(input.edge_y);
-  constexpr float kPerSquare = 1 / (kUnit * kUnit), kOfExcess = kDensity * kDensity * kPerSquare;
-  m.corner.square = hn::Set(d, kOfExcess * input.corner.square);
-  m.corner.product = hn::Set(d, kOfExcess * input.corner.product);
-  m.corner.fall = hn::Set(d, kPerSquare * CornerExcess::kFall);
-  m.corner.none = input.corner.none();
   m.noise_floor = parameter(LaneBlock::kNoiseFloor);
   m.noise_slope = parameter(LaneBlock::kNoiseSlope);
   m.light.middle = hn::Mul(hn::Add(hn::Add(m.light.l00, l11), hn::Add(l10, l01)), hn::Set(d, 0.25f));
-  m.limit = hn::Set(d, input.robust_limit);
-  const V px = hn::Set(d, input.blur_px / kUnit), fade_x = parameter(LaneBlock::kFadeX),
-          fade_y = parameter(LaneBlock::kFadeY);
-  m.fade.x = hn::Mul(fade_x, px);
-  m.fade.y = hn::Mul(fade_y, px);
+  const V fade_x = parameter(LaneBlock::kFadeX), fade_y = parameter(LaneBlock::kFadeY);
+  m.fade.x = hn::Mul(fade_x, shared.px);
+  m.fade.y = hn::Mul(fade_y, shared.px);
   m.fade.x_at = parameter(LaneBlock::kFadeXAt);
   m.fade.y_at = parameter(LaneBlock::kFadeYAt);
   m.fade.any = !hn::AllTrue(d, hn::Eq(hn::Or(fade_x, fade_y), hn::Zero(d)));
@@ -159,7 +180,7 @@ HWY_INLINE void PlaceAtEdges(const Model& m, V u, V v, float* HWY_RESTRICT row) 
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const auto row_of = [&](const V* to) HWY_ATTR { return hn::MulAdd(to[0], u, hn::MulAdd(to[1], v, to[2])); };
-  const V w = Reciprocal(d, row_of(m.to_depth));
+  const V w = Reciprocal(d, row_of(m.shared.board_from_plane + 6));
   hn::Store(hn::Mul(row_of(m.to_x), w), d, row + EdgeRow::kX * lanes);
   hn::Store(hn::Mul(row_of(m.to_y), w), d, row + EdgeRow::kY * lanes);
 }
@@ -168,13 +189,15 @@ HWY_INLINE void BlurEdges(const Model& m, float* HWY_RESTRICT row) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int axis = 0; axis < 2; ++axis) {
-    const Normal normal = NormalAt(d, hn::Load(d, row + axis * lanes), axis == 0 ? m.edge_x : m.edge_y);
+    const Normal normal = NormalAt(d, hn::Load(d, row + axis * lanes), axis == 0 ? m.shared.edge_x : m.shared.edge_y);
     hn::Store(normal.density, d, row + (EdgeRow::kDensityX + axis) * lanes);
     hn::Store(normal.integral, d, row + (EdgeRow::kIntegralX + axis) * lanes);
   }
 }
 
 /// Puts the sums right where columns were summed without a factor that all pixels of a lane share.
+/// @tparam kLevels whether there are sums of levels.
+template <bool kLevels>
 void ScaleShapes(const KernelInput& input, const LaneBlock& block, int first, Sums sums) {
   const D d;
   const auto per_px = [&](LaneBlock::Parameter px_per_cell)
@@ -184,6 +207,7 @@ void ScaleShapes(const KernelInput& input, const LaneBlock& block, int first, Su
                       hn::Set(d, -kDensity / (kUnit * input.blur_px))};
   for (int a = kShiftX; a <= kBlur; ++a)
     for (int b = a; b < kRow; ++b) {
+      if (!kLevels && b >= kLevel00 && b <= kLevel11) continue;
       float* const sum = sums.Of(ProductSum(a, b));
       const V scaled = hn::Mul(hn::Load(d, sum), scale[a]);
       hn::Store(b <= kBlur ? hn::Mul(scaled, scale[b]) : scaled, d, sum);
@@ -211,11 +235,11 @@ HWY_INLINE Predicted Predict(const Model& m, const float* HWY_RESTRICT edges) {
   p.ax = of(EdgeRow::kX), p.ay = of(EdgeRow::kY), p.right = of(EdgeRow::kIntegralX), p.down = of(EdgeRow::kIntegralY);
   const V density_x = of(EdgeRow::kDensityX), density_y = of(EdgeRow::kDensityY);
   V correlation = m.correlation;
-  if (!m.corner.none) {
+  if (!m.shared.corner.none) {
     const V ax_square = hn::Mul(p.ax, p.ax), ay_square = hn::Mul(p.ay, p.ay);
-    const V fall = hn::NegMulAdd(m.corner.fall, hn::Add(ax_square, ay_square), hn::Set(d, 1.0f));
-    const V square = hn::Mul(m.corner.square, hn::Sub(ax_square, ay_square));
-    correlation = hn::MulAdd(hn::MulAdd(m.corner.product, hn::Mul(p.ax, p.ay), square), fall, correlation);
+    const V fall = hn::NegMulAdd(m.shared.corner.fall, hn::Add(ax_square, ay_square), hn::Set(d, 1.0f));
+    const V square = hn::Mul(m.shared.corner.square, hn::Sub(ax_square, ay_square));
+    correlation = hn::MulAdd(hn::MulAdd(m.shared.corner.product, hn::Mul(p.ax, p.ay), square), fall, correlation);
   }
   const V twist = hn::Mul(correlation, hn::Mul(density_x, density_y));
   const auto& light = m.light;
@@ -261,9 +285,9 @@ HWY_INLINE Weighed Weigh(const Model& m, const Predicted& p, V marked_light, M i
   w.deviation = hn::Mul(residual, w.root);
   w.robust = w.fits = usable, w.fit_residual = residual;
   // Huber: beyond the limit the weight falls as 1 / deviation.
-  const auto off = hn::Gt(hn::Abs(w.deviation), m.limit);
+  const auto off = hn::Gt(hn::Abs(w.deviation), m.shared.limit);
   if (HWY_UNLIKELY(!hn::AllFalse(d, off))) {
-    w.robust = hn::IfThenElse(off, hn::Div(m.limit, hn::Abs(w.deviation)), usable);
+    w.robust = hn::IfThenElse(off, hn::Div(m.shared.limit, hn::Abs(w.deviation)), usable);
     w.root = hn::Mul(w.root, hn::Sqrt(w.robust));
     w.deviation = hn::Mul(residual, w.root);
     w.fits = hn::IfThenElse(off, zero, usable);
@@ -319,7 +343,7 @@ HWY_INLINE int MostOf(const LaneBlock& block, int first) {
 
 /// Of the lanes from `first` on that fill a vector.
 template <LaneSums kSums>
-void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
+void AccumulateVector(const KernelInput& input, const Shared& shared, int first, LaneBlock& block) {
   const D d;
   constexpr int kMaxLanes = HWY_MAX_BYTES / sizeof(float);
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -327,11 +351,11 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
   HWY_ALIGN float rows[kChunk * kRow * kMaxLanes];
   const Sums products{block.sum_data(0) + first, block.padded()};
   const V zero = hn::Zero(d);
-  HWY_UNROLL(6)
-  for (int product = 0; product < kProductSums; ++product) hn::Store(zero, d, products.Of(product));
-  const Model m = ModelOf(input, block, first);
+  const Model m = ModelOf(shared, block, first);
   OtherSums sums{zero, zero, zero, zero, zero, zero, zero};
   const int most = MostOf(block, first);
+  if (most == 0 || kSums == LaneSums::kShapes)
+    for (int product = 0; product < kProductSums; ++product) hn::Store(zero, d, products.Of(product));
   const int stride = input.stride;
   const std::ptrdiff_t next = stride * LaneBlock::kNextPixel;
   const std::size_t start = block.Place(first, 0);
@@ -351,10 +375,10 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
     for (int i = 0; i < pixels; ++i, light += next, left_to_fill = hn::Sub(left_to_fill, step))
       FillRow<kSums>(m, edges + i * EdgeRow::kValues * lanes, hn::LoadU(d, light), hn::Gt(left_to_fill, zero),
                      rows + i * kRow * lanes, sums);
-    kSums == LaneSums::kShapes ? AddShapeProducts(d, rows, pixels, products)
-                               : AddAllProducts(d, rows, pixels, products);
+    kSums == LaneSums::kShapes ? AddShapeProducts(d, rows, pixels, k == 0, products)
+                               : AddAllProducts(d, rows, pixels, k == 0, products);
   }
-  ScaleShapes(input, block, first, products);
+  ScaleShapes<kSums != LaneSums::kShapes>(input, block, first, products);
   if constexpr (kSums == LaneSums::kShapes) return;
   const auto finish = [&](LaneSum which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
   finish(kWeight, sums.weight);
@@ -368,15 +392,18 @@ void AccumulateVector(const KernelInput& input, int first, LaneBlock& block) {
 
 void Accumulate(const KernelInput& input, LaneBlock& block) {
   const int lanes = static_cast<int>(hn::Lanes(D()));
-  if (block.is_folded())
+  const bool all = input.lanes >= block.lanes(), folded = all && block.is_folded();
+  if (folded)
     for (int which = 0; which < LaneBlock::kParameters; ++which) block.SpreadFolded(block.parameter_data(which));
-  for (int first = 0; first < block.padded(); first += lanes) switch (input.sums) {
-      case LaneSums::kShapes: AccumulateVector<LaneSums::kShapes>(input, first, block); break;
-      case LaneSums::kLevels: AccumulateVector<LaneSums::kLevels>(input, first, block); break;
-      case LaneSums::kNoise: AccumulateVector<LaneSums::kNoise>(input, first, block); break;
+  const int past = all ? block.padded() : input.lanes;
+  const Shared shared = SharedOf(input);
+  for (int first = 0; first < past; first += lanes) switch (input.sums) {
+      case LaneSums::kShapes: AccumulateVector<LaneSums::kShapes>(input, shared, first, block); break;
+      case LaneSums::kLevels: AccumulateVector<LaneSums::kLevels>(input, shared, first, block); break;
+      case LaneSums::kNoise: AccumulateVector<LaneSums::kNoise>(input, shared, first, block); break;
     }
   const int filled = input.sums == LaneSums::kShapes ? kProductSums : kLaneSums;
-  if (block.is_folded())
+  if (folded)
     for (int which = 0; which < filled; ++which) block.GatherFolded(block.sum_data(which));
 }
 

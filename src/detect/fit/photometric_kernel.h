@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 
 #include "detect/fit/lane_block.h"
 
@@ -39,11 +40,13 @@ struct KernelInput {
   CornerExcess corner;
   float robust_limit = 1e9f;  ///< residuals beyond so many standard deviations count with less weight (Huber)
   LaneSums sums = LaneSums::kNoise;
-  int stride = 1;  ///< every how many of a lane's pixels are used, ≥ 1
+  int stride = 1;         ///< every how many of a lane's pixels are used, ≥ 1
+  int lanes = kAllLanes;  ///< the first so many are looked at
+  static constexpr int kAllLanes = std::numeric_limits<int>::max();
 };
 
-/// Evaluates model and derivatives at all pixels and fills the wanted sums of all lanes; the other products are zero,
-/// the other sums left alone.
+/// Evaluates model and derivatives at all pixels and fills the wanted sums of the lanes that are looked at; their other
+/// products are zero, the other sums left alone.
 void AccumulateLanes(const KernelInput& input, LaneBlock& block);
 
 /// How the logarithm of the light changes over the plane: by u and v, their squares and their product.
@@ -54,8 +57,8 @@ struct LightFall {
 /// Takes it out of every pixel (to 1e-5 where it is up to 0.5).
 void EvenOutLanes(const LightFall& fall, LaneBlock& block);
 
-/// Negates the light of pixels from `saturation` on, which say no more than "at least that much": whatever is done to the
-/// light afterwards, they are known by it. @pre the pixels were just collected.
+/// Negates the light of pixels from `saturation` on, which say no more than "at least that much": whatever is done to
+/// the light afterwards, they are known by it. @pre the pixels were just collected.
 void MarkSaturated(float saturation, LaneBlock& block);
 
 }  // namespace chequer
