@@ -249,10 +249,9 @@ class BendSolver {
   /// @param board_at tells the plane's point and derivative of a point of the board there.
   template <class BoardAt>
   std::optional<Linear> Linearised(const Lying& lying, const BoardAt& board_at) const {
-    BoardGeometry::Information of_moves = BoardGeometry::Information::Zero();
-    Eigen::Matrix<double, kMoves, kBends> common = Eigen::Matrix<double, kMoves, kBends>::Zero();
-    BoardGeometry::Parameters moves_gradient = BoardGeometry::Parameters::Zero();
-    Linear linear;
+    // Of moves, bends and what is off: the products of all with each other, in one go.
+    constexpr int kAll = kMoves + kBends + 1;
+    Eigen::Matrix<double, kAll, kAll> products = Eigen::Matrix<double, kAll, kAll>::Zero();
     const Cylinder cylinder(lying.bend);
     for (const SeenCorner& seen : seen_) {
       ByUnknowns by;
@@ -261,19 +260,21 @@ class BendSolver {
       const Eigen::Matrix2d board_by_plane = at.plane_by_board.inverse();
       const Eigen::Matrix2d information =
           at.plane_by_board.transpose().lazyProduct(seen.information.lazyProduct(at.plane_by_board).eval());
-      // A pixel that shows a point which the bend moved that way has coordinates that are off the other way.
-      const Eigen::Matrix<double, 2, kBends> by_bend = -board_by_plane.lazyProduct(by.rightCols<kBends>());
-      Eigen::Matrix<double, 2, kMoves> by_moves;
+      Eigen::Matrix<double, kAll, 2> on_board;
       for (int axis = 0; axis < 2; ++axis)
-        by_moves.row(axis) = BoardGeometry::MoveByParameters(seen.board, axis).transpose();
-      const Eigen::Matrix<double, 2, kMoves> weighted = information.lazyProduct(by_moves);
-      const Eigen::Vector2d off = board_by_plane * (at.plane - seen.plane);
-      of_moves += by_moves.transpose().lazyProduct(weighted);
-      common += weighted.transpose().lazyProduct(by_bend);
-      linear.information += by_bend.transpose().lazyProduct(information.lazyProduct(by_bend).eval());
-      moves_gradient += weighted.transpose().lazyProduct(off);
-      linear.gradient += by_bend.transpose().lazyProduct(information.lazyProduct(off).eval());
+        on_board.col(axis).head<kMoves>() = BoardGeometry::MoveByParameters(seen.board, axis);
+      // A pixel that shows a point which the bend moved that way has coordinates that are off the other way.
+      on_board.middleRows<kBends>(kMoves) = -board_by_plane.lazyProduct(by.rightCols<kBends>()).transpose();
+      on_board.row(kAll - 1) = (board_by_plane * (at.plane - seen.plane)).transpose();
+      const Eigen::Matrix<double, kAll, 2> weighted = on_board.lazyProduct(information);
+      products += on_board.lazyProduct(weighted.transpose());
     }
+    const BoardGeometry::Information of_moves = products.topLeftCorner<kMoves, kMoves>();
+    const Eigen::Matrix<double, kMoves, kBends> common = products.block<kMoves, kBends>(0, kMoves);
+    const BoardGeometry::Parameters moves_gradient = products.col(kAll - 1).head<kMoves>();
+    Linear linear;
+    linear.information = products.block<kBends, kBends>(kMoves, kMoves);
+    linear.gradient = products.col(kAll - 1).segment<kBends>(kMoves);
     const SmallCholesky<kMoves> factor(of_moves);
     if (!factor.positive()) return std::nullopt;
     for (int bend = 0; bend < kBends; ++bend) linear.followed.col(bend) = factor.Solve(common.col(bend));
