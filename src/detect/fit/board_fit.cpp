@@ -635,12 +635,13 @@ bool BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start&
 
 bool BoardFit::LeavePrediction(const LightReader& reader, const Lens& lens, LaneSums sums) {
   const double still_px = kStillFromPrediction * run_->model.blur_px;
+  double moved_px = run_->step.corner_px;  // at most
   for (int step = 1; step < kMostFromPrediction && run_->step.corner_px > still_px; ++step) {
     pixels_.PlaceCorners(lens, run_->model.geometry);
     SetPlaces();
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
+    moved_px += run_->step.corner_px;
   }
-  const double moved_px = FarthestMove(run_->light.collected_for);
   const double other_px = std::lerp(kOtherPixelsPx, kOtherSoftPixelsPx, BoardPixels::RimSoftness(CellPx()));
   if (moved_px > other_px && !Recollect(reader, lens)) return false;
   // Levels that were sampled so far off leave more residuals than noise does.
