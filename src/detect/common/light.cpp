@@ -219,9 +219,13 @@ void LightReader::Prefetch(const PixelBox& box) const {
   };
   const std::ptrdiff_t first = step_ * pixel(box.left, width()), last = step_ * pixel(box.right, width());
   if (last - first > kWidest) return;
-  for (int y = pixel(box.top, height()); y <= pixel(box.bottom, height()); ++y)
-    for (std::ptrdiff_t at = first; at < last + kLine; at += kLine)
-      __builtin_prefetch(image_.row(y) + std::min(at, last), 0, 1);
+  const int top = pixel(box.top, height()), bottom = pixel(box.bottom, height());
+  const std::ptrdiff_t to_next = height() > 1 ? image_.row(1) - image_.row(0) : 0;
+  const std::uint8_t* row = image_.row(top);
+  for (int y = top; y <= bottom; ++y, row += to_next) {
+    for (std::ptrdiff_t at = first; at < last; at += kLine) __builtin_prefetch(row + at, 0, 1);
+    __builtin_prefetch(row + last, 0, 1);
+  }
 }
 
 Eigen::Vector3f LightReader::Rgb(float x, float y, float half_px) const {

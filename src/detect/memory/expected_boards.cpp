@@ -24,6 +24,33 @@ constexpr int kFewestOccluded = 3;
 /// Of two words, all but one of the cells that differ may be occluded: a single one ends what is carried.
 constexpr double kContradiction = 4.6;
 
+bool IsInside(const LightReader& reader, const Eigen::Vector2d& pixel) {
+  return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= reader.width() - 1 && pixel.y() <= reader.height() - 1;
+}
+
+/// Which corners lie in the image, and the box around them. Returns how many.
+int FindCorners(const BoardGeometry& geometry, const LightReader& reader, const Lens& lens, AnchoredBoard& board) {
+  const int corners = CornerCount(board.size), cols = board.size.cols - 1;
+  int found = 0;
+  const auto look_for = [&](int corner) {
+    const Eigen::Vector2d pixel =
+        lens.ToImage(geometry.ToPlane(CornerOnBoard(board.size, corner / cols, corner % cols)));
+    if (!pixel.allFinite() || !IsInside(reader, pixel)) return;
+    board.found[static_cast<std::size_t>(corner)] = true;
+    board.box.Add(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+    ++found;
+  };
+  for (const int outermost : {0, cols - 1, corners - cols, corners - 1}) look_for(outermost);
+  if (found == 4) {
+    // All others lie between them.
+    std::fill_n(board.found.begin(), corners, true);
+    return corners;
+  }
+  found = 0;
+  for (int corner = 0; corner < corners; ++corner) look_for(corner);
+  return found;
+}
+
 }  // namespace
 
 ExpectedBoards::ExpectedBoards(const DetectorOptions& options) : options_(options) {
@@ -46,20 +73,7 @@ bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matr
   board.plane_from_board = plane_from_board;
   board.scale = remembered.scale;
   const BoardGeometry geometry(plane_from_board);
-  const auto inside = [&](const Eigen::Vector2d& pixel) {
-    return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= reader.width() - 1 && pixel.y() <= reader.height() - 1;
-  };
-  int found = 0;
-  for (int corner = 0; corner < CornerCount(board.size); ++corner) {
-    const int cols = board.size.cols - 1;
-    const Eigen::Vector2d pixel =
-        lens.ToImage(geometry.ToPlane(CornerOnBoard(board.size, corner / cols, corner % cols)));
-    if (!pixel.allFinite() || !inside(pixel)) continue;
-    board.found[static_cast<std::size_t>(corner)] = true;
-    board.box.Add(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
-    ++found;
-  }
-  if (found < FittedBoard::kFewestCorners) return false;
+  if (FindCorners(geometry, reader, lens, board) < FittedBoard::kFewestCorners) return false;
   board.box.Widen(1.0f / static_cast<float>(std::min(board.size.cols, board.size.rows) - 1));
   const std::size_t cells = static_cast<std::size_t>(board.size.rows * board.size.cols);
   board.light.Assign(cells, Eigen::Vector3f::Zero());
@@ -73,7 +87,7 @@ bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matr
       static_cast<float>(std::min(kSampledShare * pixel_by_board.colwise().norm().minCoeff(), kMostSampledPx));
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const Eigen::Vector2d pixel = lens.ToImage(geometry.ToPlane(MiddleOfCell(board.size, static_cast<int>(cell))));
-    board.covered[cell] = !inside(pixel);
+    board.covered[cell] = !IsInside(reader, pixel);
     if (board.covered[cell]) continue;
     board.light[cell] =
         reader.RoughRgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), half_px).cwiseMax(0);
