@@ -37,7 +37,7 @@ constexpr double kOtherBlur = 2;
 /// that knows the blur. Fewer tell the cells' levels too badly for the second step to judge what is occluded.
 constexpr int kFirstStride = 2, kFirstStrideKnown = 3;
 /// Where the levels are known too, all pixels of so many corners, spread over the board, place it as well as a third of
-/// the pixels of all corners do (1.6 of a whole fit's standard deviations), in three quarters of the instructions. Of
+/// the pixels of all corners do (1.6 of a whole fit's standard deviations), in five sixths of the instructions. Of
 /// every second of them, poses with and without memory would differ by a tenth more.
 constexpr int kFewestSpread = 9;
 /// Cells, in blurs, whose middles show their own light.

@@ -214,6 +214,26 @@ TEST_F(Kernel, ShapesAreSummedAlikeWithoutTheLevels) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
+TEST_F(Kernel, LooksAtTheFirstLanesAlone) {
+  constexpr int kFirst = 8, kWidest = 16;
+  for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    input_.lanes = KernelInput::kAllLanes;
+    AccumulateLanes(input_, block_);
+    const LaneBlock all = block_;
+    std::fill_n(block_.sum_data(0), kLaneSums * block_.padded(), -7.0f);
+    input_.lanes = kFirst;
+    AccumulateLanes(input_, block_);
+    for (int sum = 0; sum < kLaneSums; ++sum) {
+      for (int lane = 0; lane < kFirst; ++lane)
+        EXPECT_EQ(block_.sum(sum, lane), all.sum(sum, lane)) << hwy::TargetName(target) << ", lane " << lane;
+      for (int lane = kWidest; lane < kLanes; ++lane)
+        EXPECT_EQ(block_.sum(sum, lane), -7.0f) << hwy::TargetName(target) << ", lane " << lane;
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
 TEST_F(Kernel, APixelFarOffCountsLess) {
   const std::size_t place = block_.Place(4, 2);
   AccumulateLanes(input_, block_);
