@@ -53,8 +53,6 @@ constexpr double kMotionBlurReach = 0.1, kMotionBlurReachAllCells = 0.4;
 constexpr double kReachBlurs = 2.2;
 /// Larger ones have more pixels than the model with all its terms needs.
 constexpr double kLargeCellPx = 12;
-/// Of a rough fit's pixels, what its unknowns leave to tell the noise, at least.
-constexpr double kLeastLeft = 0.2;
 /// Steps towards a predicted board end once they move it less, blurs: they leave errors of third order, 0.02 px, …
 constexpr double kStillFromPrediction = 0.4;
 constexpr int kMostFromPrediction = 4;
@@ -430,12 +428,34 @@ void BoardFit::Finish(const Lens& lens) {
   TellInformation(variance);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
                         run_->model.dot_gain};
-  // Of few pixels, levels take up much of the noise: hypotheses that have many would seem better than they are.
-  const double left = run_->terms.rough ? std::max(1 - unknowns / std::max(pixels.weight, 1.0), kLeastLeft) : 1;
-  const double noise = std::sqrt(pixels.square / std::max(left * pixels.count, 1.0));
-  run_->result.signal_to_noise = shifts.contrast / n / std::max(noise, 1e-6);
+  const double noise = std::max(std::sqrt(pixels.square / std::max(pixels.count, 1.0)), 1e-6);
+  run_->result.explained = {
+      .fits = pixels.count, .deviation = noise, .unknowns = unknowns, .contrast = shifts.contrast / n};
+  TellUnused(run_->result.explained);
+  run_->result.signal_to_noise = shifts.contrast / n / noise;
   run_->told.cell_px = CellPx();
   TellLevels();
+}
+
+void BoardFit::TellUnused(Explained& explained) const {
+  const LaneBlock& lanes = pixels_.lanes();
+  const int stride = run_->terms.look_farther ? run_->model_input.stride : run_->plain_input.stride;
+  explained.pixels = stride == 1 ? pixels_.pixels() : 0;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    const bool used = run_->corners.used[static_cast<std::size_t>(corner)];
+    if (!pixels_.inside(corner) || (used && stride == 1)) continue;
+    double visited = 0, weight = 1e-9, square = 0;
+    for (int lane = pixels_.Lane(corner); lane < pixels_.Lane(corner) + 4; ++lane) {
+      visited += lanes.Visited(lane, stride);
+      weight += double{lanes.sum(kWeight, lane)};
+      square += double{lanes.sum(ProductSum(kResidual, kResidual), lane)};
+    }
+    if (stride != 1) explained.pixels += visited;
+    const double deviation = explained.deviation * std::sqrt(square / weight);
+    if (used || !(deviation > 0) || deviation >= explained.contrast) continue;
+    explained.unused += visited;
+    explained.unused_logs += visited * std::log(deviation);
+  }
 }
 
 void BoardFit::TellInformation(double variance) {

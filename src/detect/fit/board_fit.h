@@ -187,6 +187,8 @@ class BoardFit {
     double square_px = 0, chi_square = 0, contrast = 0;
   };
   ShiftSums TellShifts();
+  /// The pixels that were looked at, and what those of unused corners show, by the last step.
+  void TellUnused(Explained& explained) const;
   /// Of the result's geometry, which a bend puts right. @param variance of what the corners' pixels are worth.
   void TellInformation(double variance);
   double CellPx() const;

@@ -17,8 +17,6 @@ constexpr double kLeastInkSpreadPx = 0.1;
 constexpr double kLeastInkSpread = 0.015;
 /// So many pixels tell whether there is any: on paper that is not flat, each board asks.
 constexpr int kPixelsOfInk = 700;
-/// With fewer corners, ink has to tell so many times as much of the board.
-constexpr double kMoreByInk = 4;
 /// Of larger cells the light's bend is taken out too: a vignetting of a tenth makes a board of 40 px cells seem 3e-5
 /// smaller, three standard deviations; in small cells it does not count.
 constexpr double kFineCellPx = 12;
@@ -60,9 +58,7 @@ void BoardFit::EvenOutPixels(const Light& even) {
     }
 }
 
-double BoardFit::LightAt(int corner) const {
-  return run_->model.LightAt(pixels_.place(corner).board).share;
-}
+double BoardFit::LightAt(int corner) const { return run_->model.LightAt(pixels_.place(corner).board).share; }
 
 void BoardFit::EvenOutShading(const Start& start) {
   if (run_->model.own_levels || run_->model.LightVaries()) return;
@@ -136,10 +132,7 @@ void BoardFit::FitDotGain(const LightReader& reader, const Lens& lens, const Sta
   StartGain(model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGainTerm>()], start.blur_px);
   const bool settled = SettleModel(reader, lens, start, true, Choice{});
   if (settled) FinishBent(reader, lens, start);
-  // Ink explains all corners, or most of what the others lacked, or something else moved them.
-  if (settled && (run_->result.corners_used >= run_->without_ink.corners_used ||
-                  run_->result.evidence() > kMoreByInk * run_->without_ink.evidence()))
-    return;
+  if (settled && Better(run_->result.explained, run_->without_ink.explained, Hypothesis::kDotGain)) return;
   run_->result = run_->without_ink;
   run_->model.dot_gain = 0;
   run_->model.ink = false;

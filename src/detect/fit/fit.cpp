@@ -55,7 +55,7 @@ const FittedBoard* PhotometricFit::FitFully(const Task& task, bool motion_blurre
   for (std::size_t i = 0; i < motion_blurs.count; ++i) {
     const FittedBoard* fitted = FitAsItIs(task, motion_blurs.by_px[i]);
     if (!fitted || fitted->reprojection_rms_px > kMostOffMotionBlurredPx) continue;
-    if (found && fitted->signal_to_noise < best_.signal_to_noise) continue;
+    if (found && !Better(fitted->explained, best_.explained, Hypothesis::kOtherMotion)) continue;
     best_ = *fitted;
     found = true;
   }
@@ -86,13 +86,13 @@ const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vect
   if (moved && fit_.sure_of_motion() && off_px <= kMostOffMotionBlurredPx) return &fit_.result();
   if (moved && off_px <= kMostOffMovedPx && !AnyOf(fit_.Occluded())) return &fit_.result();
   // Shadows and ink make edges uneven, too; what seemed to have moved and did not fit may fit as it stands.
-  if (moved) moved_ = fit_.run();
+  if (moved) Keep(moved_);
   const bool again = motion_blur_px.isZero() && fit_.looks_farther() && (moved || !fitted);
   if (again) choice_.may_move = false;
-  if (again ? !FitOnce(task, task.start) : !fitted) return moved ? &moved_.result : nullptr;
+  if (again ? !FitOnce(task, task.start) : !fitted) return moved ? &moved_.run.result : nullptr;
   // A motion mixes light cells into dark ones, which a highlight would explain in part.
   if (moved || !fit_.motion_px().isZero() || !FitHighlight(task)) ChooseTerms(task);
-  if (moved && moved_.result.evidence() > fit_.result().evidence()) fit_.Restore(moved_);
+  if (moved && !BetterThan(moved_, Hypothesis::kNoMotion)) Restore(moved_);
   return fit_.result().determined() ? &fit_.result() : nullptr;
 }
 
@@ -107,6 +107,11 @@ void PhotometricFit::ChooseTerms(const Task& task) {
   fit_.FitDotGain(task.reader, task.lens, task.start);
   // What ink moves hides what a shadow does.
   if (!rough && fit_.looks_farther() && MayBeUnevenlyLit(task)) FitUnevenlyLit(task);
+}
+
+void PhotometricFit::Restore(const Kept& kept) {
+  fit_.Restore(kept.run);
+  choice_ = kept.choice;
 }
 
 bool PhotometricFit::Refit(const Task& task) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <initializer_list>
 
 #include "detect/common/light.h"
 #include "detect/fit/board_fit.h"
@@ -28,8 +29,8 @@ class PhotometricFit {
     BoardFit::Start board;
     /// It was found where the image is blurred by motion.
     bool motion_blurred = false;
-    /// No other fit of the board is begun once so many units (work_meter.h) are spent; what there is by then is returned.
-    /// Nor is one begun, in any case, once a board has taken 90,000 for 25 corners.
+    /// No other fit of the board is begun once so many units (work_meter.h) are spent; what there is by then is
+    /// returned. Nor is one begun, in any case, once a board has taken 90,000 for 25 corners.
     std::uint64_t most_units = ~0ull;
     /// Only the plain fit is done: no motion, dot gain, shadow, or occlusion is looked for.
     bool plain_only = false;
@@ -53,6 +54,20 @@ class PhotometricFit {
     const Lens& lens;
     const BoardFit::Start& start;
   };
+
+  /// A fit that may be gone back to.
+  struct Kept {
+    BoardRun run;
+    BoardFit::Choice choice;
+  };
+  void Keep(Kept& kept) const {
+    kept.run = fit_.run();
+    kept.choice = choice_;
+  }
+  void Restore(const Kept& kept);
+  bool BetterThan(const Kept& other, Hypothesis hypothesis) const {
+    return Better(fit_.result().explained, other.run.result.explained, hypothesis);
+  }
 
   /// Without what only some boards have; roughly where the board may be lit unevenly.
   bool FitFirst(const Task& task, const Eigen::Vector2d& motion_blur_px);
@@ -82,8 +97,9 @@ class PhotometricFit {
   bool FitShadow(const Task& task);
   /// Where a lamp seems to be mirrored, fits anew with that, if it explains the board better. Whether it does.
   bool FitHighlight(const Task& task);
-  /// Fits what choice_ says, with dot gain where corners still lie off the plane. Whether its evidence exceeds `least`.
-  bool FitChosen(const Task& task, double least);
+  /// Fits what choice_ says, with dot gain where corners still lie off the plane. Whether that is better than all of
+  /// these fits.
+  bool FitChosen(const Task& task, Hypothesis hypothesis, std::initializer_list<const Kept*> others);
 
   const FittedBoard* FitFully(const Task& task, bool motion_blurred);
   const FittedBoard* FitPlain(const Task& task, bool motion_blurred);
@@ -95,7 +111,7 @@ class PhotometricFit {
   BoardFit fit_;
   BoardFit::Choice choice_;
   // What a fit is compared with. Memory: set before they are read.
-  BoardRun before_, evenly_lit_, own_levels_, moved_;
+  Kept before_, evenly_lit_, own_levels_, moved_;
   FittedBoard best_;
 };
 

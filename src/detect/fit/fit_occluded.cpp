@@ -12,9 +12,8 @@ namespace {
 constexpr int kMostLeftOut = 4;
 /// Of the worst occluded corner's misfit: corners with less of it may be but pulled by those with more.
 constexpr double kWorstOccluded = 0.25;
-/// A side whose corners fit so much worse than the opposite one's may be covered; the board is then so much clearer
-/// without it.
-constexpr double kCoveredSide = 4, kClearerBySide = 2;
+/// A side whose corners fit so much worse than the opposite one's may be covered.
+constexpr double kCoveredSide = 4;
 
 /// The corners of the side that fits worst, if it fits much worse than the opposite one.
 std::optional<CornerFlags> WorstSide(const BoardFit& fit, MarkerSize size) {
@@ -64,10 +63,10 @@ void PhotometricFit::LeaveOutOccluded(const Task& task) {
   const int most = fit_.rough() ? 1 : kMostLeftOut;
   for (int times = 0; times < most; ++times) {
     if (!LeaveOutWorstOccluded()) return;
-    before_ = fit_.run();
-    choice_.from = fit_.looks_farther() ? &before_ : nullptr;
+    Keep(before_);
+    choice_.from = fit_.looks_farther() ? &before_.run : nullptr;
     if (Refit(task)) continue;
-    fit_.Restore(before_);
+    fit_.Restore(before_.run);
     return;
   }
 }
@@ -75,15 +74,13 @@ void PhotometricFit::LeaveOutOccluded(const Task& task) {
 bool PhotometricFit::LeaveOutSide(const Task& task) {
   const std::optional<CornerFlags> side = WorstSide(fit_, task.start.size);
   if (!side) return false;
-  const CornerFlags left_out_before = choice_.left_out;
-  before_ = fit_.run();
+  Keep(before_);
   for (std::size_t corner = 0; corner < side->size(); ++corner) choice_.left_out[corner] |= (*side)[corner];
-  if (Refit(task) && fit_.result().signal_to_noise > kClearerBySide * before_.result.signal_to_noise) {
+  if (Refit(task) && BetterThan(before_, Hypothesis::kCoveredSide)) {
     LeaveOutOccluded(task);
     return true;
   }
-  choice_.left_out = left_out_before;
-  fit_.Restore(before_);
+  Restore(before_);
   return false;
 }
 

@@ -18,19 +18,8 @@ constexpr double kUnevenShifts = 1.5;
 constexpr double kUnevenCells = 0.02;
 /// In smaller cells that blur into each other, levels of quadrants tell nothing.
 constexpr double kLeastBlurredCellPx = 6;
-/// Where lights on a board differ and no single edge explains it, levels for each corner's quadrants tell so much more
-/// of it, if no corners seemed occluded without.
-constexpr double kMoreByOwn = 1.5;
 /// Steps until quadrants' levels tell of a shadow's edge: where the board lies was known before.
 constexpr int kStepsOfQuadrants = 4;
-/// One edge of a shadow explains no more than quadrants' levels, but leaves the cells' to tell the inks, and hides no
-/// corners: it has to tell about as much of the board.
-constexpr double kAsMuchByShadow = 0.8;
-/// A fit with a highlight is kept if it tells so many times as much of the board. Four more unknowns add less than 1 %
-/// by chance.
-constexpr double kMoreByHighlight = 1.02;
-/// A rough fit that tells less of that will not tell enough closely.
-constexpr double kHopeless = 0.3;
 /// Of the lights on a board where no cell is crossed by used corners' account: the most over the least of a shadow.
 /// Light that falls off by less is told better by the cells' levels.
 constexpr float kShadow = 1.6f;
@@ -91,62 +80,59 @@ bool PhotometricFit::MayBeUnevenlyLit(const Task& task) const {
   return most > kUnevenMisfit * *quarter;
 }
 
-bool PhotometricFit::FitChosen(const Task& task, double least) {
-  if (!Refit(task) || !(fit_.result().evidence() > kHopeless * least) ||
-      !fit_.FitClosely(task.reader, task.lens, task.start))
-    return false;
+bool PhotometricFit::FitChosen(const Task& task, Hypothesis hypothesis, std::initializer_list<const Kept*> others) {
+  const auto among = [&](bool (*better)(const Explained&, const Explained&, Hypothesis)) {
+    return std::all_of(others.begin(), others.end(), [&](const Kept* other) {
+      return better(fit_.result().explained, other->run.result.explained, hypothesis);
+    });
+  };
+  if (!Refit(task) || !among(MayBeBetter) || !fit_.FitClosely(task.reader, task.lens, task.start)) return false;
   if (choice_.terms.dot_gain == 0 && !fit_.result().flat()) fit_.FitDotGain(task.reader, task.lens, task.start);
-  return fit_.result().evidence() > least;
+  return among(Better);
 }
 
 bool PhotometricFit::FitHighlight(const Task& task) {
   const std::optional<HighlightTerm> highlight = fit_.FindHighlight(task.start.saturated);
   if (!highlight) return false;
-  evenly_lit_ = fit_.run();
-  const BoardFit::Choice evenly = choice_;
+  Keep(evenly_lit_);
   choice_ = {};
   static_cast<HighlightTerm&>(choice_.terms) = *highlight;
   choice_.terms.dot_gain = fit_.dot_gain();
   choice_.roughly = true;
-  choice_.from = &evenly_lit_;
-  if (FitChosen(task, kMoreByHighlight * evenly_lit_.result.evidence())) return true;
-  choice_ = evenly;
-  fit_.Restore(evenly_lit_);
+  choice_.from = &evenly_lit_.run;
+  if (FitChosen(task, Hypothesis::kHighlight, {&evenly_lit_})) return true;
+  Restore(evenly_lit_);
   return false;
 }
 
 bool PhotometricFit::FitUnevenlyLit(const Task& task) {
-  evenly_lit_ = fit_.run();
-  const BoardFit::Choice evenly = choice_;
+  Keep(evenly_lit_);
   choice_ = {};
   choice_.own_levels = choice_.roughly = true;
   choice_.most_steps_near = kStepsOfQuadrants;
   choice_.terms.dot_gain = fit_.dot_gain();
-  if (fit_.looks_farther()) choice_.from = &evenly_lit_;
+  if (fit_.looks_farther()) choice_.from = &evenly_lit_.run;
   // Levels of quadrants take up a part of the blur: by what that leaves, edges would not be the image's.
   BoardFit::Start start = task.start;
-  if (fit_.looks_farther() && !start.image) start.image = &evenly_lit_.result.image;
+  if (fit_.looks_farther() && !start.image) start.image = &evenly_lit_.run.result.image;
   const Task by_quadrants{task.reader, task.lens, start};
   if (Refit(by_quadrants)) {
     // A shadow's edge mostly shows among the corners as they are; else without those that are occluded.
     if (FitShadow(by_quadrants)) return true;
     LeaveOutOccluded(by_quadrants);
     if (AnyOf(choice_.left_out) && FitShadow(by_quadrants)) return true;
-    const double more = AnyOf(evenly.left_out) ? 1 : kMoreByOwn;
-    if (InShadow(fit_.result()) && fit_.result().evidence() > more * evenly_lit_.result.evidence() &&
+    if (InShadow(fit_.result()) && BetterThan(evenly_lit_, Hypothesis::kQuadrants) &&
         fit_.FitClosely(task.reader, task.lens, start))
       return true;
   }
-  choice_ = evenly;
-  fit_.Restore(evenly_lit_);
+  Restore(evenly_lit_);
   return false;
 }
 
 bool PhotometricFit::FitShadow(const Task& task) {
   const std::optional<ShadowEdge> shadow = FindShadowEdge(fit_.LitParts(task.start.saturated));
   if (!shadow) return false;
-  own_levels_ = fit_.run();
-  const BoardFit::Choice own = choice_;
+  Keep(own_levels_);
   choice_ = {};
   // The lens makes no edge sharper than its blur, which parts of cells do not show.
   ShadowEdge::Parameters values = shadow->values();
@@ -155,15 +141,13 @@ bool PhotometricFit::FitShadow(const Task& task) {
   choice_.terms.ShadowTerm::Start(values);
   choice_.terms.dot_gain = fit_.dot_gain();
   choice_.roughly = true;
-  choice_.from = &own_levels_;
+  choice_.from = &own_levels_.run;
   // What the board says of noise and blur by levels of its own holds in the shadow too.
   BoardFit::Start start = task.start;
-  if (!start.image) start.image = &own_levels_.result.image;
+  if (!start.image) start.image = &own_levels_.run.result.image;
   const Task shaded{task.reader, task.lens, start};
-  const double most = std::max(own_levels_.result.evidence(), evenly_lit_.result.evidence());
-  if (FitChosen(shaded, kAsMuchByShadow * most)) return true;
-  choice_ = own;
-  fit_.Restore(own_levels_);
+  if (FitChosen(shaded, Hypothesis::kShadow, {&own_levels_, &evenly_lit_})) return true;
+  Restore(own_levels_);
   return false;
 }
 

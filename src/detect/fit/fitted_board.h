@@ -7,6 +7,7 @@
 
 #include "detect/common/board_geometry.h"
 #include "detect/fit/edge_spread.h"
+#include "detect/fit/fit_choice.h"
 #include "detect/fit/ink_register.h"
 #include "detect/fit/noise_model.h"
 
@@ -51,6 +52,7 @@ struct FittedBoard {
   ImageTraits image;
   /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.
   double signal_to_noise = 0;
+  Explained explained;
   /// Light of each cell, row by row, by channel; the other channels are zero.
   std::vector<Eigen::Vector3f> levels;
   /// By cell, where shadows' edges cross the board; else empty. The levels are free of it.
@@ -59,8 +61,6 @@ struct FittedBoard {
   std::array<bool, kMaxCorners> corner_used{};
   double reprojection_rms_px = 0;
 
-  /// How much the fit tells of the board, over what one of 1 : 1 tells of a corner.
-  double evidence() const { return signal_to_noise * signal_to_noise * corners_used; }
   bool determined() const { return corners_used >= kFewestCorners && information.allFinite(); }
   /// Whether its corners lie where a flat board's do, printed as it should be.
   bool flat() const { return reprojection_rms_px <= 0.06; }

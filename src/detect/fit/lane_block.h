@@ -93,9 +93,11 @@ class LaneBlock {
   const float* u_data() const { return pixels_.data()->values; }
   const float* v_data() const { return u_data() + kGroup; }
   const float* light_data() const { return u_data() + 2 * kGroup; }
-  int count(int lane) const {
-    const int* counts = counts_.data() + lane;
-    return lane < folded_ ? counts[0] : counts[0] + counts[kFold] + counts[2 * kFold] + counts[3 * kFold];
+  int count(int lane) const { return Visited(lane, 1); }
+  /// Of its pixels, those that kernels visit by that stride.
+  int Visited(int lane, int stride) const {
+    const auto of = [&](int i) { return (counts_[static_cast<std::size_t>(lane + i * kFold)] + stride - 1) / stride; };
+    return lane < folded_ ? of(0) : of(0) + of(1) + of(2) + of(3);
   }
   /// Before Fold().
   void SetCount(int lane, int count) { counts_[static_cast<std::size_t>(lane)] = count; }
