@@ -100,13 +100,12 @@ void PhotometricFit::ChooseTerms(const Task& task) {
   if (!fit_.looks_farther()) LeaveOutOccluded(task);
   const bool rough = fit_.rough(), off_before = !fit_.result().flat() && fit_.motion_px().isZero();
   const bool side = off_before && !rough && LeaveOutSide(task);
+  // What ink moves hides what a shadow does.
+  if (off_before && !rough && !side) fit_.FitDotGain(task.reader, task.lens, task.start);
   const bool uneven = MayBeUnevenlyLit(task) && FitUnevenlyLit(task);
   fit_.FitClosely(task.reader, task.lens, task.start);
-  const bool off = rough ? !fit_.result().flat() && fit_.motion_px().isZero() : off_before;
-  if (!off || side || uneven) return;
-  fit_.FitDotGain(task.reader, task.lens, task.start);
-  // What ink moves hides what a shadow does.
-  if (!rough && fit_.looks_farther() && MayBeUnevenlyLit(task)) FitUnevenlyLit(task);
+  if (rough && !uneven && !fit_.result().flat() && fit_.motion_px().isZero())
+    fit_.FitDotGain(task.reader, task.lens, task.start);
 }
 
 void PhotometricFit::Restore(const Kept& kept) {
