@@ -123,6 +123,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   outcome.plane_from_board = fitted->geometry.plane_from_board();
   if (identity.id_decided) outcome.kernel = identity.decoded->kernel;
   outcome.image = fitted->image;
+  outcome.contrast = fitted->explained.contrast;
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);
   if (!poses) return outcome;
   DescribePose(*poses, measured, outcome.marker);

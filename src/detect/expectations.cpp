@@ -18,7 +18,7 @@ namespace {
 /// change of illumination looks the same and costs a search (a guess).
 constexpr float kContrastOfExpected = 0.8f;
 /// A board that shows less contrast than before may be blurred: its remembered contrast falls by no more than this
-/// factor a frame. Light that fades faster costs a search (a guess).
+/// factor a frame, and by as much as its light fell, which the fit tells from blur (a guess).
 constexpr double kContrastKept = 0.9;
 /// A board that shows less of it is not where it was expected: half a cell off leaves none. One that moved while the
 /// shutter was open shows more, and is missed by the plain fit alone. (With half or more, which would spare boards of
@@ -160,7 +160,12 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
     read.spin = before->spin + TurnBetween(expected, fitted);
   }
   read.box = anchored.box;
-  read.contrast = std::max(SampledContrast(anchored), before ? kContrastKept * before->contrast : 0.0);
+  read.contrast = SampledContrast(anchored);
+  read.fitted_contrast = outcome.contrast;
+  if (before) {
+    const double light = std::min(outcome.contrast / std::max(before->fitted_contrast, 1e-9), 1.0);
+    read.contrast = std::max(read.contrast, kContrastKept * light * before->contrast);
+  }
   if (!outcome.carried && !outcome.marker.Has(Warning::kPartlyHidden) &&
       outcome.marker.corners_used == CornerCount(anchored.size))
     job.expected_boards.LearnLeads(anchored, read);

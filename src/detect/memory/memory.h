@@ -41,6 +41,7 @@ struct RememberedBoard {
   /// (ExpectedBoards); empty where that is not known.
   FixedVector<float, kMaxCells> leads;
   double contrast = 0;  ///< as sampled where it was (SampledContrast)
+  double fitted_contrast = 0;
   FrameTime decided{};    ///< when its identity was last read
   bool may_carry = true;  ///< it was fitted in every frame since then
 

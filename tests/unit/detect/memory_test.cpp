@@ -246,6 +246,24 @@ TEST(Memory, LeavesPosesWhereTheyAre) {
   EXPECT_LT(std::sqrt(square / poses), 0.1) << "standard deviations between poses with and without memory";
 }
 
+TEST(Memory, TakesLessLightForNothingElse) {
+  std::string fading = kDriving;
+  fading += "[[phase]]\nkind = \"dark\"\nlight = 0.2\nframes = 6\n";
+  const test::StreamFrames stream{std::string_view(fading)};
+  Follower follower(stream.Options());
+  std::uint64_t light = 0;
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const test::StreamFrame frame = stream.Frame(i);
+    const Detected& found = follower.Next(frame.image.view());
+    if (stream.phase(i) != "dark") {
+      light = found.stats.work;
+    } else if (stream.phase(i - 1) == "dark") {
+      // It was five times as much: a shift of the camera was looked for until the remembered contrast had fallen as far.
+      EXPECT_LT(found.stats.work, light * 3 / 2) << "frame " << i;
+    }
+  }
+}
+
 TEST(Memory, MakesTheSameOfTheSameFrames) {
   const test::StreamFrames stream{std::string_view(kDriving)};
   DetectorOptions options = stream.Options();
