@@ -258,7 +258,7 @@ TEST(Memory, TakesLessLightForNothingElse) {
     if (stream.phase(i) != "dark") {
       light = found.stats.work;
     } else if (stream.phase(i - 1) == "dark") {
-      // It was five times as much: a shift of the camera was looked for until the remembered contrast had fallen as far.
+      // Five times as much: a shift of the camera was looked for until the remembered contrast had fallen as far.
       EXPECT_LT(found.stats.work, light * 3 / 2) << "frame " << i;
     }
   }
