@@ -400,6 +400,7 @@ BoardFit::ShiftSums BoardFit::TellShifts() {
     sums.contrast += LightAt(corner) * Contrast(corner);
   }
   run_->result.corners_used = static_cast<int>(shifted_.size());
+  run_->result.corner_seen = run_->result.corner_used;
   return sums;
 }
 

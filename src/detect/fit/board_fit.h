@@ -96,6 +96,9 @@ class BoardFit {
   bool used(int corner) const { return run_->corners.used[static_cast<std::size_t>(corner)]; }
   /// The corners that were found occluded.
   CornerFlags Occluded() const;
+  /// Of the corners that are used, those beside one that is not which fit worse than others: what hides that may lie on
+  /// a part of their cells, too, and takes their edges along.
+  CornerFlags Pulled() const;
   /// Of a cell in the board's middle, along its side.
   double cell_px() const { return run_->told.cell_px; }
   /// Of a corner's pixels, variances; far off where it has none.

@@ -9,6 +9,9 @@ namespace {
 
 /// A corner whose pixels disagree so much more than the median corner's is occluded.
 constexpr double kOccludedRatio = 8;
+/// One beside a corner that is not used is pulled if it disagrees so much more than the median corner (measured: of
+/// hands across a column of cells, corners beside it had 3 to 6 times as much, others up to 1.8).
+constexpr double kPulledRatio = 2;
 /// Where cells blur into each other, levels fit a corner's few pixels more or less by chance: as many pixels more of it
 /// are asked for.
 constexpr double kFewPixels = 24;
@@ -71,6 +74,27 @@ CornerFlags BoardFit::Occluded() const {
   for (int corner = 0; corner < corners(); ++corner)
     occluded[static_cast<std::size_t>(corner)] = usable(corner) && !used(corner);
   return occluded;
+}
+
+CornerFlags BoardFit::Pulled() const {
+  std::array<double, kMaxCorners> misfits;
+  std::ptrdiff_t count = 0;
+  for (int corner = 0; corner < corners(); ++corner)
+    if (used(corner)) misfits[static_cast<std::size_t>(count++)] = misfit(corner);
+  CornerFlags pulled{};
+  if (count == 0) return pulled;
+  std::nth_element(misfits.begin(), misfits.begin() + count / 2, misfits.begin() + count);
+  const double most = kPulledRatio * misfits[static_cast<std::size_t>(count / 2)];
+  const int cols = run_->view.size.cols - 1;
+  const auto hidden = [&](int other) { return pixels_.inside(other) && !used(other); };
+  for (int corner = 0; corner < corners(); ++corner) {
+    const int col = corner % cols;
+    const bool beside = (col > 0 && hidden(corner - 1)) || (col + 1 < cols && hidden(corner + 1)) ||
+                        (corner >= cols && hidden(corner - cols)) ||
+                        (corner + cols < corners() && hidden(corner + cols));
+    pulled[static_cast<std::size_t>(corner)] = used(corner) && beside && misfit(corner) > most;
+  }
+  return pulled;
 }
 
 bool BoardFit::AnyUnused() const {

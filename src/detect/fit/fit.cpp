@@ -93,7 +93,7 @@ const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vect
   // A motion mixes light cells into dark ones, which a highlight would explain in part.
   if (moved || !fit_.motion_px().isZero() || !FitHighlight(task)) ChooseTerms(task);
   if (moved && !BetterThan(moved_, Hypothesis::kNoMotion)) Restore(moved_);
-  return fit_.result().determined() ? &fit_.result() : nullptr;
+  return fit_.result().determined() ? WithoutPulled(task) : nullptr;
 }
 
 void PhotometricFit::ChooseTerms(const Task& task) {

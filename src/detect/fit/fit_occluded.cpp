@@ -71,6 +71,23 @@ void PhotometricFit::LeaveOutOccluded(const Task& task) {
   }
 }
 
+const FittedBoard* PhotometricFit::WithoutPulled(const Task& task) {
+  const FittedBoard& all = fit_.result();
+  const CornerFlags pulled = fit_.Pulled();
+  if (fit_.looks_farther() || !all.flat() || !AnyOf(pulled)) return &all;
+  Keep(before_);
+  for (std::size_t corner = 0; corner < pulled.size(); ++corner) choice_.left_out[corner] |= pulled[corner];
+  if (!Refit(task)) {
+    Restore(before_);
+    return &fit_.result();
+  }
+  best_ = fit_.result();
+  best_.levels = before_.run.result.levels;
+  best_.lit = before_.run.result.lit;
+  best_.corner_seen = before_.run.result.corner_used;
+  return &best_;
+}
+
 bool PhotometricFit::LeaveOutSide(const Task& task) {
   const std::optional<CornerFlags> side = WorstSide(fit_, task.start.size);
   if (!side) return false;

@@ -59,6 +59,8 @@ struct FittedBoard {
   std::vector<CellLight> lit;
   int corners_used = 0;
   std::array<bool, kMaxCorners> corner_used{};
+  /// What the cells around them look like is known: they are used, or were for the levels alone.
+  std::array<bool, kMaxCorners> corner_seen{};
   double reprojection_rms_px = 0;
 
   bool determined() const { return corners_used >= kFewestCorners && information.allFinite(); }

@@ -24,7 +24,7 @@ void CellOcclusion::Find(const FittedBoard& board, MarkerSize size, std::span<co
   occluded.assign(light.size(), 1);
   // Seen are the cells around the corners that the model explains.
   for (int corner = 0; corner < CornerCount(size); ++corner) {
-    if (!board.corner_used[static_cast<std::size_t>(corner)]) continue;
+    if (!board.corner_seen[static_cast<std::size_t>(corner)]) continue;
     for (const int cell : CellsAround(size, corner)) occluded[static_cast<std::size_t>(cell)] = 0;
   }
   // Cells that no corner tells of may look like the board's: where they are but a line or so, only those that do not
