@@ -561,9 +561,12 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
       FollowShading(lens, start);
     }
     if (told) continue;
+    noise_known = true;
+    // It is the camera's: what a board has told holds for the image's others, too. What theirs have beside it, of print
+    // or of steps that are not at their end, is no noise of pixels; their misfit widens the covariance.
+    if (start.image) continue;
     if (sums == LaneSums::kNoise)
       EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
-    noise_known = true;
     sums = LaneSums::kNoise;
   }
   return true;
