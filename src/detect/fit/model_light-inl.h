@@ -190,7 +190,8 @@ HWY_INLINE void Twist(const LaneModel& m, Picture& p) {
 ///   AddPoints(input, m, x, y, p, add_point)  a pixel's light is the mean over several points: add_point(x, y, part),
 ///   AddPoint(m, x, y, part, terms, p)        a point's, in place of AddPoint() below,
 ///   Bend(input, m, x, y, gaussian, p, by)    what it makes of the light, and its derivatives, at a point of the board,
-///   Derive(m, p, by)                         the derivatives by its unknowns, where Bend() does not write them.
+///   Derive(m, x, y, p, by)                   the derivatives by its unknowns at a point of the board, where Bend()
+///                                            does not write them.
 /// Terms that bend the light follow each other: one that scales it says so of all that is in a Picture.
 template <class Term>
 struct OnLanes;
@@ -246,7 +247,8 @@ HWY_INLINE void Bend(const ModelInput& input, const LaneModel& m, V x, V y, cons
       OnLanes<Term>::Bend(input, m, x, y, gaussian, p, by.of<Term>());
   });
   ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
-    if constexpr (requires { OnLanes<Term>::Derive(m, p, by.of<Term>()); }) OnLanes<Term>::Derive(m, p, by.of<Term>());
+    if constexpr (requires { OnLanes<Term>::Derive(m, x, y, p, by.of<Term>()); })
+      OnLanes<Term>::Derive(m, x, y, p, by.of<Term>());
   });
 }
 

@@ -169,7 +169,7 @@ struct OnLanes<DotGainTerm> {
       }
   }
 
-  static HWY_INLINE void Derive(const LaneModel& m, const Picture& p, V* by) {
+  static HWY_INLINE void Derive(const LaneModel& m, V /*x*/, V /*y*/, const Picture& p, V* by) {
     // Where the even cells are light, they give way as the others grow.
     const V sign =
         hn::Mul(Splat(2), hn::Sub(m.of<DotGainTerm>(DotGainTerm::kHalfEven), m.of<DotGainTerm>(DotGainTerm::kHalfOdd)));

@@ -1,5 +1,6 @@
-// Motion: the light is the mean over the way of a point during the exposure. A few points of it are looked at, each
-// with the blur that the way between two of them adds. motion_blur.h finds where the fit of long ways starts.
+// Motion: the light is the mean over the way of a point during the exposure, on which the board also turns a little. A
+// few points of it are looked at, each with the blur that the way between two of them adds. motion_blur.h finds where
+// the fit of long ways starts.
 #ifndef CHEQUER_DETECT_TERM_MOTION
 #define CHEQUER_DETECT_TERM_MOTION
 
@@ -8,13 +9,17 @@
 namespace chequer {
 
 struct MotionTerm {
-  static constexpr int kColumns = 2;   ///< pixels along x and y
-  enum Lane { kWayX, kWayY, kLanes };  ///< of a point during the exposure, cells
+  static constexpr int kColumns = 3;  ///< of its middle, pixels along x and y; rad
+  /// Of a point during the exposure, cells; that of the board's middle, turned by a right angle: by so much, times the
+  /// turn and the time squared, the way is bent on a board that turns.
+  enum Lane { kWayX, kWayY, kAcrossX, kAcrossY, kLanes };
   struct Input {
     int taps = 1;  ///< points of the way that are looked at
+    float turn = 0;
   };
 
-  Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();  ///< the way of a point during the exposure, image pixels
+  Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();  ///< the way of its middle during the exposure, image pixels
+  double turn = 0;                                      ///< by which it turned meanwhile, on the board, rad
 
   bool on() const { return !motion_px.isZero(); }
 
@@ -25,24 +30,39 @@ struct MotionTerm {
     constexpr int kFewestTaps = 3, kMostTaps = 12;
     input.taps =
         std::clamp(static_cast<int>(std::ceil(motion_px.norm() / (kTapBlurs * blur_px))), kFewestTaps, kMostTaps);
+    input.turn = static_cast<float>(turn);
   }
 
   template <class Set>
   void SetLanes(const Input& input, TermCorner& corner, const Set& set) const {
-    const Eigen::Vector2d way = corner.by_pixel * motion_px, tap = way / input.taps;
+    const Eigen::Vector2d at = CornerOnBoard(corner.size, corner.row, corner.col),
+                          of_middle = corner.by_pixel * motion_px,
+                          way = of_middle + turn * Eigen::Vector2d(-at.y(), at.x()), tap = way / input.taps;
     corner.blur += tap * tap.transpose() / 12;
     set(kWayX, way.x());
     set(kWayY, way.y());
+    set(kAcrossX, -of_middle.y());
+    set(kAcrossY, of_middle.x());
+  }
+
+  template <class Vector>
+  void AddPrior(Vector information, Vector pull) const {
+    // Robots turn by 3 rad/s, cameras that are knocked by as much, and shutters are open for 10 ms (a guess).
+    constexpr double kTurn = 0.03;
+    information[2] = 1 / (kTurn * kTurn);
+    pull[2] = -turn * information[2];
   }
 
   double Move(const TermStep& step) {
-    // Longer steps lead elsewhere; px, and as a share of the way. Then, px, what no longer counts.
-    constexpr double kMostPx = 1, kMostShare = 0.25, kStillPx = 0.04;
+    // Longer steps lead elsewhere; px, and as a share of the way, and rad. Then, px and rad, what no longer counts.
+    constexpr double kMostPx = 1, kMostShare = 0.25, kMostTurn = 0.03, kStillPx = 0.04, kStillTurn = 0.004;
     Eigen::Vector2d more(step.of[0], step.of[1]);
     const double most = std::max(kMostPx, kMostShare * motion_px.norm());
     if (more.norm() > most) more *= most / more.norm();
     motion_px += more;
-    return more.norm() / kStillPx;
+    const double more_turn = std::clamp(step.of[2], -kMostTurn, kMostTurn);
+    turn += more_turn;
+    return std::max(more.norm() / kStillPx, step.WhatCounts(2, more_turn, kStillTurn));
   }
 
   /// Starts from the step of UnevenBlurTerm, and takes the way's part out of the blur.
@@ -86,19 +106,30 @@ struct OnLanes<MotionTerm> {
   static HWY_INLINE void AddPoints(const MotionTerm::Input& input, const LaneModel& m, V x, V y, Picture& p,
                                    const AddPoint& add_point) {
     const float taps = static_cast<float>(input.taps);
+    const V turn = Splat(input.turn), way_x = hn::NegMulAdd(turn, y, m.of<MotionTerm>(MotionTerm::kWayX)),
+            way_y = hn::MulAdd(turn, x, m.of<MotionTerm>(MotionTerm::kWayY)),
+            bend_x = hn::Mul(turn, m.of<MotionTerm>(MotionTerm::kAcrossX)),
+            bend_y = hn::Mul(turn, m.of<MotionTerm>(MotionTerm::kAcrossY));
     for (int tap = 0; tap < input.taps; ++tap) {
-      const V part = Splat((static_cast<float>(tap) + 0.5f) / taps - 0.5f);
-      add_point(hn::MulAdd(part, m.of<MotionTerm>(MotionTerm::kWayX), x),
-                hn::MulAdd(part, m.of<MotionTerm>(MotionTerm::kWayY), y), part);
+      const float time = (static_cast<float>(tap) + 0.5f) / taps - 0.5f;
+      // The mean over the time of this point.
+      const V part = Splat(time), square = Splat(time * time + 1 / (12 * taps * taps));
+      add_point(hn::MulAdd(square, bend_x, hn::MulAdd(part, way_x, x)),
+                hn::MulAdd(square, bend_y, hn::MulAdd(part, way_y, y)), part);
     }
     Scale(Splat(1 / taps), p);
   }
 
-  static HWY_INLINE void Derive(const LaneModel& m, const Picture& p, V* by) {
+  static HWY_INLINE void Derive(const LaneModel& m, V x, V y, const Picture& p, V* by) {
     const auto of = [&](ModelLanes::Parameter x_by, ModelLanes::Parameter y_by)
                         HWY_ATTR { return hn::MulAdd(m.of(x_by), p.way_x, hn::Mul(m.of(y_by), p.way_y)); };
     by[0] = of(ModelLanes::kByPixelXx, ModelLanes::kByPixelYx);
     by[1] = of(ModelLanes::kByPixelXy, ModelLanes::kByPixelYy);
+    // The mean of the time squared is a twelfth.
+    const V across = hn::MulAdd(m.of<MotionTerm>(MotionTerm::kAcrossX), p.by_x,
+                                hn::Mul(m.of<MotionTerm>(MotionTerm::kAcrossY), p.by_y));
+    by[2] = hn::MulSub(x, p.way_y, hn::Mul(y, p.way_x));
+    by[2] = hn::MulAdd(across, Splat(1.0f / 12), by[2]);
   }
 };
 

@@ -24,7 +24,7 @@ struct UnevenBlurTerm {
 
 template <>
 struct OnLanes<UnevenBlurTerm> {
-  static HWY_INLINE void Derive(const LaneModel& m, const Picture& p, V* by) {
+  static HWY_INLINE void Derive(const LaneModel& m, V /*x*/, V /*y*/, const Picture& p, V* by) {
     // A blur's variance moves the light by half of its second derivative: here by those along the image's x and y.
     const auto second = [&](V x1, V y1, V x2, V y2) HWY_ATTR {
       const V mixed = hn::MulAdd(x1, y2, hn::Mul(y1, x2));

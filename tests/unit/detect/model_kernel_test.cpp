@@ -19,7 +19,7 @@ constexpr int kModelPixels = LaneBlock::kGroup;
 /// wide.
 struct CornerScene {
   ModelTerms terms;
-  double dx = 0, dy = 0, blur = 0.3, covariance = 0.02, way_x = 0.7, way_y = -0.4, gain = 0.1;
+  double dx = 0, dy = 0, blur = 0.3, covariance = 0.02, way_x = 0.7, way_y = -0.4, turn = 0.02, gain = 0.1;
   double takes = 0.6, direction = 0.5, offset = 0.1, width = 0.8;
   double amount = 0.5, spot_x = 0.2, spot_y = -0.1, spot_width = 0.7;
   bool even_dark = true;
@@ -46,7 +46,8 @@ CornerPicture Evaluate(const CornerScene& s) {
   const auto set = [&](int which, double value) {
     std::fill_n(model.parameter_data(which), kModelPixels, static_cast<float>(value));
   };
-  set(ModelLanes::kCornerX, 0.5), set(ModelLanes::kCornerY, -0.5);
+  constexpr double kCornerX = 0.5, kCornerY = -0.5;
+  set(ModelLanes::kCornerX, kCornerX), set(ModelLanes::kCornerY, kCornerY);
   set(ModelLanes::kScaleX, 1 / s.blur), set(ModelLanes::kScaleY, 1 / s.blur);
   set(ModelLanes::kBlurX, 1 / s.blur), set(ModelLanes::kBlurY, 1 / s.blur);
   // That grows with the blur as its variances do.
@@ -56,8 +57,10 @@ CornerPicture Evaluate(const CornerScene& s) {
   set(ModelLanes::kSkewByBlur, 2 * s.covariance * s.blur / (kBlur * kBlur));
   set(ModelLanes::kByPixelXx, 1), set(ModelLanes::kByPixelXy, 0), set(ModelLanes::kByPixelYx, 0),
       set(ModelLanes::kByPixelYy, 1);
-  set(ModelLanes::Of<MotionTerm>(MotionTerm::kWayX), s.way_x),
-      set(ModelLanes::Of<MotionTerm>(MotionTerm::kWayY), s.way_y);
+  set(ModelLanes::Of<MotionTerm>(MotionTerm::kWayX), s.way_x - s.turn * kCornerY),
+      set(ModelLanes::Of<MotionTerm>(MotionTerm::kWayY), s.way_y + s.turn * kCornerX);
+  set(ModelLanes::Of<MotionTerm>(MotionTerm::kAcrossX), -s.way_y),
+      set(ModelLanes::Of<MotionTerm>(MotionTerm::kAcrossY), s.way_x);
   const auto set_ink = [&](int which, double value) { set(ModelLanes::Of<DotGainTerm>(which), value); };
   set_ink(DotGainTerm::kGain, s.even_dark ? s.gain : -s.gain);
   for (const int first : {DotGainTerm::kEvenX0, DotGainTerm::kEvenY0}) {
@@ -76,6 +79,7 @@ CornerPicture Evaluate(const CornerScene& s) {
   input.terms = s.terms;
   input.board_from_plane[0] = input.board_from_plane[4] = input.board_from_plane[8] = 1;
   input.taps = s.terms.on<MotionTerm>() ? 5 : 1;
+  input.turn = static_cast<float>(s.turn);
   static_cast<ShadowTerm::Input&>(input) = {static_cast<float>(s.takes), static_cast<float>(std::cos(s.direction)),
                                             static_cast<float>(std::sin(s.direction)), static_cast<float>(s.offset),
                                             static_cast<float>(1 / s.width)};
@@ -152,6 +156,8 @@ TEST(ModelKernel, DerivativesAreThoseOfDifferences) {
       ExpectColumn(
           scene, columns.of<MotionTerm>() + 1, [](CornerScene& s, double by) { s.way_y += by; }, within + 0.01,
           "motion along y");
+      ExpectColumn(
+          scene, columns.of<MotionTerm>() + 2, [](CornerScene& s, double by) { s.turn += by; }, within + 0.05, "turn");
     }
     if (scene.terms.on<DotGainTerm>())
       ExpectColumn(

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <numbers>
 
@@ -10,7 +11,9 @@
 #include "chequer/detector.h"
 #include "detect/boards/motion_blur_view.h"
 #include "detect/common/homography.h"
+#include "support/pose_errors.h"
 #include "support/scenes.h"
+#include "support/stream_frames.h"
 
 namespace chequer {
 namespace {
@@ -134,6 +137,31 @@ TEST(MotionBlurredBoards, AreReadInsideTheirStripes) {
   EXPECT_GE(read, frames - 3);
   EXPECT_GE(sharpened, frames / 3) << "of some, the first look shows enough";
   EXPECT_LT(std::sqrt(square_px / std::max(read, 1)), 0.1) << "px; a twentieth of what the smear hides";
+}
+
+TEST(MotionBlurredBoards, ThatTurnHavePosesThatAreHonest) {
+  // Each robot goes its own way, in turns; knocks move all of them by up to 12 px more while the shutter is open.
+  const test::StreamFrames stream(
+      "seed = 23\n[camera]\nsize = \"1280x720\"\nfocal_px = 1800\ndistance = 3.0\nfps = 60\nexposure_ms = 6.67\n"
+      "[swarm]\nrobots = 16\nside = 0.1\nspeed = 0.8\n[[phase]]\nkind = \"calm\"\nframes = 3\n"
+      "[[phase]]\nkind = \"knock\"\nmax_px = 12\nframes = 14\n");
+  Detector detector(stream.Options());
+  DetectorMemory memory;
+  std::vector<MarkerPose> found;
+  test::PoseErrors errors;
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const test::StreamFrame frame = stream.Frame(i);
+    detector.Detect(frame.image.view(), std::chrono::milliseconds(1000 + 17 * i), memory, found);
+    for (const TrueMarker& truth : frame.truth.markers)
+      for (const MarkerPose& marker : found)
+        if (marker.id == truth.id && truth.motion_px > 7 && truth.motion_px < 12)
+          errors.Add(truth.camera_from_marker, marker);
+  }
+  // As if all points of a board went one way, squared errors were 2.3.
+  EXPECT_GE(errors.poses(), 50);
+  RecordProperty("position", std::to_string(errors.position()));
+  EXPECT_LT(errors.position(), 1.5) << errors.position();
+  EXPECT_LT(errors.orientation(), 1.5) << errors.orientation();
 }
 
 TEST(MotionBlurredBoards, WithoutInksAreNone) {
