@@ -88,6 +88,12 @@ class BoardFit {
   const BoardRun& run() const { return *run_; }
   /// Tells what an earlier fit told.
   void Restore(const BoardRun& run) { *run_ = run; }
+  /// Tells of the cells what an earlier fit told.
+  void RestoreCells(const FittedBoard& earlier) {
+    run_->result.levels = earlier.levels;
+    run_->result.lit = earlier.lit;
+    run_->result.corner_seen = earlier.corner_seen;
+  }
 
   int corners() const { return pixels_.corners(); }
   /// Neither outside the image, nor covered, nor left out.

@@ -77,11 +77,12 @@ CornerFlags BoardFit::Occluded() const {
 }
 
 CornerFlags BoardFit::Pulled() const {
+  CornerFlags pulled{};
+  if (!AnyUnused()) return pulled;
   std::array<double, kMaxCorners> misfits;
   std::ptrdiff_t count = 0;
   for (int corner = 0; corner < corners(); ++corner)
     if (used(corner)) misfits[static_cast<std::size_t>(count++)] = misfit(corner);
-  CornerFlags pulled{};
   if (count == 0) return pulled;
   std::nth_element(misfits.begin(), misfits.begin() + count / 2, misfits.begin() + count);
   const double most = kPulledRatio * misfits[static_cast<std::size_t>(count / 2)];

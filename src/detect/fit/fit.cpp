@@ -93,7 +93,9 @@ const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vect
   // A motion mixes light cells into dark ones, which a highlight would explain in part.
   if (moved || !fit_.motion_px().isZero() || !FitHighlight(task)) ChooseTerms(task);
   if (moved && !BetterThan(moved_, Hypothesis::kNoMotion)) Restore(moved_);
-  return fit_.result().determined() ? WithoutPulled(task) : nullptr;
+  if (!fit_.result().determined()) return nullptr;
+  LeaveOutPulled(task);
+  return &fit_.result();
 }
 
 void PhotometricFit::ChooseTerms(const Task& task) {

@@ -82,9 +82,9 @@ class PhotometricFit {
   void LeaveOutOccluded(const Task& task);
   /// Of the corners that were found occluded, those that fit worst. False if none was.
   bool LeaveOutWorstOccluded();
-  /// Those beside the others, which what hides these may pull: the pose is told without them, what cells look like with
-  /// them.
-  const FittedBoard* WithoutPulled(const Task& task);
+  /// An occlusion may pull the corners beside it. Fits the pose again without them; the cells stay as they were read
+  /// with them.
+  void LeaveOutPulled(const Task& task);
   /// What covers a whole side may pull the board until all corners are off, and none so much more than the others that
   /// it is found occluded. Whether it was so.
   bool LeaveOutSide(const Task& task);

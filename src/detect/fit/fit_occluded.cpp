@@ -71,21 +71,16 @@ void PhotometricFit::LeaveOutOccluded(const Task& task) {
   }
 }
 
-const FittedBoard* PhotometricFit::WithoutPulled(const Task& task) {
-  const FittedBoard& all = fit_.result();
+void PhotometricFit::LeaveOutPulled(const Task& task) {
+  if (fit_.looks_farther() || !fit_.result().flat()) return;
   const CornerFlags pulled = fit_.Pulled();
-  if (fit_.looks_farther() || !all.flat() || !AnyOf(pulled)) return &all;
+  if (!AnyOf(pulled)) return;
   Keep(before_);
   for (std::size_t corner = 0; corner < pulled.size(); ++corner) choice_.left_out[corner] |= pulled[corner];
-  if (!Refit(task)) {
+  if (Refit(task))
+    fit_.RestoreCells(before_.run.result);
+  else
     Restore(before_);
-    return &fit_.result();
-  }
-  best_ = fit_.result();
-  best_.levels = before_.run.result.levels;
-  best_.lit = before_.run.result.lit;
-  best_.corner_seen = before_.run.result.corner_used;
-  return &best_;
 }
 
 bool PhotometricFit::LeaveOutSide(const Task& task) {

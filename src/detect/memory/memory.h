@@ -40,10 +40,10 @@ struct RememberedBoard {
   /// By cell: by how much it stood out from its neighbours when nothing lay over the board, as a share of the contrast
   /// (ExpectedBoards); empty where that is not known.
   FixedVector<float, kMaxCells> leads;
-  double contrast = 0;  ///< as sampled where it was (SampledContrast)
-  double fitted_contrast = 0;
-  FrameTime decided{};    ///< when its identity was last read
-  bool may_carry = true;  ///< it was fitted in every frame since then
+  double contrast = 0;         ///< as sampled where it was (SampledContrast)
+  double fitted_contrast = 0;  ///< without what blur took of it
+  FrameTime decided{};         ///< when its identity was last read
+  bool may_carry = true;       ///< it was fitted in every frame since then
 
   /// It lies there by now, `passed_s` after it was as `last` says; null: nothing is known of that.
   /// @param last_place where it would have been then, had the camera already stood as it does now.
