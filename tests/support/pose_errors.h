@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <vector>
 
 #include "chequer/detector.h"
 
@@ -16,6 +17,13 @@ class PoseErrors {
                             found.covariance.topLeftCorner<3, 3>());
     orientation_ += Normalised(VectorFromRotation(turn.normalized()), found.covariance.bottomRightCorner<3, 3>());
     ++poses_;
+  }
+
+  /// How far the same markers are off in `others`.
+  void AddDifferences(const std::vector<MarkerPose>& found, const std::vector<MarkerPose>& others) {
+    for (const MarkerPose& marker : found)
+      for (const MarkerPose& other : others)
+        if (marker.id && marker.id == other.id) Add(other.camera_from_marker, marker);
   }
 
   int poses() const { return poses_; }

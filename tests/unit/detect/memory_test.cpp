@@ -16,6 +16,7 @@
 #include "chequer/detector.h"
 #include "core/crop.h"
 #include "detect/common/search_regions.h"
+#include "support/pose_errors.h"
 #include "support/same_bits.h"
 #include "support/scenes.h"
 #include "support/stream_frames.h"
@@ -155,28 +156,22 @@ TEST(Memory, FollowsBoardsWithoutASearch) {
   Follower follower(options);
   Detector cold(options);
   test::StreamScore score;
-  int mostly_unsearched = 0, poses = 0;
-  double square = 0;
+  test::PoseErrors differences;
+  int mostly_unsearched = 0;
   for (std::size_t i = 0; i < stream.size(); ++i) {
     const test::StreamFrame frame = stream.Frame(i);
     const Detected& found = follower.Next(frame.image.view());
     score += test::ScoreFrame(found.markers, frame.truth);
     const std::int64_t all = std::int64_t{frame.image.width()} * frame.image.height();
     mostly_unsearched += found.stats.searched_px < all * 4 / 10;
-    for (const MarkerPose& expected : cold.Detect(frame.image.view()))
-      for (const MarkerPose& marker : found.markers) {
-        if (!marker.id || marker.id != expected.id) continue;
-        const Eigen::Vector3d off = marker.camera_from_marker.translation - expected.camera_from_marker.translation;
-        square += off.dot(expected.covariance.topLeftCorner<3, 3>().inverse() * off) / 3;
-        ++poses;
-      }
+    differences.AddDifferences(cold.Detect(frame.image.view()), found.markers);
   }
   EXPECT_EQ(score.read, score.expected);
   EXPECT_EQ(score.wrong + score.twice, 0);
   EXPECT_EQ(mostly_unsearched, static_cast<int>(stream.size()) - 1) << "all but the first";
-  EXPECT_EQ(poses, score.expected);
+  EXPECT_EQ(differences.poses(), score.expected);
   // Some of these small boards are fitted with all terms, which end a fit farther from its optimum.
-  EXPECT_LT(std::sqrt(square / poses), 0.4) << "standard deviations between poses with and without memory";
+  EXPECT_LT(std::sqrt(differences.position()), 0.4) << "standard deviations between poses with and without memory";
 }
 
 /// Robots whose second frame comes before their motion is known: they have moved by some cells.
@@ -227,23 +222,16 @@ TEST(Memory, LeavesPosesWhereTheyAre) {
   const DetectorOptions options = stream.Options();
   Follower follower(options);
   Detector cold(options);
-  int poses = 0;
-  double square = 0;
+  test::PoseErrors differences;
   for (std::size_t i = 0; i < stream.size(); ++i) {
     const test::StreamFrame frame = stream.Frame(i);
     const Detected& found = follower.Next(frame.image.view());
-    for (const MarkerPose& expected : cold.Detect(frame.image.view()))
-      for (const MarkerPose& marker : found.markers) {
-        if (!marker.id || marker.id != expected.id) continue;
-        const Eigen::Vector3d off = marker.camera_from_marker.translation - expected.camera_from_marker.translation;
-        square += off.dot(expected.covariance.topLeftCorner<3, 3>().inverse() * off) / 3;
-        ++poses;
-      }
+    differences.AddDifferences(cold.Detect(frame.image.view()), found.markers);
   }
-  EXPECT_GT(poses, 30);
+  EXPECT_GT(differences.poses(), 30);
   // They are fitted to the same pixels, wherever a fit began (those at the rim fade out by where the board lies), until
   // another step would not count.
-  EXPECT_LT(std::sqrt(square / poses), 0.1) << "standard deviations between poses with and without memory";
+  EXPECT_LT(std::sqrt(differences.position()), 0.1) << "standard deviations between poses with and without memory";
 }
 
 TEST(Memory, TakesLessLightForNothingElse) {
