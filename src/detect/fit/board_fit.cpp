@@ -1,6 +1,5 @@
 #include "detect/fit/board_fit.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -42,10 +41,6 @@ constexpr int kFirstStride = 2, kFirstStrideKnown = 3;
 constexpr int kFewestSpread = 9;
 /// Cells, in blurs, whose middles show their own light.
 constexpr double kClearCell = 6;
-/// Of ways of more than a cell, little of the cells is left in the pixels, and some fits are off by more than the
-/// pixels' noise tells: those whose corners lie farther off the plane than that, px (measured: 0.015 of most, 0.03 of
-/// these).
-constexpr double kLongMotionCells = 1, kOffLongMotionPx = 0.016;
 /// Of a way, what it reaches beyond a board's rim, over what a blur does; and all of half of it beyond so much of a
 /// cell.
 constexpr double kMotionBlurReach = 0.1, kMotionBlurReachAllCells = 0.4;
@@ -67,13 +62,6 @@ constexpr double kOtherLevelsPx = 0.5;
 /// known: boards that were expected 1 px off seemed to have another after their first step by all pixels, which moved
 /// all boards of the image.
 constexpr double kStillForEdgesPx = 0.03;
-/// A bend of the paper is fitted where it explains so many standard deviations of the corners' places: of flat boards,
-/// chance makes three unknowns explain as much once in 6,000. Fewer corners do not tell it from a tilt.
-constexpr double kLeastBend = 4.5;
-constexpr int kFewestOfBend = 12;
-/// Corners that are off by no more than noise tell of no bend: most boards are not asked. (Of flat boards one in eight
-/// is; a bend that explains so much makes the corners of a board of 25 as far off.)
-constexpr double kOffByBend = 1.25;
 /// Light of a saturated pixel: code 254 and up.
 constexpr float kSaturation = 253.5f / 255;
 /// Mean light of a cell of which much is saturated.
@@ -332,178 +320,6 @@ double BoardFit::FarthestStepPx() const {
     if (pixels_.inside(corner))
       farthest = std::max(farthest, (pixels_.place(corner).pixel_by_board * MoveOf(corner)).squaredNorm());
   return std::sqrt(farthest);
-}
-
-SeenCorner BoardFit::SeenAt(const ShiftedCorner& corner) const {
-  const Eigen::Vector2d printed = pixels_.Printed(corner.corner);
-  // Pixels whose coordinates are too small by the shift show the corner where coordinates are that much smaller.
-  const BoardGeometry::Local seen = pixels_.SeenAt(run_->model.geometry, printed - corner.shift);
-  const Eigen::Matrix2d board_by_plane = seen.plane_by_board.inverse();
-  return {printed, seen.plane, board_by_plane.transpose() * corner.information * board_by_plane};
-}
-
-std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_square) const {
-  // What inks, lights, motions and some of the pixels leave of the corners' places is not the paper's.
-  const bool may_bend = run_->bend.taken_out || run_->told.unexplained_shifts > kOffByBend;
-  if (!may_bend || MayBeOutOfRegister() || !lens.calibrated() || static_cast<int>(shifted_.size()) < kFewestOfBend ||
-      run_->terms.rough || run_->model.own_levels || run_->model.shadow || !run_->model.motion_px.isZero())
-    return std::nullopt;
-  std::array<SeenCorner, kMaxCorners> seen;
-  std::transform(shifted_.begin(), shifted_.end(), seen.begin(),
-                 [&](const ShiftedCorner& corner) { return SeenAt(corner); });
-  const std::optional<BentPaper> bent =
-      FindBentPaper({run_->model.geometry, lens.focal(), run_->view.cell_ratio,
-                     run_->bend.taken_out ? &*run_->bend.taken_out : nullptr},
-                    std::span(seen).first(shifted_.size()), kLeastBend * kLeastBend * least_square);
-  if (!bent) return std::nullopt;
-  const double left = bent->left() / (2 * static_cast<double>(shifted_.size()) - BentPaper::kUnknowns);
-  if (bent->gain() < kLeastBend * kLeastBend * std::max(left, least_square)) return std::nullopt;
-  return bent;
-}
-
-BoardFit::PixelSums BoardFit::SumUsedPixels() const {
-  const LaneBlock& lanes = pixels_.lanes();
-  // Four lanes of a corner side by side.
-  using Phases = Eigen::Array4f;
-  Phases weight = Phases::Zero(), square = Phases::Zero(), count = Phases::Zero();
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
-    const float* const of_corner = lanes.sum_data(0) + pixels_.Lane(corner);
-    const auto sum = [&](LaneSum which) { return Eigen::Map<const Phases>(of_corner + which * lanes.padded()); };
-    weight += sum(kWeight);
-    square += sum(kDarkSquare) + sum(kLightSquare);
-    count += sum(kDarkCount) + sum(kLightCount);
-  }
-  return {double{weight.sum()}, double{square.sum()}, double{count.sum()}};
-}
-
-BoardFit::ShiftSums BoardFit::TellShifts() {
-  ShiftSums sums;
-  shifted_.clear();
-  FindPlainShifts();
-  run_->result.corner_used.fill(false);
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    const std::size_t i = static_cast<std::size_t>(corner);
-    run_->told.misfit[i] = MisfitOf(corner);
-    if (!run_->corners.used[i]) continue;
-    const auto [information, gradient] = ShiftOf(corner);
-    const double determinant = information.determinant();
-    if (!(determinant > 0)) continue;
-    run_->result.corner_used[i] = true;
-    // What is left of the corner's own shift after the last step.
-    const Eigen::Vector2d shift = Eigen::Vector2d(information(1, 1) * gradient[0] - information(0, 1) * gradient[1],
-                                                  information(0, 0) * gradient[1] - information(1, 0) * gradient[0]) /
-                                  determinant;
-    shifted_.push_back({corner, shift, information});
-    sums.square_px += (pixels_.place(corner).pixel_by_board * shift).squaredNorm();
-    sums.chi_square += shift.dot(gradient);
-    sums.contrast += LightAt(corner) * Contrast(corner);
-  }
-  run_->result.corners_used = static_cast<int>(shifted_.size());
-  run_->result.corner_seen = run_->result.corner_used;
-  return sums;
-}
-
-void BoardFit::Finish(const Lens& lens) {
-  run_->result.geometry = run_->model.geometry;
-  const PixelSums pixels = SumUsedPixels();
-  ShiftSums shifts = TellShifts();
-  const double n = std::max(run_->result.corners_used, 1);
-  const double unknowns =
-      (run_->terms.look_farther ? ModelColumns(run_->model_input.terms).shared : BoardEquations::kUnknowns) +
-      run_->view.channels * LevelCount(run_->view.size, run_->model.own_levels);
-  const double chi_square =
-      run_->terms.look_farther ? model_equations_.chi_square() : equations_.chi_square() - run_->step.gain;
-  const double chi_square_per_pixel = chi_square / std::max(pixels.weight - unknowns, 1.0);
-  // Edges that lie where no homography puts them (paper that is not flat, print, what is left of the lens's distortion)
-  // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
-  double chi_square_per_shift = shifts.chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
-  run_->told.unexplained_shifts = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
-  run_->bend.found = FindBend(lens, chi_square_per_pixel);
-  if (const std::optional<BentPaper>& bent = run_->bend.found) {
-    shifts.square_px *= std::min(bent->left() / std::max(shifts.chi_square, 1e-9), 1.0);
-    chi_square_per_shift = bent->left() / (2 * n - BentPaper::kUnknowns);
-  }
-  const double variance = std::max({chi_square_per_pixel, chi_square_per_shift, MayBeOutOfRegister() ? 1 : 1e-9});
-  run_->result.reprojection_rms_px = std::sqrt(shifts.square_px / n);
-  TellInformation(variance);
-  run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
-                        run_->model.dot_gain};
-  const double noise = std::max(std::sqrt(pixels.square / std::max(pixels.count, 1.0)), 1e-6);
-  run_->result.explained = {
-      .fits = pixels.count, .deviation = noise, .unknowns = unknowns, .contrast = shifts.contrast / n};
-  TellUnused(run_->result.explained);
-  run_->result.signal_to_noise = shifts.contrast / n / noise;
-  run_->told.cell_px = CellPx();
-  TellLevels();
-}
-
-void BoardFit::TellUnused(Explained& explained) const {
-  const LaneBlock& lanes = pixels_.lanes();
-  const int stride = run_->terms.look_farther ? run_->model_input.stride : run_->plain_input.stride;
-  explained.pixels = stride == 1 ? pixels_.pixels() : 0;
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    const bool used = run_->corners.used[static_cast<std::size_t>(corner)];
-    if (!pixels_.inside(corner) || (used && stride == 1)) continue;
-    double visited = 0, weight = 1e-9, square = 0;
-    for (int lane = pixels_.Lane(corner); lane < pixels_.Lane(corner) + 4; ++lane) {
-      visited += lanes.Visited(lane, stride);
-      weight += double{lanes.sum(kWeight, lane)};
-      square += double{lanes.sum(ProductSum(kResidual, kResidual), lane)};
-    }
-    if (stride != 1) explained.pixels += visited;
-    const double deviation = explained.deviation * std::sqrt(square / weight);
-    if (used || !(deviation > 0) || deviation >= explained.contrast) continue;
-    explained.unused += visited;
-    explained.unused_logs += visited * std::log(deviation);
-  }
-}
-
-void BoardFit::TellInformation(double variance) {
-  FittedBoard& result = run_->result;
-  BoardGeometry::Information of_moves = InformationOnMoves() / variance;
-  if (const std::optional<BentPaper>& bent = run_->bend.found) {
-    result.geometry = bent->middle();
-    of_moves = (of_moves.inverse() + variance * bent->uncertain() * bent->uncertain().transpose()).inverse();
-  }
-  const double off_px = result.reprojection_rms_px / kOffLongMotionPx;
-  if (run_->model.motion_px.norm() > kLongMotionCells * CellPx()) of_moves /= std::max(off_px * off_px, 1.0);
-  // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
-  if (run_->model.own_levels) of_moves /= std::max(run_->told.unexplained_shifts, 1.0);
-  if (MayBeOutOfRegister()) of_moves = TellRegister(of_moves, variance);
-  result.information = result.geometry.FromMoves(of_moves);
-}
-
-BoardGeometry::Information BoardFit::InformationOnMoves() const {
-  constexpr int kMoves = BoardGeometry::kParameters;
-  if (!run_->terms.look_farther) {
-    // The blur follows the geometry.
-    const BoardEquations::Matrix& normal = equations_.normal();
-    const BoardGeometry::Parameters by_blur = normal.col(kMoves).head<kMoves>();
-    return normal.topLeftCorner<kMoves, kMoves>() - by_blur * by_blur.transpose() / normal(kMoves, kMoves);
-  }
-  const ModelEquations::SharedMatrix& all = model_equations_.information();
-  const Eigen::Index others = all.rows() - kMoves;
-  const ModelEquations::SharedMatrix common = all.bottomLeftCorner(others, kMoves);
-  const Eigen::LDLT<ModelEquations::SharedMatrix> factor(all.bottomRightCorner(others, others));
-  return all.topLeftCorner<kMoves, kMoves>() - common.transpose() * factor.solve(common);
-}
-
-void BoardFit::FindPlainShifts() {
-  if (!run_->terms.look_farther) equations_.FindShifts(PlainEquations(), run_->step.moves, plain_shifts_);
-}
-
-ModelEquations::CornerShift BoardFit::ShiftOf(int corner) const {
-  ModelEquations::CornerShift shift;
-  if (run_->terms.look_farther) {
-    shift = model_equations_.ShiftOf(EquationsOfModel(), corner);
-  } else {
-    const BoardEquations::CornerShift& of = plain_shifts_[static_cast<std::size_t>(corner)];
-    shift.information << of.xx, of.xy, of.xy, of.yy;
-    shift.gradient = {of.x, of.y};
-  }
-  if (MayBeOutOfRegister()) shift.gradient -= shift.information * ShiftByInks(corner);
-  return shift;
 }
 
 double BoardFit::StepSquare() const {
