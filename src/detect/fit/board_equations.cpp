@@ -19,6 +19,8 @@ struct BoardSystem {
   static constexpr int kColumns = 10;
   /// Floats of a cell's right-hand sides: whole vectors, whatever their length.
   static constexpr int kRightRow = 48;
+  /// Floats that are read beyond a column's band, at most.
+  static constexpr int kColumnTail = 32;
 
   bool fixed_levels = false;
   int cells = 0, band = 0;
@@ -210,6 +212,34 @@ void AddLevels(const CornerTerms& corner, const SumsOfLanes& merged, BoardSystem
 /// Of a level's own information, what its neighbours leave of it at least: single precision tells no less.
 constexpr float kLeastShareLeft = 1e-5f;
 
+/// Vectors of a column of the matrix that are solved together: with the right-hand sides they fill most of the
+/// registers of AVX2.
+constexpr int kColumnVectors = kGroupLanes < 16 ? 4 : 2, kColumnFloats = kColumnVectors * kGroupLanes;
+static_assert(kColumnFloats <= BoardSystem::kColumnTail);
+
+/// Takes off a column of the matrix, from `at` on, what the columns before leave of it: each reaches as many entries
+/// less far as it stands before it. Beyond the band stand zeros. @param factors of the first of these columns, that at
+/// this column's row; the next one's is `to_next` on. @tparam kRight the vectors of right-hand sides, which lose as
+/// much.
+template <int kRight>
+HWY_INLINE void TakeOffColumns(const float* HWY_RESTRICT factors, std::ptrdiff_t to_next, int count, int at,
+                               float* HWY_RESTRICT column, float* HWY_RESTRICT right) {
+  const DGroups d;
+  hn::Vec<DGroups> sums[static_cast<std::size_t>(kColumnVectors + kRight)];
+  for (int k = 0; k < kColumnVectors; ++k) sums[k] = hn::LoadU(d, column + at + k * kGroupLanes);
+  for (int k = 0; k < kRight; ++k) sums[kColumnVectors + k] = hn::LoadU(d, right + k * kGroupLanes);
+  const float* before = right - count * BoardSystem::kRightRow;
+  for (int i = 0; i < count; ++i, factors += to_next, before += BoardSystem::kRightRow) {
+    const auto take_off = [&](int k, const float* from, int of_group) HWY_ATTR {
+      sums[k] = hn::NegMulAdd(Repeat(d, factors, of_group), hn::LoadU(d, from + of_group), sums[k]);
+    };
+    for (int k = 0; k < kColumnVectors; ++k) take_off(k, factors + at, k * kGroupLanes);
+    for (int k = 0; k < kRight; ++k) take_off(kColumnVectors + k, before, k * kGroupLanes);
+  }
+  for (int k = 0; k < kColumnVectors; ++k) hn::StoreU(sums[k], d, column + at + k * kGroupLanes);
+  for (int k = 0; k < kRight; ++k) hn::StoreU(sums[kColumnVectors + k], d, right + k * kGroupLanes);
+}
+
 /// matrix becomes its Cholesky factor L with the inverses of the diagonal in the diagonal's place, right becomes
 /// L⁻¹ right.
 void Factor(float least, BoardSystem& system) {
@@ -229,16 +259,10 @@ void Factor(float least, BoardSystem& system) {
     for (int part = 0; part < 4; part += kStep)
       hn::StoreU(hn::MulAdd(hn::LoadU(d, column + part), hn::Set(d, kLeastShareLeft), hn::Set(d, least)), d,
                  least_pivot + part);
-    // What the columns before leave of this one: each reaches as many entries less far as it stands before it. Beyond
-    // the band stand zeros.
-    for (int at = 0; at < column_floats; at += kGroupLanes) {
-      auto sum = hn::LoadU(groups, column + at);
+    TakeOffColumns<kRightVectors>(factors, to_next, above, 0, column, right);
+    for (int at = kColumnFloats; at < column_floats; at += kColumnFloats) {
       const int reach = band - at / 4, skipped = above > reach ? above - reach : 0;
-      // The column just before last, as it has only just been found.
-      const float* before = factors + skipped * to_next;
-      for (int i = skipped; i < above; ++i, before += to_next)
-        sum = hn::NegMulAdd(Repeat(groups, before, at), hn::LoadU(groups, before + at), sum);
-      hn::StoreU(sum, groups, column + at);
+      TakeOffColumns<0>(factors + skipped * to_next, to_next, above - skipped, at, column, right);
     }
     HWY_ALIGN float inverse[4];
     for (int part = 0; part < 4; part += kStep) {
@@ -249,15 +273,8 @@ void Factor(float least, BoardSystem& system) {
     for (int at = 0; at < column_floats; at += kGroupLanes)
       hn::StoreU(hn::Mul(hn::LoadU(groups, column + at), Repeat(groups, inverse, at)), groups, column + at);
     for (int part = 0; part < 4; ++part) column[part] = inverse[part];
-    hn::Vec<DGroups> sums[static_cast<std::size_t>(kRightVectors)];
-    for (int k = 0; k < kRightVectors; ++k) sums[k] = hn::LoadU(groups, right + k * kGroupLanes);
-    const float *factor = factors, *before = right - above * BoardSystem::kRightRow;
-    for (int i = 0; i < above; ++i, factor += to_next, before += BoardSystem::kRightRow)
-      for (int k = 0; k < kRightVectors; ++k)
-        sums[k] = hn::NegMulAdd(Repeat(groups, factor, k * kGroupLanes), hn::LoadU(groups, before + k * kGroupLanes),
-                                sums[k]);
-    for (int k = 0; k < kRightVectors; ++k)
-      hn::StoreU(hn::Mul(sums[k], Repeat(groups, inverse, k * kGroupLanes)), groups, right + k * kGroupLanes);
+    for (int at = 0; at < kRightVectors * kGroupLanes; at += kGroupLanes)
+      hn::StoreU(hn::Mul(hn::LoadU(groups, right + at), Repeat(groups, inverse, at)), groups, right + at);
   }
 }
 
@@ -419,9 +436,8 @@ int LevelCount(MarkerSize size, bool own_levels) { return own_levels ? 4 * Corne
 void BoardEquations::Prepare(MarkerSize size, bool own_levels) {
   cells_ = LevelCount(size, own_levels);
   band_ = own_levels ? 3 : size.cols + 1;
-  // A vector's floats at most run over the entries of the band.
   constexpr int kVector = 16;
-  matrix_row_ = (4 * (band_ + 1) + kVector + kVector - 1) / kVector * kVector;
+  matrix_row_ = (4 * band_ + BoardSystem::kColumnTail + kVector - 1) / kVector * kVector;
   const std::size_t matrix = static_cast<std::size_t>(cells_ * matrix_row_),
                     right = static_cast<std::size_t>(cells_ * BoardSystem::kRightRow);
   floats_.resize(std::max(floats_.size(), matrix + right + kVector));
