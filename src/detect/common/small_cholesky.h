@@ -6,7 +6,8 @@
 namespace chequer {
 
 /// The Cholesky factor L D Lᵀ of a small positive definite matrix: loops of known lengths, a third of the cost of
-/// Eigen's, which are made for larger ones, and no roots, which all that follows would wait for.
+/// Eigen's, which are made for larger ones, and no roots, which all that follows would wait for. All loops are unrolled:
+/// counting takes two thirds of the instructions of loops as short.
 template <int kSize>
 class SmallCholesky {
  public:
@@ -16,8 +17,10 @@ class SmallCholesky {
   /// From the lower triangle.
   explicit SmallCholesky(const Matrix& matrix) {
     // Where L is not known yet stands L D.
+#pragma GCC unroll 16
     for (int col = 0; col < kSize; ++col) {
       double pivot = matrix(col, col);
+#pragma GCC unroll 16
       for (int k = 0; k < col; ++k) {
         const double scaled = factor_[col][k];
         factor_[col][k] = scaled * inverse_[k];
@@ -25,8 +28,10 @@ class SmallCholesky {
       }
       positive_ &= pivot > 0;
       inverse_[col] = 1 / pivot;
+#pragma GCC unroll 16
       for (int row = col + 1; row < kSize; ++row) {
         double value = matrix(row, col);
+#pragma GCC unroll 16
         for (int k = 0; k < col; ++k) value -= factor_[row][k] * factor_[col][k];
         factor_[row][col] = value;
       }
@@ -46,10 +51,14 @@ class SmallCholesky {
   }
 
   Vector Solve(Vector x) const {
+#pragma GCC unroll 16
     for (int row = 1; row < kSize; ++row)
+#pragma GCC unroll 16
       for (int k = 0; k < row; ++k) x[row] -= factor_[row][k] * x[k];
+#pragma GCC unroll 16
     for (int row = kSize - 1; row >= 0; --row) {
       x[row] *= inverse_[row];
+#pragma GCC unroll 16
       for (int k = row + 1; k < kSize; ++k) x[row] -= factor_[k][row] * x[k];
     }
     return x;
