@@ -148,6 +148,12 @@ int LightReader::ChannelOf(int x_parity, int y_parity) const {
   return red_col && red_row ? 0 : (red_col || red_row ? 1 : 2);
 }
 
+void LightReader::Rows::Negate(float from, std::array<float, 256>& table) {
+  std::copy_n(table_, table.size(), table.begin());
+  for (auto light = table.rbegin(); light != table.rend() && *light >= from; ++light) *light = -*light;
+  table_ = table.data();
+}
+
 LightReader::Rows LightReader::AllRows() const {
   Rows rows;
   rows.base_ = image_.row(0);

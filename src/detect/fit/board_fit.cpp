@@ -62,8 +62,6 @@ constexpr double kOtherLevelsPx = 0.5;
 /// known: boards that were expected 1 px off seemed to have another after their first step by all pixels, which moved
 /// all boards of the image.
 constexpr double kStillForEdgesPx = 0.03;
-/// Light of a saturated pixel: code 254 and up.
-constexpr float kSaturation = 253.5f / 255;
 /// Mean light of a cell of which much is saturated.
 constexpr float kOverexposed = 0.98f;
 
@@ -143,7 +141,6 @@ bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reu
   }
   run_->light.collected_for = geometry;
   const int corners = pixels_.Collect(reader, lens, run_->view.size, geometry, blur_px, of_lane, run_->bend.taken_out);
-  MarkSaturated(kSaturation, pixels_.lanes());
   work_.Add(WorkStep::kCollectedPixel, static_cast<std::uint64_t>(pixels_.pixels()));
   return corners >= FittedBoard::kFewestCorners;
 }

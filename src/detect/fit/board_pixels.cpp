@@ -14,6 +14,8 @@ namespace {
 /// Lanes with more of the pixels that do are thinned out inside the cells. Thinning cells from 18 px on in the plain
 /// fit saves little and costs 7 % of the linear RMS.
 constexpr double kThinnedFrom = 0.8;
+/// Light of a saturated pixel: code 254 and up.
+constexpr float kSaturation = 253.5f / 255;
 /// Pixels do for a fit by some of them where corners lie no farther from where they were collected, px or cells, and
 /// the blur is the same within this factor: those that finish a fit are chosen more closely (BoardFit).
 constexpr double kAlikePx = 0.3, kAlikeCells = 0.03, kAlikeBlur = 1.2;
@@ -232,7 +234,8 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
   PlaceCorners(lens, geometry);
   lanes_.Reset(4 * corners_, kLaneCapacity);
   if (!origin_.allFinite()) return 0;
-  const LightReader::Rows rows = reader.AllRows();
+  LightReader::Rows rows = reader.AllRows();
+  if (!rows.are_mixed()) rows.Negate(kSaturation, light_of_code_);
   collected_.inside = FindInside(reader);
   // Of a corner outside the image, the lens's model may say anything.
   const bool neighbours_tell = collected_.inside == corners_ && size.rows > 3 && size.cols > 3;
@@ -244,6 +247,8 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
     collected_.pixels += place.pixels;
   }
   lanes_.Fold();
+  // What is mixed of two codes, the codes' table does not mark.
+  if (rows.are_mixed()) MarkSaturated(kSaturation, lanes_);
   if (paper) TakeOutBend();
   return collected_.inside;
 }

@@ -29,7 +29,7 @@ struct CornerPlace {
 };
 
 /// The pixels of a board, dealt to the corners they are nearest to, in the lanes of the photometric kernel: lane
-/// 4 · rank + phase, with phase = parity of x + 2 · parity of y. Keeps its memory.
+/// 4 · rank + phase, with phase = parity of x + 2 · parity of y. Saturated ones are marked. Keeps its memory.
 class BoardPixels {
  public:
   /// The most pixels of a lane, and those of large cells that do where a pixel costs much.
@@ -105,6 +105,7 @@ class BoardPixels {
   int spread_ = 0;  ///< the first so many ranks are those of corners spread over the board
   Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
   LaneBlock lanes_;
+  std::array<float, 256> light_of_code_{};  ///< while pixels are collected
 };
 
 }  // namespace chequer

@@ -88,7 +88,7 @@ class LaneBlock {
   }
   float* u_data() { return pixels_.data()->values; }
   float* v_data() { return u_data() + kGroup; }
-  /// Negative where a pixel is saturated: its light is that or more (MarkSaturated()).
+  /// Negative where a pixel is saturated: its light is that or more.
   float* light_data() { return u_data() + 2 * kGroup; }
   const float* u_data() const { return pixels_.data()->values; }
   const float* v_data() const { return u_data() + kGroup; }

@@ -34,14 +34,17 @@ BoardGeometry BoardAt(const Lens& lens, double x, double y, double cell_px) {
 }
 
 /// Collects from an image of noise and looks whether every pixel stands where it belongs; returns how many there are.
-/// @param most_px how far off it may stand.
-std::size_t CollectAndCheck(double x, double y, double cell_px, double most_px) {
-  std::vector<std::uint8_t> bytes(kImageWidth * kImageHeight);
-  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>((i * 2654435761u) >> 24);
-  const Plane plane{bytes.data(), kImageWidth};
-  const ImageView image(PixelFormat::kBayerRg8, kImageWidth, kImageHeight, {&plane, 1});
+/// @param most_px how far off it may stand. @param format of single bytes, or of three alike a pixel.
+std::size_t CollectAndCheck(double x, double y, double cell_px, double most_px,
+                            PixelFormat format = PixelFormat::kBayerRg8) {
+  const std::size_t of_pixel = format == PixelFormat::kBgr8 ? 3 : 1;
+  std::vector<std::uint8_t> bytes(of_pixel * kImageWidth * kImageHeight);
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    bytes[i] = static_cast<std::uint8_t>((i / of_pixel * 2654435761u) >> 24);
+  const Plane plane{bytes.data(), static_cast<int>(of_pixel) * kImageWidth};
+  const ImageView image(format, kImageWidth, kImageHeight, {&plane, 1});
   std::array<float, 256> table;
-  for (std::size_t i = 0; i < table.size(); ++i) table[i] = static_cast<float>(i);
+  for (std::size_t i = 0; i < table.size(); ++i) table[i] = static_cast<float>(i) / 255;
   const Lens lens(BentCamera());
   BoardPixels pixels;
   pixels.Collect(LightReader(image, table), lens, kBoard, BoardAt(lens, x, y, cell_px), 0.8);
@@ -56,7 +59,8 @@ std::size_t CollectAndCheck(double x, double y, double cell_px, double most_px) 
       const int px = static_cast<int>(std::lround(pixel.x())), py = static_cast<int>(std::lround(pixel.y()));
       farthest = std::max(farthest, (pixel - Eigen::Vector2d(px, py)).norm());
       EXPECT_EQ((px & 1) + 2 * (py & 1), lane % 4) << "phase of pixel " << px << ", " << py;
-      EXPECT_EQ(lanes.light_data()[at], table[bytes[static_cast<std::size_t>(py * kImageWidth + px)]])
+      const std::uint8_t code = bytes[of_pixel * static_cast<std::size_t>(py * kImageWidth + px)];
+      EXPECT_EQ(lanes.light_data()[at], code >= 254 ? -table[code] : table[code])
           << "light of pixel " << px << ", " << py;
       seen.emplace(px, py);
     }
@@ -71,6 +75,10 @@ TEST(BoardPixels, LieWhereTheLensHasThem) {
   EXPECT_GT(CollectAndCheck(500, 400, 14, 4e-3), 3500u);
 }
 
+TEST(BoardPixels, OfColoursAreMarkedWhereTheyAreSaturated) {
+  EXPECT_GT(CollectAndCheck(320, 240, 8, 1e-3, PixelFormat::kBgr8), 1200u);
+}
+
 TEST(BoardPixels, OfABoardOverTheEdgeAreThoseOfTheImage) {
   const std::size_t whole = CollectAndCheck(300, 200, 10, 2e-3), part = CollectAndCheck(8, 200, 10, 2e-3);
   EXPECT_GT(part, whole / 4);
@@ -81,7 +89,7 @@ class ReusedPixels : public testing::Test {
  protected:
   ReusedPixels() {
     for (std::size_t i = 0; i < bytes_.size(); ++i) bytes_[i] = static_cast<std::uint8_t>((i * 2654435761u) >> 24);
-    for (std::size_t i = 0; i < table_.size(); ++i) table_[i] = static_cast<float>(i);
+    for (std::size_t i = 0; i < table_.size(); ++i) table_[i] = static_cast<float>(i) / 255;
     pixels_.Collect(reader_, lens_, kBoard, board_, 0.8);
   }
 
