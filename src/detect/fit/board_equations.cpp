@@ -337,17 +337,26 @@ void SolveBack(const float* unknowns, BoardSystem& system) {
   const DPhases d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   constexpr int kColumns = BoardSystem::kColumns;
-  for (int part = 0; part < 4; part += lanes)
-    for (int j = system.cells - 1; j >= 0; --j) {
-      float* right = system.right + j * BoardSystem::kRightRow + part;
+  // Copies, which no store can change.
+  const int band = system.band, cells = system.cells, matrix_row = system.matrix_row;
+  hn::Vec<DPhases> unknown[static_cast<std::size_t>(kColumns - 1)];
+  for (int c = 0; c < kColumns - 1; ++c) unknown[c] = hn::Set(d, unknowns[c]);
+  for (int part = 0; part < 4; part += lanes) {
+    float* right = system.right + cells * BoardSystem::kRightRow + part;
+    const float* column = system.matrix + cells * matrix_row + part;
+    for (int below = 0; below < cells; ++below) {
+      right -= BoardSystem::kRightRow, column -= matrix_row;
       auto sum = hn::LoadU(d, right + 4 * (kColumns - 1));
-      for (int c = 0; c < kColumns - 1; ++c)
-        sum = hn::NegMulAdd(hn::LoadU(d, right + 4 * c), hn::Set(d, unknowns[c]), sum);
-      const float* column = system.matrix + j * system.matrix_row + part;
-      for (int e = system.cells - 1 - j < system.band ? system.cells - 1 - j : system.band; e > 0; --e)
-        sum = hn::NegMulAdd(hn::LoadU(d, column + 4 * e), hn::LoadU(d, right + e * BoardSystem::kRightRow), sum);
+      HWY_UNROLL(9)
+      for (int c = 0; c < kColumns - 1; ++c) sum = hn::NegMulAdd(hn::LoadU(d, right + 4 * c), unknown[c], sum);
+      // The cell just below last, as it has only just been found.
+      const int entries = below < band ? below : band;
+      const float *entry = column + 4 * entries, *solved = right + entries * BoardSystem::kRightRow;
+      for (; entry > column; entry -= 4, solved -= BoardSystem::kRightRow)
+        sum = hn::NegMulAdd(hn::LoadU(d, entry), hn::LoadU(d, solved), sum);
       hn::StoreU(hn::Mul(sum, hn::LoadU(d, column)), d, right);
     }
+  }
 }
 
 /// Fills BoardEquations::CornerShift of each corner. @param right of the levels' equations, where their moves are.
