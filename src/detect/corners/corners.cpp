@@ -84,10 +84,12 @@ constexpr std::size_t kShareOfCoarser = 4;
 /// Where corners of finer levels lie, one bit for every block of 2 × 2 image pixels.
 class Occupancy {
  public:
-  Occupancy(std::vector<std::uint64_t>& words, int width, int height)
+  /// @param top, past rows of the image in which they may lie.
+  Occupancy(std::vector<std::uint64_t>& words, int width, int top, int past)
       : words_(words),
         cols_(width / 2 + 2),
-        rows_(height / 2 + 2),
+        first_row_(top / 2),
+        rows_(past / 2 - top / 2 + 2),
         row_words_(static_cast<std::size_t>(cols_ / 64) + 2) {
     words_.assign(row_words_ * static_cast<std::size_t>(rows_), 0);
   }
@@ -109,10 +111,12 @@ class Occupancy {
 
  private:
   std::size_t Col(float x) const { return static_cast<std::size_t>(std::clamp(static_cast<int>(x / 2), 0, cols_ - 1)); }
-  std::size_t Row(float y) const { return static_cast<std::size_t>(std::clamp(static_cast<int>(y / 2), 0, rows_ - 1)); }
+  std::size_t Row(float y) const {
+    return static_cast<std::size_t>(std::clamp(static_cast<int>(y / 2) - first_row_, 0, rows_ - 1));
+  }
 
   std::vector<std::uint64_t>& words_;
-  int cols_, rows_;
+  int cols_, first_row_, rows_;
   std::size_t row_words_;
 };
 
@@ -156,7 +160,8 @@ int FindCorners(const ImageView& image, Pyramid& pyramid, std::vector<Corner>& c
   pyramid.base.region_px = Eigen::Vector2i(part.x, part.y).cast<float>();
   Scan(image, pyramid);
   int looked_at = 0;
-  Occupancy occupancy(pyramid.occupied, part.x + pyramid.base.plane.width(), part.y + pyramid.base.plane.height());
+  Occupancy occupancy(pyramid.occupied, part.x + pyramid.base.plane.width(), part.y,
+                      part.y + pyramid.base.plane.height());
   for (int level = 0; level < Pyramid::kLevels; ++level) {
     const BytePlane& plane = pyramid.level(level);
     std::vector<Peak>& peaks = pyramid.scans[static_cast<std::size_t>(level)].peaks();
