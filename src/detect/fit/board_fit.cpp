@@ -246,9 +246,11 @@ void BoardFit::SetLanes() {
 }
 
 Eigen::Vector2d BoardFit::MoveOf(int corner) const {
+  // Products with what is not zero (BoardGeometry::MoveByParameters()).
   const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
-  const auto step = run_->step.moves.head<BoardGeometry::kParameters>();
-  return {by.x.dot(step), by.y.dot(step)};
+  const BoardEquations::Vector& m = run_->step.moves;
+  return {m[0] + by.x[1] * m[1] + by.x[2] * m[2] + by.x[6] * m[6] + by.x[7] * m[7],
+          m[3] + by.y[4] * m[4] + by.y[5] * m[5] + by.y[6] * m[6] + by.y[7] * m[7]};
 }
 
 Eigen::Matrix2d BoardFit::BoardByPixel() const { return pixels_.place(pixels_.corners() / 2).board_by_pixel; }
