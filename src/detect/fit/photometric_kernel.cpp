@@ -14,9 +14,10 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// Rows of weighted derivatives, with the weighted residual last, kept for a few pixels before they are multiplied: so
-/// the sums stay in registers over a chunk. So many take two thirds of a nearest cache of 32 KB with AVX-512.
+/// the sums stay in registers over a chunk. So many take two thirds of a nearest cache of 32 KB; of small cells with
+/// AVX2, all of a lane's.
 constexpr int kRow = kLaneColumns;
-constexpr int kChunk = 24;
+constexpr int kChunk = HWY_MAX_BYTES < 64 ? 24 * 64 / HWY_MAX_BYTES : 24;
 
 /// Where the sums of a vector of lanes stand in their block: each kind at a whole vector of memory.
 struct Sums {
@@ -30,18 +31,18 @@ struct Sums {
 constexpr int ProductsOf(int first, int last) { return ProductSum(last - 1, kRow - 1) - ProductSum(first, first) + 1; }
 
 /// sums += Σ over the chunk of row[a] · row[b], a = kFirst … kLast − 1, b = a …: rows of the triangle that share what
-/// is loaded, as many as the registers of AVX2 have sums for: in a function of its own, which has them all.
+/// is loaded, as many as the registers of AVX2 have sums for: in a function of its own, which has them all. Loops over
+/// the sums are unrolled, so that these begin and end in registers. @param count ≥ 1.
 /// @param anew the sums begin at zero, whatever they were.
 template <int kFirst, int kLast>
 HWY_NOINLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, bool anew, Sums sums) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   constexpr int kProducts = ProductsOf(kFirst, kLast), kFirstProduct = ProductSum(kFirst, kFirst);
   V sum[static_cast<std::size_t>(kProducts)];
-  if (anew)
-    for (int i = 0; i < kProducts; ++i) sum[i] = hn::Zero(d);
-  else
-    for (int i = 0; i < kProducts; ++i) sum[i] = hn::Load(d, sums.Of(kFirstProduct + i));
-  for (int k = 0; k < count; ++k) {
+  HWY_UNROLL(16)
+  for (int i = 0; i < kProducts; ++i) sum[i] = hn::Zero(d);
+  int k = 0;
+  do {
     const float* HWY_RESTRICT row = rows + k * kRow * lanes;
     V factor[static_cast<std::size_t>(kLast - kFirst)];
     for (int a = kFirst; a < kLast; ++a) factor[a - kFirst] = hn::Load(d, row + a * lanes);
@@ -52,7 +53,12 @@ HWY_NOINLINE void AddProducts(D d, const float* HWY_RESTRICT rows, int count, bo
         to = hn::MulAdd(factor[a - kFirst], other, to);
       }
     }
+  } while (++k < count);
+  if (!anew) {
+    HWY_UNROLL(16)
+    for (int i = 0; i < kProducts; ++i) sum[i] = hn::Add(sum[i], hn::Load(d, sums.Of(kFirstProduct + i)));
   }
+  HWY_UNROLL(16)
   for (int i = 0; i < kProducts; ++i) hn::Store(sum[i], d, sums.Of(kFirstProduct + i));
 }
 
@@ -68,21 +74,25 @@ HWY_INLINE void AddShapeProducts(D d, const float* HWY_RESTRICT rows, int count,
   const int lanes = static_cast<int>(hn::Lanes(d));
   constexpr int kColumns = 4, kColumn[kColumns] = {kShiftX, kShiftY, kBlur, kResidual};
   const auto each_product = [&](auto&& act) HWY_ATTR {
-    for (int a = 0, product = 0; a < kColumns; ++a)
-      for (int b = a; b < kColumns; ++b, ++product) act(a, b, product);
+    HWY_UNROLL(4)
+    for (int a = 0; a < kColumns; ++a) {
+      HWY_UNROLL(4)
+      for (int b = a; b < kColumns; ++b) act(a, b, a * kColumns + b);
+    }
   };
-  V sum[kColumns * (kColumns + 1) / 2];
-  each_product([&](int a, int b, int product) HWY_ATTR {
-    sum[product] = anew ? hn::Zero(d) : hn::Load(d, sums.Of(ProductSum(kColumn[a], kColumn[b])));
-  });
-  for (int k = 0; k < count; ++k) {
+  V sum[kColumns * kColumns];
+  each_product([&](int, int, int product) HWY_ATTR { sum[product] = hn::Zero(d); });
+  int k = 0;
+  do {
     V value[kColumns];
     for (int a = 0; a < kColumns; ++a) value[a] = hn::Load(d, rows + (k * kRow + kColumn[a]) * lanes);
     each_product([&](int a, int b, int product)
                      HWY_ATTR { sum[product] = hn::MulAdd(value[a], value[b], sum[product]); });
-  }
-  each_product([&](int a, int b, int product)
-                   HWY_ATTR { hn::Store(sum[product], d, sums.Of(ProductSum(kColumn[a], kColumn[b]))); });
+  } while (++k < count);
+  each_product([&](int a, int b, int product) HWY_ATTR {
+    float* const to = sums.Of(ProductSum(kColumn[a], kColumn[b]));
+    hn::Store(anew ? sum[product] : hn::Add(sum[product], hn::Load(d, to)), d, to);
+  });
 }
 
 /// What the kernel's input says of all lanes.
