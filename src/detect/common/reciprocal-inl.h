@@ -36,10 +36,10 @@ HWY_INLINE hwy::HWY_NAMESPACE::Vec<D> ReciprocalSqrt(D d, hwy::HWY_NAMESPACE::Ve
 #endif
 }
 
-/// The same where 1e-4 of it does not matter, as in weights: the estimate alone, if it is as good (AVX-512).
+/// The same where 4e-4 of it do not matter, as in weights: the estimate alone, if it is as good.
 template <class D>
 HWY_INLINE hwy::HWY_NAMESPACE::Vec<D> RoughReciprocalSqrt(D d, hwy::HWY_NAMESPACE::Vec<D> x) {
-#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
   (void)d;
   return hwy::HWY_NAMESPACE::ApproximateReciprocalSqrt(x);
 #else
