@@ -80,12 +80,22 @@ struct HighlightTerm {
 
 namespace highlight {
 
+/// What levels lie between, of cells without and with a colour.
+struct Range {
+  std::array<float, 2> least{1e9f, 1e9f}, most{};
+
+  void Add(bool coloured, float level) {
+    least[coloured] = std::min(least[coloured], level);
+    most[coloured] = std::max(most[coloured], level);
+  }
+  double Spread() const { return double{std::max(most[0] - least[0], most[1] - least[1])}; }
+};
+
 /// The cells of a board that are light, or dark: those that have blue or yellow for themselves.
 struct Cells {
   std::array<double, kMaxCells> level{}, weight{};
   std::array<int, kMaxCells> row{}, col{};
   std::array<bool, kMaxCells> colour{};
-  std::array<double, 2> least{1e9, 1e9}, most{};  ///< of those without and with a colour
   std::size_t count = 0;
 
   void Add(int at_row, int at_col, bool coloured, float of) {
@@ -94,10 +104,7 @@ struct Cells {
     const double value = double{of}, deviation = kAlike * value + kNoise;
     level[count] = value, row[count] = at_row, col[count] = at_col, colour[count] = coloured;
     weight[count++] = value > kMostLevel ? 0 : 1 / (deviation * deviation);
-    least[coloured] = std::min(least[coloured], value);
-    most[coloured] = std::max(most[coloured], value);
   }
-  double Spread() const { return std::max(most[0] - least[0], most[1] - least[1]); }
 };
 
 /// By linear least squares, each ink with a level of its own: the spot's amount, what squares fall by, and from what.
@@ -133,20 +140,22 @@ inline std::optional<HighlightTerm> HighlightTerm::Find(const Cells& cells) {
                    kOtherwiseInLight = 0.2;  // of print and shading
   constexpr int kBeyond = 3;                 // the middle lies as many half cells beyond the rim at most
   const int rows = cells.size.rows, cols = cells.size.cols;
-  highlight::Cells dark, light;
+  // Most boards have none, which the range of their levels tells.
+  highlight::Range of_dark, of_light;
   std::size_t whitest = 0;  // of white cells, the one that it adds least to
-  for (int cell = 0; cell < rows * cols; ++cell) {
-    const std::size_t i = static_cast<std::size_t>(cell);
-    const float level = cells.levels[i][cells.phase];
-    const int row = cell / cols, col = cell % cols;
-    const double least = light.least[0];
-    (IsDark(row, col) ? dark : light).Add(row, col, cells.saturated[i] != 0, level);
-    if (light.least[0] < least) whitest = i;
-  }
-  const double white = light.least[0];
-  if (light.most[0] == 0 || !(white > 0) || dark.Spread() < std::max(kLeastSpread, cells.blur) * white)
+  ForCells(cells.size, [&](std::size_t cell, int row, int col) {
+    const float level = cells.levels[cell][cells.phase], least = of_light.least[0];
+    (IsDark(row, col) ? of_dark : of_light).Add(cells.saturated[cell] != 0, level);
+    if (of_light.least[0] < least) whitest = cell;
+  });
+  const double white = double{of_light.least[0]};
+  if (of_light.most[0] == 0 || !(white > 0) || of_dark.Spread() < std::max(kLeastSpread, cells.blur) * white)
     return std::nullopt;
-  if (light.Spread() > kMostInLight * dark.Spread() + kOtherwiseInLight * white) return std::nullopt;
+  if (of_light.Spread() > kMostInLight * of_dark.Spread() + kOtherwiseInLight * white) return std::nullopt;
+  highlight::Cells dark, light;
+  ForCells(cells.size, [&](std::size_t cell, int row, int col) {
+    (IsDark(row, col) ? dark : light).Add(row, col, cells.saturated[cell] != 0, cells.levels[cell][cells.phase]);
+  });
   double best = 0;
   HighlightTerm found;
   found.white = cells.levels[whitest];
