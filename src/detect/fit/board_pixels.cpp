@@ -185,7 +185,7 @@ BoardGeometry::Local BoardPixels::SeenAt(const BoardGeometry& geometry, const Ei
 void BoardPixels::PlaceCorners(const Lens& lens, const BoardGeometry& geometry) {
   for (int corner = 0; corner < corners_; ++corner) {
     CornerPlace& place = places_[static_cast<std::size_t>(corner)];
-    const BoardGeometry::Local local = SeenAt(geometry, place.board);
+    const BoardGeometry::Local local = collected_.paper ? SeenAt(geometry, place.board) : geometry.At(place.board);
     Eigen::Matrix2d pixel_by_plane;
     place.plane = local.plane;
     place.pixel = lens.ToImage(local.plane, &pixel_by_plane);
