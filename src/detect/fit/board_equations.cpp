@@ -88,11 +88,12 @@ void MergeKind(const float* HWY_RESTRICT from, const PhaseShares& shares, std::p
 #else
   const DGroups d;
   const auto opposite = hn::LoadDup128(d, shares.opposite), beside = hn::Set(d, shares.beside);
+  const bool any_beside = shares.beside != 0;
   HWY_UNROLL(2)
   for (std::ptrdiff_t lane = 0; lane < lanes; lane += kGroupLanes) {
     const auto sums = hn::LoadU(d, from + lane);
     const auto half = hn::MulAdd(opposite, hn::Reverse4(d, sums), sums);
-    hn::StoreU(hn::MulAdd(beside, hn::Shuffle2301(half), half), d, to + lane);
+    hn::StoreU(any_beside ? hn::MulAdd(beside, hn::Shuffle2301(half), half) : half, d, to + lane);
   }
 #endif
 }
