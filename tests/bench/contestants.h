@@ -21,6 +21,9 @@ class Contestant {
   virtual Pattern pattern() const = 0;
   /// Whether it takes that frame (a raw one, say, has to be there).
   virtual bool Takes(const BenchFrame&) const { return true; }
+  /// Before each Detect, untimed. @param first whether the frame is another than the last Detect's; the frames of a
+  ///   stream come in their order.
+  virtual void Prepare(bool /*first*/) {}
   /// The part that is timed: from the frame in memory to what was found in it.
   virtual void Detect(const BenchFrame& frame) = 0;
   /// What the last Detect found, with poses. Poses that Detect did not yield by itself are made here, untimed.
@@ -29,6 +32,10 @@ class Contestant {
 
 /// This detector from colour and from raw frames; poses are part of what is timed.
 std::unique_ptr<Contestant> MakeChequer(const Suite& suite, bool bayer);
+
+/// The same with a memory of the frames before: each repetition of a frame begins with the one that the frame before
+/// has left. @pre suite.interval is not 0.
+std::unique_ptr<Contestant> MakeChequerOfStream(const Suite& suite, bool bayer);
 
 /// AprilTag 3, family 36h11; the grey conversion is timed, the pose is not. With `linear`, the grey image goes through
 /// a table that undoes sRGB's curve, which is timed too: coded values move the edges of its square outwards, most of

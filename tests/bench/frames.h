@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -30,6 +31,8 @@ struct Suite {
   double side_m = 0;  ///< of the boards' sides as the patterns define them
   CameraModel camera;
   bool straight_tracks = false;  ///< the markers of a condition stand on a straight line, in one orientation
+  /// Between frames, where they are those of a stream; 0: they have nothing to do with each other.
+  std::chrono::nanoseconds interval{0};
   std::map<Pattern, std::vector<BenchFrame>> frames;
   /// By condition, where the noise of the frames is known: what is possible with our boards at best.
   std::map<std::string, ErrorBound> bounds;
@@ -37,8 +40,8 @@ struct Suite {
   bool HasMarkers() const;
 };
 
-/// Side of the markers of the suites that have a name here: paper, stress 0.12 m, swarm50, swarm100 0.1 m,
-/// swarm200 0.08 m; 0.12 m otherwise.
+/// Side of the markers of the suites that have a name here: paper, stress, stream1 0.12 m, swarm50, swarm100,
+/// stream50 0.1 m, swarm200, stream200 0.08 m; 0.12 m otherwise.
 double DefaultSide(std::string_view suite);
 
 /// Reads FOLDER/PATTERN/{camera.json,truth.jsonl,*.png,raw_*.png}; patterns without a folder are left out. raw_X.png is

@@ -83,8 +83,8 @@ bool Suite::HasMarkers() const {
 }
 
 double DefaultSide(std::string_view suite) {
-  if (suite == "swarm50" || suite == "swarm100") return 0.10;
-  if (suite == "swarm200") return 0.08;
+  if (suite == "swarm50" || suite == "stream50" || suite == "swarm100") return 0.10;
+  if (suite == "swarm200" || suite == "stream200") return 0.08;
   return 0.12;
 }
 

@@ -10,11 +10,23 @@
 namespace chequer::bench {
 namespace {
 
+/// Reads a frame, so that everyone finds it in the caches, as one that has just been captured, and not only those who
+/// come after another that reads the same.
+void Warm(const BenchFrame& frame) {
+  constexpr std::size_t kLine = 64;
+  volatile std::uint8_t last = 0;
+  const auto read = [&last](const Image& image) {
+    for (std::size_t i = 0; i < image.bytes().size(); i += kLine) last = image.bytes()[i];
+  };
+  read(frame.colour);
+  if (frame.bayer) read(*frame.bayer);
+}
+
 /// One contestant's frames, scores and times.
 class Lane {
  public:
   Lane(std::unique_ptr<Contestant> contestant, const Suite& suite)
-      : contestant_(std::move(contestant)), camera_(suite.camera), total_(suite.camera) {
+      : suite_(&suite), contestant_(std::move(contestant)), total_(suite.camera) {
     // Photographs without markers serve all; they are kept once.
     const Pattern pattern = suite.HasMarkers() ? contestant_->pattern() : suite.frames.begin()->first;
     const auto frames = suite.frames.find(pattern);
@@ -30,6 +42,8 @@ class Lane {
   void Time(std::size_t index) {
     if (index >= frames_.size()) return;
     best_ms_.resize(frames_.size(), std::numeric_limits<double>::infinity());
+    Warm(*frames_[index]);
+    contestant_->Prepare(best_ms_[index] == std::numeric_limits<double>::infinity());
     const auto start = std::chrono::steady_clock::now();
     contestant_->Detect(*frames_[index]);
     const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
@@ -43,7 +57,7 @@ class Lane {
     const std::vector<Detection> detections = contestant_->Detections();
     total_.AddFrame(frame.truth, detections);
     if (conditions_.empty() || conditions_.back().first != frame.condition) {
-      conditions_.emplace_back(frame.condition, ScoreKeeper(camera_));
+      conditions_.emplace_back(frame.condition, ScoreKeeper(suite_->camera));
     }
     conditions_.back().second.AddFrame(frame.truth, detections);
   }
@@ -52,15 +66,15 @@ class Lane {
     Result result;
     result.contestant = contestant_->name();
     result.frames = static_cast<int>(frames_.size());
-    result.median_ms = Median(best_ms_);
+    result.ms = suite_->interval.count() > 0 ? MeanOfStream(best_ms_) : Median(best_ms_);
     result.total = total_.Summary();
     for (const auto& [condition, keeper] : conditions_) result.conditions.emplace_back(condition, keeper.Summary());
     return result;
   }
 
  private:
+  const Suite* suite_;
   std::unique_ptr<Contestant> contestant_;
-  CameraModel camera_;
   std::vector<const BenchFrame*> frames_;
   std::vector<double> best_ms_;
   ScoreKeeper total_;
@@ -69,6 +83,8 @@ class Lane {
 
 std::vector<Lane> MakeLanes(const Suite& suite, const std::vector<Peer>& peers) {
   std::vector<Lane> lanes;
+  if (suite.interval.count() > 0)
+    for (const bool bayer : {false, true}) lanes.emplace_back(MakeChequerOfStream(suite, bayer), suite);
   lanes.emplace_back(MakeChequer(suite, false), suite);
   lanes.emplace_back(MakeChequer(suite, true), suite);
   for (const float decimate : {1.0f, 2.0f})

@@ -14,7 +14,8 @@ namespace chequer::bench {
 struct Result {
   std::string contestant;
   int frames = 0;
-  double median_ms = 0;                                   ///< over frames, of the fastest repetition of each
+  /// Of the fastest repetition of each frame: their median, or of a stream MeanOfStream.
+  double ms = 0;
   Score total;                                            ///< over all conditions; its track means nothing
   std::vector<std::pair<std::string, Score>> conditions;  ///< in the order of frames
 };

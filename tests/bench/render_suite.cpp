@@ -1,3 +1,4 @@
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <stdexcept>
@@ -13,7 +14,12 @@ namespace chequer::bench {
 namespace {
 
 constexpr double kGapM = 0.01;
-constexpr double kFloorM = 3.1;
+/// So far away that 200 boards with ArUco's rims fit into five megapixels; and under the small camera.
+constexpr double kFloorM = 3.1, kNearFloorM = 0.9;
+/// Between the frames of a swarm that are no stream.
+constexpr std::chrono::duration<double> kFarApart{1};
+/// Of the streams' cameras: 30 frames a second.
+constexpr std::chrono::nanoseconds kFrameInterval{33'333'333};
 
 MarkerCode ChequerCode() { return MarkerCode(MarkerSize{6, 6}, Variant::kSecded); }
 
@@ -41,13 +47,14 @@ std::vector<TrueMarker> Truth(const std::vector<SceneMarker>& markers, const Cam
   return truth;
 }
 
-BenchFrame MakeFrame(const std::string& condition, const Scene& scene, RenderOptions options, std::uint64_t seed) {
+BenchFrame MakeFrame(const std::string& condition, const Scene& scene, RenderOptions options, std::uint64_t seed,
+                     bool with_bayer) {
   BenchFrame frame;
   frame.condition = condition;
   frame.truth = Truth(scene.markers, options.camera);
   frame.colour = Render(scene, options, seed);
   options.format = PixelFormat::kBayerRg8;
-  if (!options.jpeg_quality) frame.bayer = Render(scene, options, seed);
+  if (with_bayer && !options.jpeg_quality) frame.bayer = Render(scene, options, seed);
   return frame;
 }
 
@@ -59,7 +66,8 @@ void AddFrames(Suite& suite, const std::string& condition, const Scene& scene, c
     // The renderer knows spreading ink of checkerboards alone; the peers are spared it.
     if (print.pattern != kChequerPattern)
       for (SceneMarker& marker : printed.markers) marker.ink_spread_cells = 0;
-    suite.frames[print.pattern].push_back(MakeFrame(condition, printed, options, seed));
+    suite.frames[print.pattern].push_back(
+        MakeFrame(condition, printed, options, seed, print.pattern == kChequerPattern));
   }
 }
 
@@ -88,16 +96,17 @@ Suite RenderPaper(std::uint64_t seed, const std::vector<Print>& prints) {
   return suite;
 }
 
-Suite RenderSwarm(const CameraModel& camera, int robots, double side_m, int frame_count, std::uint64_t seed,
-                  const std::vector<Print>& prints) {
+/// @param distance_m of the floor.
+Suite RenderSwarm(const CameraModel& camera, int robots, double side_m, double distance_m, int frame_count,
+                  std::uint64_t seed, const std::vector<Print>& prints, std::chrono::nanoseconds interval = {}) {
   Suite suite;
   suite.camera = camera;
+  suite.interval = interval;
   SwarmOptions swarm_options;
   swarm_options.camera = camera;
   swarm_options.side_m = side_m;
   swarm_options.gap_m = kGapM;
-  // So far away that 200 boards with ArUco's rims fit into five megapixels.
-  swarm_options.distance_m = kFloorM;
+  swarm_options.distance_m = distance_m;
   // Room is made for the boards with the widest rims, then each is printed in every pattern.
   const Print& widest = WidestRim(prints);
   for (std::uint64_t robot = 0; robot < static_cast<std::uint64_t>(robots); ++robot) {
@@ -108,7 +117,7 @@ Suite RenderSwarm(const CameraModel& camera, int robots, double side_m, int fram
   const RenderOptions options = OptionsFor(camera);
   for (int i = 0; i < frame_count; ++i) {
     Scene scene;
-    scene.markers = swarm.At(std::chrono::duration<double>(i));
+    scene.markers = swarm.At(i * (interval.count() > 0 ? std::chrono::duration<double>(interval) : kFarApart));
     scene.background = {.kind = BackgroundKind::kNoise, .seed = seed};
     AddFrames(suite, "swarm", scene, options, seed + static_cast<std::uint64_t>(i), prints);
   }
@@ -153,7 +162,7 @@ Suite RenderEmpty(std::uint64_t seed, const std::vector<Print>&) {
                                     BackgroundKind::kTiles, BackgroundKind::kBlobs, BackgroundKind::kMixed}) {
     Scene scene;
     scene.background = {.kind = kind, .seed = seed};
-    suite.frames[kChequerPattern].push_back(MakeFrame(std::string(BackgroundName(kind)), scene, options, seed));
+    suite.frames[kChequerPattern].push_back(MakeFrame(std::string(BackgroundName(kind)), scene, options, seed, true));
   }
   return suite;
 }
@@ -168,15 +177,30 @@ const std::vector<Recipe>& Recipes() {
       {"paper", RenderPaper},
       {"swarm50",
        [](std::uint64_t seed, const std::vector<Print>& prints) {
-         return RenderSwarm(FullHdCamera(), 50, DefaultSide("swarm50"), 4, seed, prints);
+         return RenderSwarm(FullHdCamera(), 50, DefaultSide("swarm50"), kFloorM, 4, seed, prints);
        }},
       {"swarm100",
        [](std::uint64_t seed, const std::vector<Print>& prints) {
-         return RenderSwarm(FullHdCamera(), 100, DefaultSide("swarm100"), 3, seed, prints);
+         return RenderSwarm(FullHdCamera(), 100, DefaultSide("swarm100"), kFloorM, 3, seed, prints);
        }},
       {"swarm200",
        [](std::uint64_t seed, const std::vector<Print>& prints) {
-         return RenderSwarm(FiveMegapixelCamera(), 200, DefaultSide("swarm200"), 2, seed, prints);
+         return RenderSwarm(FiveMegapixelCamera(), 200, DefaultSide("swarm200"), kFloorM, 2, seed, prints);
+       }},
+      // The frames until boards are known, and some turns of searching all places.
+      {"stream1",
+       [](std::uint64_t seed, const std::vector<Print>& prints) {
+         return RenderSwarm(PublicationCamera(), 1, DefaultSide("stream1"), kNearFloorM, 20, seed, prints,
+                            kFrameInterval);
+       }},
+      {"stream50",
+       [](std::uint64_t seed, const std::vector<Print>& prints) {
+         return RenderSwarm(FullHdCamera(), 50, DefaultSide("stream50"), kFloorM, 20, seed, prints, kFrameInterval);
+       }},
+      {"stream200",
+       [](std::uint64_t seed, const std::vector<Print>& prints) {
+         return RenderSwarm(FiveMegapixelCamera(), 200, DefaultSide("stream200"), kFloorM, 12, seed, prints,
+                            kFrameInterval);
        }},
       {"stress", RenderStress},
       {"empty", RenderEmpty},

@@ -87,8 +87,8 @@ std::string FormatTable(const Suite& suite, const std::vector<Result>& results, 
   table += "\n";
   if (by_condition) table += FormatBounds(suite);
   for (const Result& result : results) {
-    table += fmt::format("{:24} {:6d} {:9.3f} {:6.2f} ", result.contestant, result.frames, result.median_ms,
-                         result.median_ms / results.front().median_ms);
+    table += fmt::format("{:24} {:6d} {:9.3f} {:6.2f} ", result.contestant, result.frames, result.ms,
+                         result.ms / results.front().ms);
     table += FormatScore(result.total, false);
     if (!by_condition) continue;
     for (const auto& [condition, score] : result.conditions) {
@@ -109,7 +109,7 @@ json ToJson(const Suite& suite, const std::vector<Result>& results) {
     json detector = ToJson(result.total, false);
     detector["name"] = result.contestant;
     detector["frames"] = result.frames;
-    detector["ms"] = result.median_ms;
+    detector["ms"] = result.ms;
     detector["conditions"] = json::array();
     for (const auto& [condition, score] : result.conditions) {
       json entry = ToJson(score, suite.straight_tracks);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace chequer::bench {
 namespace {
@@ -22,6 +23,11 @@ double Median(std::vector<double> values) {
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+double MeanOfStream(std::span<const double> frames) {
+  const std::span<const double> known = frames.subspan(kFramesUntilKnown);
+  return std::accumulate(known.begin(), known.end(), 0.0) / static_cast<double>(known.size());
 }
 
 void ScoreKeeper::AddFrame(std::span<const TrueMarker> truth, std::span<const Detection> detections) {

@@ -73,4 +73,11 @@ class ScoreKeeper {
 /// The middle value; the mean of the two middle ones of an even number. @pre not empty.
 double Median(std::vector<double> values);
 
+/// Frames of a stream until a memory knows how its boards move.
+inline constexpr int kFramesUntilKnown = 4;
+
+/// Mean of what a stream's frames have taken, without the first kFramesUntilKnown, which count for nothing in a stream
+/// of hours. Some frames of a stream are to cost more than others, which a median would hide. @pre there are more.
+double MeanOfStream(std::span<const double> frames);
+
 }  // namespace chequer::bench

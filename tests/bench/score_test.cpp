@@ -81,6 +81,12 @@ TEST(Score, WithoutMarkersNothingIsMissed) {
   EXPECT_EQ(ScoreOf({}, {{7, PoseAt({0, 0, 1})}}).wrong, 1);
 }
 
+TEST(MeanOfStream, LeavesOutFramesInWhichLittleIsKnown) {
+  std::vector<double> frames(kFramesUntilKnown, 100);
+  frames.insert(frames.end(), {1, 2, 6});
+  EXPECT_EQ(MeanOfStream(frames), 3);
+}
+
 TEST(Median, IsTheMiddleOrTheMeanOfTheMiddleTwo) {
   EXPECT_EQ(Median({3}), 3);
   EXPECT_EQ(Median({5, 1, 3}), 3);

@@ -58,9 +58,9 @@ void PrintHead(const nlohmann::json& machine, int repetitions, const std::vector
              machine["opencv"].get<std::string>(), machine["apriltag"].get<std::string>());
   for (const Peer& peer : peers) fmt::print(", {}", peer.name());
   fmt::print(
-      "\nms: median over frames of the fastest of {}; one thread each, BGR in memory, grey conversion included, poses "
-      "only for chequer\n",
-      repetitions);
+      "\nms: median over frames of the fastest of {} (streams: mean, without the first {}); one thread each, BGR in "
+      "memory, grey conversion included, poses only for chequer\n",
+      repetitions, kFramesUntilKnown);
   if (peers.empty())
     fmt::print(
         "not here: ArUco Nano, ARToolKitPlus and other detectors without a package; each takes part as a shared "
