@@ -53,6 +53,8 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
                     .found = board.found,
                     .predicted = job.frame.IsExpected(order.board),
                     .register_cells = RegisterOf(board.size, job.options),
+                    .blur_shape =
+                        job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_shape : BlurShape{},
                     .image = order.image},
           .motion_blurred = board.motion_blurred,
           .most_units = order.most_units,
@@ -123,6 +125,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   outcome.plane_from_board = fitted->geometry.plane_from_board();
   if (identity.id_decided) outcome.kernel = identity.decoded->kernel;
   outcome.image = fitted->image;
+  outcome.blur_shape = fitted->blur_shape;
   outcome.contrast = fitted->explained.contrast;
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);
   if (!poses) return outcome;

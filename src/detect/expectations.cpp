@@ -160,6 +160,7 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
     read.spin = before->spin + TurnBetween(expected, fitted);
   }
   read.box = anchored.box;
+  read.blur_shape = outcome.blur_shape;
   read.contrast = SampledContrast(anchored);
   read.fitted_contrast = outcome.contrast;
   if (before) {

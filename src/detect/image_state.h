@@ -33,6 +33,7 @@ struct BoardOutcome {
   Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
   std::uint64_t kernel = 0;  ///< that the id was read from
   double contrast = 0;       ///< as fitted: without what blur takes of it
+  BlurShape blur_shape;
   /// Of a board that was expected and is not decided: what shows is the remembered one's.
   bool agrees = false;
   /// So little of it shows that it counts only if its identity is carried.

@@ -48,6 +48,8 @@ class BoardFit {
     /// How far the blue ink may lie off the black one, along the board's axes, cells: standard deviations. Where they
     /// are not zero, that is fitted too.
     Eigen::Vector2d register_cells = Eigen::Vector2d::Zero();
+    /// Of the board's blur in the last frame, if it was known then.
+    BlurShape blur_shape{};
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
     /// A fit with all terms that is not near its end once so many units (work_meter.h) were spent on the board fails.
@@ -163,6 +165,14 @@ class BoardFit {
   bool Step(LaneSums sums);
   /// Within what a step may change.
   void MoveBlur(double step_px);
+  /// By what the last step's sums say of it. @param blur_px that they are of.
+  void MoveBlurShape(double blur_px);
+  /// The step only has to come near: it is by some of the pixels.
+  bool ComesNear() const;
+  /// Of a corner, from the board's middle, in the image.
+  Eigen::Vector2d OffMiddlePx(int corner) const;
+  /// Of that shape, with the corners as they were placed.
+  BlurShapeFit FitOfShape(const BlurShape& shape) const;
   /// Of all corners in the image, by the last step.
   double FarthestStepPx() const;
   /// The last step of the geometry, in standard deviations by the pixels' noise, squared.

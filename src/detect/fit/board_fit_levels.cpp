@@ -50,6 +50,7 @@ void BoardFit::StartFrom(const BoardRun& run) {
   BoardModel& model = run_->model;
   model.noise = run.model.noise;
   model.blur_px = run.model.blur_px;
+  model.blur_shape = run.model.blur_shape;
   model.edges = run.model.edges;
   if (model.LightVaries() != run.model.LightVaries()) return;
   if (model.own_levels == run.model.own_levels) model.levels = run.model.levels;

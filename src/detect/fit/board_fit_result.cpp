@@ -9,6 +9,8 @@
 namespace chequer {
 namespace {
 
+/// Ways of a blur's shape, cells, with which the next frame's fit may begin (a guess).
+constexpr double kShortWay = 0.4;
 /// Of ways of more than a cell, little of the cells is left in the pixels, and some fits are off by more than the
 /// pixels' noise tells: those whose corners lie farther off the plane than that, px (measured: 0.015 of most, 0.03 of
 /// these).
@@ -118,6 +120,9 @@ void BoardFit::Finish(const Lens& lens) {
   TellInformation(variance);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
                         run_->model.dot_gain};
+  // A fit that begins with a long way might not ask whether the motion's own term is better.
+  const bool short_way = run_->model.blur_shape.way_px.norm() < kShortWay * CellPx();
+  run_->result.blur_shape = short_way && !run_->terms.look_farther ? run_->model.blur_shape : BlurShape{};
   const double noise = std::max(std::sqrt(pixels.square / std::max(pixels.count, 1.0)), 1e-6);
   run_->result.explained = {
       .fits = pixels.count, .deviation = noise, .unknowns = unknowns, .contrast = shifts.contrast / n};

@@ -11,6 +11,7 @@
 #include "detect/common/board_geometry.h"
 #include "detect/common/fixed_vector.h"
 #include "detect/fit/bent_paper.h"
+#include "detect/fit/blur_shape.h"
 #include "detect/fit/board_equations.h"
 #include "detect/fit/edge_spread.h"
 #include "detect/fit/fitted_board.h"
@@ -34,6 +35,7 @@ struct BoardModel : Terms::States {
   bool own_levels = false;  ///< levels are those of each corner's quadrants, not the cells'
   NoiseModel noise;
   double blur_px = 1;
+  BlurShape blur_shape;  ///< of the plain model; where motion may be a term, that has it
   EdgeSpread edges;
   Eigen::Vector2d blue_offset = Eigen::Vector2d::Zero();  ///< of the blue ink off the black one, cells
 };
@@ -77,11 +79,14 @@ struct BoardRun {
   /// The last step.
   struct Step {
     BoardEquations::Vector moves = BoardEquations::Vector::Zero();
-    double gain = 0;         ///< how much Σ w r² falls by it
-    double corner_px = 0;    ///< the farthest that a corner moved
-    double blur_share = 0;   ///< by which the blur changed
-    double terms = 0;        ///< of the terms, over what no longer counts
-    InkRegister::Step inks;  ///< what followed it where inks may lie out of register
+    double gain = 0;                                         ///< how much Σ w r² falls by it
+    double corner_px = 0;                                    ///< the farthest that a corner moved
+    double blur_share = 0;                                   ///< by which the blur changed
+    BlurShape placed_shape;                                  ///< of the blur, with which the corners were placed for it
+    Eigen::Vector2d start_way_px = Eigen::Vector2d::Zero();  ///< of the shape that was known before
+    double shape_gain = 0;                                   ///< how much Σ w r² falls by another one
+    double terms = 0;                                        ///< of the terms, over what no longer counts
+    InkRegister::Step inks;                                  ///< what followed it where inks may lie out of register
   };
   /// What the fit tells beside its result.
   struct Told {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "detect/common/board_geometry.h"
+#include "detect/fit/blur_shape.h"
 #include "detect/fit/edge_spread.h"
 #include "detect/fit/fit_choice.h"
 #include "detect/fit/ink_register.h"
@@ -50,6 +51,8 @@ struct FittedBoard {
   /// the corners and Start::register_cells; zeros where that was not given.
   RegisterColumns by_register = RegisterColumns::Zero();
   ImageTraits image;
+  /// Of the blur, where the board did not move so far that image.motion_px was fitted.
+  BlurShape blur_shape;
   /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.
   double signal_to_noise = 0;
   Explained explained;

@@ -40,6 +40,13 @@ enum LaneSum : int {
   kLightSquare,
   kLightLight,
   kLightCount,
+  // What the pixels say of a blur that is wider across one kind of edge than across the other, and of one that leans:
+  // products of the weighted derivatives by BlurShape's values with the residual, and their squares. Of the plain
+  // kernel alone.
+  kUnevenResidual,
+  kUnevenSquare,
+  kSkewResidual,
+  kSkewSquare,
   kLaneSums
 };
 
@@ -52,7 +59,7 @@ class LaneBlock {
     kCornerY,
     kPxPerCellX,  ///< image pixels of one cell across edges of constant x
     kPxPerCellY,
-    kCorrelation,  ///< cosine between the normals of the two edges
+    kCorrelation,  ///< of the blur across the two edges: where it is round, the cosine between their normals
     kL00,
     kL10,
     kL01,

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cmath>
 #include <cstddef>
 
 #include "chequer/geometry.h"
@@ -27,14 +26,5 @@ struct MotionBlurs {
 /// 1 ms for one that has.
 MotionBlurs FindMotionBlurs(const LightReader& reader, const Lens& lens, MarkerSize size,
                             const BoardGeometry& geometry);
-
-/// How many times wider than by `blur_px` alone an edge is that is blurred by motion, by standard deviations. @param
-/// across derivative of the board coordinate that the edge holds constant, by the image.
-inline double WiderByMotionBlur(const Eigen::RowVector2d& across, const Eigen::Vector2d& motion_blur_px,
-                                double blur_px) {
-  if (motion_blur_px.x() == 0 && motion_blur_px.y() == 0) return 1;
-  const double way = across.dot(motion_blur_px) / across.norm();
-  return std::sqrt(1 + way * way / (12 * blur_px * blur_px));
-}
 
 }  // namespace chequer

@@ -227,12 +227,14 @@ void ScaleShapes(const KernelInput& input, const LaneBlock& block, int first, Su
 /// Sums beside the products.
 struct OtherSums {
   V weight, fit_square, fit_light, fit_count, dark_square, dark_light, dark_count;
+  V uneven_residual, uneven_square, skew_residual, skew_square;
 };
 
 /// The light of a pixel, and the shares of it to the right of one edge, below the other edge, and both.
 struct Predicted {
   V light, right, down, both;
   V ax, ay, by_ax, by_ay;  ///< the distances from the edges, and derivatives by these
+  V by_skew;               ///< and by the blur's correlation
 };
 
 /// Edges that are not square to each other blur together: the shares are those of a bivariate normal distribution, to
@@ -251,13 +253,14 @@ HWY_INLINE Predicted Predict(const Model& m, const float* HWY_RESTRICT edges) {
     const V square = hn::Mul(m.shared.corner.square, hn::Sub(ax_square, ay_square));
     correlation = hn::MulAdd(hn::MulAdd(m.shared.corner.product, hn::Mul(p.ax, p.ay), square), fall, correlation);
   }
-  const V twist = hn::Mul(correlation, hn::Mul(density_x, density_y));
+  const V densities = hn::Mul(density_x, density_y), twist = hn::Mul(correlation, densities);
   const auto& light = m.light;
   const V slope_x = hn::MulAdd(light.cross, p.down, light.across),
           slope_y = hn::MulAdd(light.cross, p.right, light.down);
   const V twist_slope = hn::Mul(light.cross, twist);
   p.light = hn::Add(hn::MulAdd(slope_y, p.down, hn::MulAdd(light.across, p.right, light.l00)), twist_slope);
   p.both = hn::MulAdd(p.right, p.down, twist);
+  p.by_skew = hn::Mul(light.cross, densities);
   const V twist_change = hn::Mul(twist_slope, hn::Set(d, 1 / (kUnit * kDensity)));
   p.by_ax = hn::NegMulAdd(p.ax, twist_change, hn::Mul(slope_x, density_x));
   p.by_ay = hn::NegMulAdd(p.ay, twist_change, hn::Mul(slope_y, density_y));
@@ -323,8 +326,14 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marke
   const auto put = [&](int index, V value) HWY_ATTR { hn::Store(value, d, row + index * lanes); };
   put(kShiftX, by_ax);
   put(kShiftY, by_ay);
-  put(kBlur, hn::MulAdd(by_ax, p.ax, hn::Mul(by_ay, p.ay)));
+  const V by_blur_x = hn::Mul(by_ax, p.ax), by_blur_y = hn::Mul(by_ay, p.ay);
+  put(kBlur, hn::Add(by_blur_x, by_blur_y));
   put(kResidual, w.deviation);
+  const V uneven = hn::Sub(by_blur_x, by_blur_y), skew = hn::Mul(p.by_skew, w.root);
+  sums.uneven_residual = hn::MulAdd(uneven, w.deviation, sums.uneven_residual);
+  sums.uneven_square = hn::MulAdd(uneven, uneven, sums.uneven_square);
+  sums.skew_residual = hn::MulAdd(skew, w.deviation, sums.skew_residual);
+  sums.skew_square = hn::MulAdd(skew, skew, sums.skew_square);
   if constexpr (kSums == LaneSums::kShapes) return;
   const V root11 = hn::Mul(p.both, w.root), root_right = hn::Mul(p.right, w.root);
   const V root01 = hn::MulSub(p.down, w.root, root11);
@@ -362,7 +371,7 @@ void AccumulateVector(const KernelInput& input, const Shared& shared, int first,
   const Sums products{block.sum_data(0) + first, block.padded()};
   const V zero = hn::Zero(d);
   const Model m = ModelOf(shared, block, first);
-  OtherSums sums{zero, zero, zero, zero, zero, zero, zero};
+  OtherSums sums{zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
   const int most = MostOf(block, first);
   if (most == 0 || kSums == LaneSums::kShapes)
     for (int product = 0; product < kProductSums; ++product) hn::Store(zero, d, products.Of(product));
@@ -389,8 +398,13 @@ void AccumulateVector(const KernelInput& input, const Shared& shared, int first,
                                : AddAllProducts(d, rows, pixels, k == 0, products);
   }
   ScaleShapes<kSums != LaneSums::kShapes>(input, block, first, products);
-  if constexpr (kSums == LaneSums::kShapes) return;
   const auto finish = [&](LaneSum which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
+  constexpr float kUneven = -kDensity / kUnit, kSkew = kDensity * kDensity;
+  finish(kUnevenResidual, hn::Mul(sums.uneven_residual, hn::Set(d, kUneven)));
+  finish(kUnevenSquare, hn::Mul(sums.uneven_square, hn::Set(d, kUneven * kUneven)));
+  finish(kSkewResidual, hn::Mul(sums.skew_residual, hn::Set(d, kSkew)));
+  finish(kSkewSquare, hn::Mul(sums.skew_square, hn::Set(d, kSkew * kSkew)));
+  if constexpr (kSums == LaneSums::kShapes) return;
   finish(kWeight, sums.weight);
   finish(kDarkSquare, sums.dark_square);
   finish(kDarkLight, sums.dark_light);
@@ -412,9 +426,10 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
       case LaneSums::kLevels: AccumulateVector<LaneSums::kLevels>(input, shared, first, block); break;
       case LaneSums::kNoise: AccumulateVector<LaneSums::kNoise>(input, shared, first, block); break;
     }
-  const int filled = input.sums == LaneSums::kShapes ? kProductSums : kLaneSums;
   if (folded)
-    for (int which = 0; which < filled; ++which) block.GatherFolded(block.sum_data(which));
+    for (int which = 0; which < kLaneSums; ++which)
+      if (input.sums != LaneSums::kShapes || which < kProductSums || which >= kUnevenResidual)
+        block.GatherFolded(block.sum_data(which));
 }
 
 void Mark(float saturation, LaneBlock& block) {

@@ -40,6 +40,7 @@ struct RememberedBoard {
   /// By cell: by how much it stood out from its neighbours when nothing lay over the board, as a share of the contrast
   /// (ExpectedBoards); empty where that is not known.
   FixedVector<float, kMaxCells> leads;
+  BlurShape blur_shape;
   double contrast = 0;         ///< as sampled where it was (SampledContrast)
   double fitted_contrast = 0;  ///< without what blur took of it
   FrameTime decided{};         ///< when its identity was last read

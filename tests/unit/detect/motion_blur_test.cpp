@@ -74,14 +74,6 @@ TEST(MotionBlur, TakesNoBlurForOne) {
   }
 }
 
-TEST(MotionBlur, WidensTheEdgesThatLieAcrossIt) {
-  const Eigen::RowVector2d across(0.1, 0);
-  EXPECT_EQ(WiderByMotionBlur(across, {0, 0}, 0.8), 1);
-  EXPECT_NEAR(WiderByMotionBlur(across, {0, 12}, 0.8), 1, 1e-12);
-  // A box of 12 px has the variance of a Gaussian of 3.46 px.
-  EXPECT_NEAR(WiderByMotionBlur(across, {12, 5}, 0.8), std::hypot(0.8, 3.4641) / 0.8, 1e-4);
-}
-
 /// A checkerboard turned by 45 degrees, of which the waves along x are so much weaker.
 BytePlane Striped(double weaker, int side, double cell_px) {
   BytePlane plane;

@@ -156,6 +156,51 @@ TEST_F(Kernel, SumsAreThoseOfTheModelOnEveryTarget) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
+/// As BlurShape has them: by half the difference of the logarithms of the deviations across the two edges, and by the
+/// correlation.
+TEST_F(Kernel, TellsOfTheBlursShape) {
+  constexpr double kStep = 1e-4;
+  for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    for (const LaneSums sums : {LaneSums::kShapes, LaneSums::kNoise}) {
+      input_.sums = sums;
+      AccumulateLanes(input_, block_);
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const Lane& at = lanes_[static_cast<std::size_t>(lane)];
+        double uneven_residual = 0, uneven_square = 0, skew_residual = 0, skew_square = 0;
+        for (int i = 0; i < block_.count(lane); ++i) {
+          const auto [x, y] = Offset(lane, i);
+          const double blur = double{input_.blur_px}, model = Model(at, x, y, blur);
+          const double weight = 1 / (at.floor + at.slope * std::max(model, 0.0)),
+                       residual = double{block_.light_data()[block_.Place(lane, i)]} - model;
+          const auto by = [&](const auto& change) {
+            Lane more = at, less = at;
+            change(more, kStep);
+            change(less, -kStep);
+            return (Model(more, x, y, blur) - Model(less, x, y, blur)) / (2 * kStep);
+          };
+          const double by_uneven = by([](Lane& of, double step) {
+            of.px_x *= std::exp(-step);
+            of.px_y *= std::exp(step);
+          });
+          const double by_skew = by([](Lane& of, double step) { of.correlation += step; });
+          uneven_residual += weight * by_uneven * residual;
+          uneven_square += weight * by_uneven * by_uneven;
+          skew_residual += weight * by_skew * residual;
+          skew_square += weight * by_skew * by_skew;
+        }
+        // The kernel leaves out what the correlation changes by the deviations.
+        EXPECT_NEAR(block_.sum(kUnevenSquare, lane), uneven_square, 0.05 * uneven_square) << hwy::TargetName(target);
+        EXPECT_NEAR(block_.sum(kSkewSquare, lane), skew_square, 2e-3 * skew_square) << hwy::TargetName(target);
+        const double scale = block_.sum(ProductSum(kResidual, kResidual), lane);
+        EXPECT_NEAR(block_.sum(kUnevenResidual, lane), uneven_residual, 0.02 * std::sqrt(scale * uneven_square));
+        EXPECT_NEAR(block_.sum(kSkewResidual, lane), skew_residual, 2e-3 * std::sqrt(scale * skew_square));
+      }
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
 TEST_F(Kernel, FoldedLanesAreSummedAlike) {
   // The first four lanes, alone in a block.
   LaneBlock few;
