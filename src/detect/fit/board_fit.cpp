@@ -190,31 +190,15 @@ void BoardFit::SetPlaces() {
     const Eigen::Vector2d printed = Printed(corner) - board_by_pixel * run_->model.blur_shape.BendPx();
     set(LaneBlock::kCornerX, lane, printed.x());
     set(LaneBlock::kCornerY, lane, printed.y());
-    set(LaneBlock::kPxPerCellX, lane, px_x / blur.wider_x);
-    set(LaneBlock::kPxPerCellY, lane, px_y / blur.wider_y);
+    const double blurs_x = px_x / blur.wider_x, blurs_y = px_y / blur.wider_y;
+    set(LaneBlock::kPxPerCellX, lane, blurs_x);
+    set(LaneBlock::kPxPerCellY, lane, blurs_y);
     const double cosine = board_by_pixel.row(0).dot(board_by_pixel.row(1)) * px_x * px_y;
     set(LaneBlock::kCorrelation, lane, cosine + blur.skew);
-  }
-  if (run_->light.fades) SetFades();
-}
-
-void BoardFit::SetFades() {
-  LaneBlock& lanes = pixels_.lanes();
-  const auto set = [&](LaneBlock::Parameter which, int lane, double value) {
-    std::fill_n(lanes.parameter_data(which) + lane, 4, static_cast<float>(value));
-  };
-  const BlurShapeFit shape = FitOfShape(run_->step.placed_shape);
-  const bool round = run_->step.placed_shape.round();
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    const CornerPlace& place = pixels_.place(corner);
-    // Without one, they stay as they were cleared.
-    if (!place.inside || place.fade.isZero()) continue;
-    const int lane = pixels_.Lane(corner);
-    const Eigen::Matrix2d& board_by_pixel = place.board_by_pixel;
-    const double px_x = 1 / board_by_pixel.row(0).norm(), px_y = 1 / board_by_pixel.row(1).norm();
-    const CornerBlur blur = round ? CornerBlur{} : shape.At(shape.ByTurn(OffMiddlePx(corner)));
-    set(LaneBlock::kFadeX, lane, place.fade.x() / px_x * blur.wider_x);
-    set(LaneBlock::kFadeY, lane, place.fade.y() / px_y * blur.wider_y);
+    // Without a fade, they stay as they were cleared.
+    if (!run_->light.fades || place.fade.isZero()) continue;
+    set(LaneBlock::kFadeX, lane, place.fade.x() / blurs_x);
+    set(LaneBlock::kFadeY, lane, place.fade.y() / blurs_y);
     set(LaneBlock::kFadeXAt, lane, place.fade_at.x());
     set(LaneBlock::kFadeYAt, lane, place.fade_at.y());
   }
@@ -409,13 +393,9 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   double square = 0, square_before = 0;
   for (int pass = 1; pass < kMaxPasses; square_before = square, ++pass) {
     const double shape_settled = kShapeSettled * pixels_.pixels();
-    const bool reshaped = pass == 1 || run_->step.shape_gain > shape_settled;
-    if (run_->step.corner_px > kFollowSettlingPx) pixels_.PlaceCorners(lens, run_->model.geometry);
-    if (run_->step.corner_px > kFollowSettlingPx || reshaped) {
-      SetPlaces();
-    } else if (pass == 1) {
-      SetFades();
-    }
+    const bool moved = run_->step.corner_px > kFollowSettlingPx;
+    if (moved) pixels_.PlaceCorners(lens, run_->model.geometry);
+    if (moved || pass == 1 || run_->step.shape_gain > shape_settled) SetPlaces();
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
     square = StepSquare();

@@ -153,8 +153,6 @@ class BoardFit {
   void SetDerivatives();
   /// What the kernel is told of the corners' places, and of what changes with every step.
   void SetPlaces();
-  /// Of these, how pixels fade at the rim: where the others are set already.
-  void SetFades();
   void SetLanes();
   /// Which the next steps are by: one in `stride` of all pixels, or of those of the corners spread over the board.
   void UsePixels(int stride, bool of_spread = false);
