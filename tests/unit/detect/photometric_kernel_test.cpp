@@ -169,7 +169,8 @@ TEST_F(Kernel, TellsOfTheBlursShape) {
         const Lane& at = lanes_[static_cast<std::size_t>(lane)];
         double uneven_residual = 0, uneven_square = 0, skew_residual = 0, skew_square = 0;
         for (int i = 0; i < block_.count(lane); ++i) {
-          const auto [x, y] = Offset(lane, i);
+          const std::pair<double, double> off = Offset(lane, i);
+          const double x = off.first, y = off.second;
           const double blur = double{input_.blur_px}, model = Model(at, x, y, blur);
           const double weight = 1 / (at.floor + at.slope * std::max(model, 0.0)),
                        residual = double{block_.light_data()[block_.Place(lane, i)]} - model;
