@@ -97,6 +97,13 @@ class BoardGeometry {
 
   /// The derivative of the move of coordinate `axis` by the parameters.
   static Parameters MoveByParameters(const Eigen::Vector2d& board, int axis);
+  /// The move by parameters m. @param by_x, by_y MoveByParameters() of the two axes: only what is not zero in them is
+  /// looked at.
+  template <class Moves>
+  static Eigen::Vector2d Move(const Parameters& by_x, const Parameters& by_y, const Eigen::MatrixBase<Moves>& m) {
+    return {m[0] + by_x[1] * m[1] + by_x[2] * m[2] + by_x[6] * m[6] + by_x[7] * m[7],
+            m[3] + by_y[4] * m[4] + by_y[5] * m[5] + by_y[6] * m[6] + by_y[7] * m[7]};
+  }
   /// Moves the coordinates of all points of the plane, to first order.
   void MoveCoordinates(const Parameters& moves);
   /// The information on parameters() that information on moves is.

@@ -30,9 +30,13 @@ void BlurShapeFit::SetMeanSquare(double square) {
   lens_ = std::max(variance_ - kOfWay / 2 * way, kLeastOfLens * variance_);
 }
 
-CornerBlur BlurShapeFit::At(const Eigen::Vector2d& by_turn) const {
+BlurShapeFit::Blurred BlurShapeFit::BlurredAt(const Eigen::Vector2d& by_turn) const {
   const Eigen::Vector2d way = way_ + shape_.turn * by_turn;
-  const double x = lens_ + kOfWay * way.x() * way.x(), y = lens_ + kOfWay * way.y() * way.y();
+  return {way, lens_ + kOfWay * way.x() * way.x(), lens_ + kOfWay * way.y() * way.y()};
+}
+
+CornerBlur BlurShapeFit::At(const Eigen::Vector2d& by_turn) const {
+  const auto [way, x, y] = BlurredAt(by_turn);
   return {std::sqrt(x / variance_), std::sqrt(y / variance_), kOfWay * way.x() * way.y() / std::sqrt(x * y)};
 }
 
@@ -44,8 +48,7 @@ void BlurShapeFit::Add(const Eigen::Vector2d& by_turn, const CornerBlurSums& sum
     sums_.skew_square += sums.skew_square;
     return;
   }
-  const Eigen::Vector2d way = way_ + shape_.turn * by_turn;
-  const double x = lens_ + kOfWay * way.x() * way.x(), y = lens_ + kOfWay * way.y() * way.y();
+  const auto [way, x, y] = BlurredAt(by_turn);
   // The deviations' logarithms; what the way adds on the whole, the lens has less.
   const Eigen::Vector3d lens = kOfWay / 2 * Eigen::Vector3d(way_.x(), way_.y(), shape_.turn * mean_square_);
   const Eigen::Vector3d log_x = (kOfWay * way.x() * Eigen::Vector3d(1, 0, by_turn.x()) - lens) / x,

@@ -51,6 +51,12 @@ class BlurShapeFit {
   double Step(double least_gain, BlurShape& shape) const;
 
  private:
+  /// Of a point: its way across the two edges, and the variances that come of it.
+  struct Blurred {
+    Eigen::Vector2d way = Eigen::Vector2d::Zero();
+    double x = 0, y = 0;
+  };
+  Blurred BlurredAt(const Eigen::Vector2d& by_turn) const;
   double StepOfRound(double least_gain, BlurShape& shape) const;
 
   BlurShape shape_;

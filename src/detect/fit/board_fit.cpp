@@ -25,13 +25,10 @@ constexpr double kExplained = 2, kNextStep = 0.04, kNextStepOverexposed = 0.4;
 constexpr double kFollowSettlingPx = 0.05;
 /// A blur so much above what the pixels were chosen for asks for others.
 constexpr double kWiderBlur = 1.2, kGrowingBlur = 0.5;
-/// A blur has a shape where Σ w r² falls by more with one: by noise alone it falls by 2 (a guess). A step follows
-/// another shape where it falls by so much for each pixel (measured: with 0.015, poses of moving boards with and
-/// without memory differ by a tenth more, in 2 % less work; overexposed ones have squared errors of 1.2 with 0.1).
-/// Where by so much, the motion is another one than the last frame's (a guess).
-constexpr double kShapeCounts = 12, kShapeSettled = 0.01, kOtherShape = 0.3;
-/// Blurs that are less have none: a pixel's own square is 0.29, so they are drawn, not seen, or sharpened (a guess).
-constexpr double kLeastShaped = 0.4;
+/// A step follows another shape of the blur where Σ w r² falls by so much for each pixel (measured: with 0.015, poses
+/// of moving boards with and without memory differ by a tenth more, in 2 % less work; overexposed ones have squared
+/// errors of 1.2 with 0.1).
+constexpr double kShapeSettled = 0.01;
 /// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
 constexpr int kPassesOfLight = 4;
 /// Until corners that were found lie right.
@@ -54,8 +51,7 @@ constexpr double kMotionBlurReach = 0.1, kMotionBlurReachAllCells = 0.4;
 constexpr double kReachBlurs = 2.2;
 /// Larger ones have more pixels than the model with all its terms needs.
 constexpr double kLargeCellPx = 12;
-/// Steps towards a predicted board end once they move it less, blurs: they leave errors of third order, 0.02 px, …
-constexpr double kStillFromPrediction = 0.4;
+/// Steps towards a predicted board (kStillFromPrediction), …
 constexpr int kMostFromPrediction = 4;
 /// … and where it has moved farther from where its pixels were chosen, they are chosen anew: those at the rim are
 /// chosen by where the board is thought to lie, and a start that is 0.1 px off changes a pose by 0.1 standard
@@ -240,11 +236,8 @@ void BoardFit::SetLanes() {
 }
 
 Eigen::Vector2d BoardFit::MoveOf(int corner) const {
-  // Products with what is not zero (BoardGeometry::MoveByParameters()).
   const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
-  const BoardEquations::Vector& m = run_->step.moves;
-  return {m[0] + by.x[1] * m[1] + by.x[2] * m[2] + by.x[6] * m[6] + by.x[7] * m[7],
-          m[3] + by.y[4] * m[4] + by.y[5] * m[5] + by.y[6] * m[6] + by.y[7] * m[7]};
+  return BoardGeometry::Move(by.x, by.y, run_->step.moves);
 }
 
 Eigen::Matrix2d BoardFit::BoardByPixel() const { return pixels_.place(pixels_.corners() / 2).board_by_pixel; }
@@ -307,57 +300,6 @@ void BoardFit::MoveBlur(double step_px) {
                                  std::min(kMostBlur, 1.6 * run_->model.blur_px));
   run_->step.blur_share = std::abs(blur / run_->model.blur_px - 1);
   run_->model.blur_px = blur;
-}
-
-Eigen::Vector2d BoardFit::OffMiddlePx(int corner) const {
-  return pixels_.place(corner).pixel - pixels_.place(pixels_.corners() / 2).pixel;
-}
-
-BlurShapeFit BoardFit::FitOfShape(const BlurShape& shape) const {
-  BlurShapeFit fit(shape, BoardByPixel().rowwise().normalized(), run_->model.blur_px);
-  if (shape.round()) return fit;
-  double square = 0;
-  int inside = 0;
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!pixels_.inside(corner)) continue;
-    square += fit.ByTurn(OffMiddlePx(corner)).squaredNorm();
-    ++inside;
-  }
-  fit.SetMeanSquare(square / std::max(inside, 1));
-  return fit;
-}
-
-bool BoardFit::ComesNear() const {
-  return run_->plain_input.stride > 1 || run_->plain_input.lanes != KernelInput::kAllLanes;
-}
-
-void BoardFit::MoveBlurShape(double blur_px) {
-  run_->step.shape_gain = 0;
-  if (run_->model.blur_px < kLeastShaped) {
-    run_->model.blur_shape = {};
-    return;
-  }
-  // What lies elsewhere says nothing of its blur. Some of the pixels tell a shape less well than the last frame did.
-  if (run_->step.corner_px > kStillFromPrediction * blur_px) return;
-  if (ComesNear() && !run_->step.placed_shape.round()) return;
-  const LaneBlock& lanes = pixels_.lanes();
-  BlurShapeFit fit = FitOfShape(run_->step.placed_shape);
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    const int first = pixels_.Lane(corner);
-    if (!run_->corners.used[static_cast<std::size_t>(corner)] || first >= run_->plain_input.lanes) continue;
-    const auto sum = [&](int which) {
-      const float* of = lanes.sum_data(which) + first;
-      return double{(of[0] + of[1]) + (of[2] + of[3])};
-    };
-    fit.Add(fit.ByTurn(OffMiddlePx(corner)),
-            {blur_px * sum(ProductSum(kBlur, kResidual)), blur_px * blur_px * sum(ProductSum(kBlur, kBlur)),
-             sum(kUnevenResidual), sum(kUnevenSquare), sum(kSkewResidual), sum(kSkewSquare)});
-  }
-  run_->step.shape_gain = fit.Step(kShapeCounts, run_->model.blur_shape);
-  // Another motion than the last frame's begins anew: steps from that one's might not find it.
-  const bool another = run_->step.shape_gain > kOtherShape * pixels_.pixels();
-  const BlurShape& placed = run_->step.placed_shape;
-  if (another && !placed.round() && placed.way_px == run_->step.start_way_px) run_->model.blur_shape = {};
 }
 
 double BoardFit::FarthestStepPx() const {

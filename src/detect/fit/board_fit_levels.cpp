@@ -58,13 +58,13 @@ void BoardFit::StartFrom(const BoardRun& run) {
 
 BoardFit::QuadrantLight BoardFit::LightAround(int corner) const {
   const std::size_t phase = static_cast<std::size_t>(TellingPhase());
-  const int cols = run_->view.size.cols, row = corner / (cols - 1), col = corner % (cols - 1);  // the first cell's too
-  // Of the first quadrant, and how far on the next and the one below it stand.
-  const bool own = run_->model.own_levels;
-  const PhaseValues* const first = run_->model.levels.data() + (own ? 4 * corner : row * cols + col);
-  const std::ptrdiff_t below = own ? 2 : cols;
-  const auto level = [&](std::ptrdiff_t i) { return double{first[i][phase]}; };
-  const double along = level(0) + level(below + 1), across = level(1) + level(below);
+  const int row = corner / (run_->view.size.cols - 1),
+            col = corner % (run_->view.size.cols - 1);  // the first cell's too
+  const QuadrantLevels quadrants = LevelsOf(corner);
+  const auto level = [&](std::size_t i) {
+    return double{run_->model.levels[static_cast<std::size_t>(quadrants[i])][phase]};
+  };
+  const double along = level(0) + level(3), across = level(1) + level(2);
   return IsDark(row, col) ? QuadrantLight{across, along} : QuadrantLight{along, across};
 }
 

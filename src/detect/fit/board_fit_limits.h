@@ -8,6 +8,8 @@ namespace chequer {
 inline constexpr double kRunawayPx = 3;
 /// Where they moved farther, corners are placed anew.
 inline constexpr double kFollowPx = 0.3;
+/// Steps towards a predicted board end once they move it less, blurs: they leave errors of third order, 0.02 px.
+inline constexpr double kStillFromPrediction = 0.4;
 /// Standard deviations beyond which a pixel counts with less weight.
 inline constexpr float kRobustLimit = 4;
 /// Blur, pixels: half a pixel's own integration up to what still shows cells.

@@ -185,7 +185,7 @@ BoardGeometry::Local BoardPixels::SeenAt(const BoardGeometry& geometry, const Ei
 void BoardPixels::PlaceCorners(const Lens& lens, const BoardGeometry& geometry) {
   for (int corner = 0; corner < corners_; ++corner) {
     CornerPlace& place = places_[static_cast<std::size_t>(corner)];
-    const BoardGeometry::Local local = collected_.paper ? SeenAt(geometry, place.board) : geometry.At(place.board);
+    const BoardGeometry::Local local = SeenAt(geometry, place.board);
     Eigen::Matrix2d pixel_by_plane;
     place.plane = local.plane;
     place.pixel = lens.ToImage(local.plane, &pixel_by_plane);
@@ -235,7 +235,8 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
   lanes_.Reset(4 * corners_, kLaneCapacity);
   if (!origin_.allFinite()) return 0;
   LightReader::Rows rows = reader.AllRows();
-  if (!rows.are_mixed()) rows.Negate(kSaturation, light_of_code_);
+  std::array<float, 256> light_of_code;
+  if (!rows.are_mixed()) rows.Negate(kSaturation, light_of_code);
   collected_.inside = FindInside(reader);
   // Of a corner outside the image, the lens's model may say anything.
   const bool neighbours_tell = collected_.inside == corners_ && size.rows > 3 && size.cols > 3;

@@ -105,7 +105,6 @@ class BoardPixels {
   int spread_ = 0;  ///< the first so many ranks are those of corners spread over the board
   Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
   LaneBlock lanes_;
-  std::array<float, 256> light_of_code_{};  ///< while pixels are collected
 };
 
 }  // namespace chequer

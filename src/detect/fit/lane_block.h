@@ -33,20 +33,19 @@ constexpr int ProductSum(int a, int b) {
   return first * kLaneColumns - first * (first - 1) / 2 + second - first;
 }
 enum LaneSum : int {
-  kWeight = kProductSums,  ///< Σ of the robust weights (1 for a pixel that fits)
-  kDarkSquare,             ///< Σ r² of the pixels whose model is darker than the lane's middle
-  kDarkLight,              ///< Σ of their model
+  // What the pixels say of a blur that is wider across one kind of edge than across the other, and of one that leans:
+  // products of the weighted derivatives with the residual, and their squares. Of the plain kernel alone.
+  kUnevenResidual = kProductSums,
+  kUnevenSquare,
+  kSkewResidual,
+  kSkewSquare,
+  kWeight,      ///< Σ of the robust weights (1 for a pixel that fits)
+  kDarkSquare,  ///< Σ r² of the pixels whose model is darker than the lane's middle
+  kDarkLight,   ///< Σ of their model
   kDarkCount,
   kLightSquare,
   kLightLight,
   kLightCount,
-  // What the pixels say of a blur that is wider across one kind of edge than across the other, and of one that leans:
-  // products of the weighted derivatives by BlurShape's values with the residual, and their squares. Of the plain
-  // kernel alone.
-  kUnevenResidual,
-  kUnevenSquare,
-  kSkewResidual,
-  kSkewSquare,
   kLaneSums
 };
 

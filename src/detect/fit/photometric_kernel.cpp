@@ -426,10 +426,9 @@ void Accumulate(const KernelInput& input, LaneBlock& block) {
       case LaneSums::kLevels: AccumulateVector<LaneSums::kLevels>(input, shared, first, block); break;
       case LaneSums::kNoise: AccumulateVector<LaneSums::kNoise>(input, shared, first, block); break;
     }
+  const int filled = input.sums == LaneSums::kShapes ? kWeight : kLaneSums;
   if (folded)
-    for (int which = 0; which < kLaneSums; ++which)
-      if (input.sums != LaneSums::kShapes || which < kProductSums || which >= kUnevenResidual)
-        block.GatherFolded(block.sum_data(which));
+    for (int which = 0; which < filled; ++which) block.GatherFolded(block.sum_data(which));
 }
 
 void Mark(float saturation, LaneBlock& block) {

@@ -97,14 +97,11 @@ Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size
 
 double SampledContrast(const AnchoredBoard& board) {
   if (board.light.size() == 0) return 0;
-  const MarkerSize size = board.size;
-  const Eigen::Vector3f* light = board.light.data();
   float sum = 0;
-  for (int row = 0; row < size.rows; ++row) {
-    float sign = IsDark(row, 0) ? -1.0f : 1.0f;
-    for (const Eigen::Vector3f* const end = light + size.cols; light < end; ++light, sign = -sign)
-      sum += sign * ((*light)[0] + (*light)[1]);
-  }
+  ForCells(board.size, [&](std::size_t cell, int row, int col) {
+    const float light = board.light[cell][0] + board.light[cell][1];
+    sum += IsDark(row, col) ? -light : light;
+  });
   return double{sum} / static_cast<double>(board.light.size());
 }
 

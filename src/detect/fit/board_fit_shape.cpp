@@ -1,0 +1,69 @@
+// Of BoardFit: the shape that a short motion gives the blur.
+#include <algorithm>
+
+#include "detect/fit/board_fit.h"
+#include "detect/fit/board_fit_limits.h"
+
+namespace chequer {
+namespace {
+
+/// A blur has a shape where Σ w r² falls by more with one: by noise alone it falls by 2 (a guess). Where it falls by so
+/// much for each pixel, the motion is another one than the last frame's (a guess).
+constexpr double kShapeCounts = 12, kOtherShape = 0.3;
+/// Blurs that are less have none: a pixel's own square is 0.29, so they are drawn, not seen, or sharpened (a guess).
+constexpr double kLeastShaped = 0.4;
+
+}  // namespace
+
+Eigen::Vector2d BoardFit::OffMiddlePx(int corner) const {
+  return pixels_.place(corner).pixel - pixels_.place(pixels_.corners() / 2).pixel;
+}
+
+BlurShapeFit BoardFit::FitOfShape(const BlurShape& shape) const {
+  BlurShapeFit fit(shape, BoardByPixel().rowwise().normalized(), run_->model.blur_px);
+  if (shape.round()) return fit;
+  double square = 0;
+  int inside = 0;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!pixels_.inside(corner)) continue;
+    square += fit.ByTurn(OffMiddlePx(corner)).squaredNorm();
+    ++inside;
+  }
+  fit.SetMeanSquare(square / std::max(inside, 1));
+  return fit;
+}
+
+bool BoardFit::ComesNear() const {
+  return run_->plain_input.stride > 1 || run_->plain_input.lanes != KernelInput::kAllLanes;
+}
+
+void BoardFit::MoveBlurShape(double blur_px) {
+  run_->step.shape_gain = 0;
+  if (run_->model.blur_px < kLeastShaped) {
+    run_->model.blur_shape = {};
+    return;
+  }
+  // What lies elsewhere says nothing of its blur. Some of the pixels tell a shape less well than the last frame did.
+  if (run_->step.corner_px > kStillFromPrediction * blur_px) return;
+  if (ComesNear() && !run_->step.placed_shape.round()) return;
+  const LaneBlock& lanes = pixels_.lanes();
+  BlurShapeFit fit = FitOfShape(run_->step.placed_shape);
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    const int first = pixels_.Lane(corner);
+    if (!run_->corners.used[static_cast<std::size_t>(corner)] || first >= run_->plain_input.lanes) continue;
+    const auto sum = [&](int which) {
+      const float* of = lanes.sum_data(which) + first;
+      return double{(of[0] + of[1]) + (of[2] + of[3])};
+    };
+    fit.Add(fit.ByTurn(OffMiddlePx(corner)),
+            {blur_px * sum(ProductSum(kBlur, kResidual)), blur_px * blur_px * sum(ProductSum(kBlur, kBlur)),
+             sum(kUnevenResidual), sum(kUnevenSquare), sum(kSkewResidual), sum(kSkewSquare)});
+  }
+  run_->step.shape_gain = fit.Step(kShapeCounts, run_->model.blur_shape);
+  // Another motion than the last frame's begins anew: steps from that one's might not find it.
+  const bool another = run_->step.shape_gain > kOtherShape * pixels_.pixels();
+  const BlurShape& placed = run_->step.placed_shape;
+  if (another && !placed.round() && placed.way_px == run_->step.start_way_px) run_->model.blur_shape = {};
+}
+
+}  // namespace chequer
