@@ -12,39 +12,34 @@ DetectorOptions OptionsFor(const Suite& suite) {
   return options;
 }
 
-std::vector<Detection> DetectionsOf(const std::vector<MarkerPose>& markers) {
-  std::vector<Detection> detections;
-  for (const MarkerPose& marker : markers) detections.push_back({marker.id, marker.camera_from_marker});
-  return detections;
-}
-
-class ChequerContestant final : public Contestant {
+class ChequerContestant : public Contestant {
  public:
   ChequerContestant(const Suite& suite, bool bayer) : bayer_(bayer), detector_(OptionsFor(suite)) {}
 
   std::string name() const override { return bayer_ ? "chequer Bayer" : "chequer BGR"; }
   Pattern pattern() const override { return kChequerPattern; }
   bool Takes(const BenchFrame& frame) const override { return !bayer_ || frame.bayer.has_value(); }
-  void Detect(const BenchFrame& frame) override {
-    detector_.Detect(bayer_ ? frame.bayer->view() : frame.colour.view(), markers_);
+  void Detect(const BenchFrame& frame) override { detector_.Detect(ViewOf(frame), markers_); }
+  std::vector<Detection> Detections() override {
+    std::vector<Detection> detections;
+    for (const MarkerPose& marker : markers_) detections.push_back({marker.id, marker.camera_from_marker});
+    return detections;
   }
-  std::vector<Detection> Detections() override { return DetectionsOf(markers_); }
 
- private:
+ protected:
+  ImageView ViewOf(const BenchFrame& frame) const { return bayer_ ? frame.bayer->view() : frame.colour.view(); }
+
   bool bayer_;
   Detector detector_;
   std::vector<MarkerPose> markers_;
 };
 
 /// With a memory.
-class StreamContestant final : public Contestant {
+class StreamContestant final : public ChequerContestant {
  public:
-  StreamContestant(const Suite& suite, bool bayer)
-      : bayer_(bayer), interval_(suite.interval), detector_(OptionsFor(suite)) {}
+  StreamContestant(const Suite& suite, bool bayer) : ChequerContestant(suite, bayer), interval_(suite.interval) {}
 
   std::string name() const override { return bayer_ ? "chequer stream Bayer" : "chequer stream BGR"; }
-  Pattern pattern() const override { return kChequerPattern; }
-  bool Takes(const BenchFrame& frame) const override { return !bayer_ || frame.bayer.has_value(); }
   void Prepare(bool first) override {
     if (first) {
       before_ = memory_;
@@ -53,17 +48,11 @@ class StreamContestant final : public Contestant {
       memory_ = before_;
     }
   }
-  void Detect(const BenchFrame& frame) override {
-    detector_.Detect(bayer_ ? frame.bayer->view() : frame.colour.view(), captured_, memory_, markers_);
-  }
-  std::vector<Detection> Detections() override { return DetectionsOf(markers_); }
+  void Detect(const BenchFrame& frame) override { detector_.Detect(ViewOf(frame), captured_, memory_, markers_); }
 
  private:
-  bool bayer_;
   std::chrono::nanoseconds interval_, captured_{0};
-  Detector detector_;
   DetectorMemory before_, memory_;  ///< as they were before the frame, and after it
-  std::vector<MarkerPose> markers_;
 };
 
 }  // namespace

@@ -19,10 +19,11 @@ class PoseErrors {
     ++poses_;
   }
 
-  /// How far the same markers are off in `others`.
-  void AddDifferences(const std::vector<MarkerPose>& found, const std::vector<MarkerPose>& others) {
+  /// How far the same markers are off in `others`, which were found as well, or are the truth.
+  template <class Marker>
+  void AddDifferences(const std::vector<MarkerPose>& found, const std::vector<Marker>& others) {
     for (const MarkerPose& marker : found)
-      for (const MarkerPose& other : others)
+      for (const Marker& other : others)
         if (marker.id && marker.id == other.id) Add(other.camera_from_marker, marker);
   }
 

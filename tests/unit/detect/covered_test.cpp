@@ -48,9 +48,7 @@ TEST(CoveredBoards, HavePosesThatAreHonestAndTheSameWithAMemory) {
       follower.Detect(frame.image.view(), std::chrono::milliseconds(1000 + 17 * i), memory, warm);
       const std::vector<MarkerPose> found = cold.Detect(frame.image.view());
       differences.AddDifferences(found, warm);
-      for (const TrueMarker& truth : frame.truth.markers)
-        for (const MarkerPose& marker : found)
-          if (marker.id == truth.id) errors.Add(truth.camera_from_marker, marker);
+      errors.AddDifferences(found, frame.truth.markers);
     }
   }
   // Cells that are covered in part told a shading that is none, and took the corners beside them along: squared errors

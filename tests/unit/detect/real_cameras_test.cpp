@@ -245,9 +245,7 @@ TEST_P(RollingShutter, LosesNoBoardToBandsOfFlicker) {
     const test::StreamFrame frame = stream.Frame(i);
     const std::vector<MarkerPose> found = detector.Detect(frame.image.view());
     score += test::ScoreFrame(found, frame.truth);
-    for (const MarkerPose& marker : found)
-      for (const TrueMarker& truth : frame.truth.markers)
-        if (marker.id == truth.id) errors.Add(truth.camera_from_marker, marker);
+    errors.AddDifferences(found, frame.truth.markers);
   }
   EXPECT_EQ(score.expected, 36);
   EXPECT_EQ(score.read, score.expected);
