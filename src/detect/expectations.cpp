@@ -24,8 +24,8 @@ constexpr double kContrastKept = 0.9;
 /// shutter was open shows more, and is missed by the plain fit alone. (With half or more, which would spare boards of
 /// 3 px cells fits that begin a third of a cell off, 2 to 5 % less are read in knocks.)
 constexpr double kContrastThatIsThere = 0.25;
-/// Cost of that search for one board, in units of WorkStep::kPlace (a guess).
-constexpr std::uint64_t kPlacesOfShift = 67;
+/// Cost of that search for one board, in units of WorkStep::kPlace (measured, of 10 px cells).
+constexpr std::uint64_t kPlacesOfShift = 17;
 /// Share of the remaining budget that the search for a common shift may take (a guess; a search of the image takes
 /// less).
 constexpr double kMostOfBudgetForShift = 0.25;
@@ -95,7 +95,7 @@ void FollowShift(const ImageJob& job) {
   if (frame.stream.contrast_share >= kContrastOfExpected || !MostAreFollowed(frame)) return;
   const std::size_t asked = AskedForShift(frame);
   if (asked == 0) return;
-  frame.stream.shift_px = FindCommonShift(frame.boards, asked, job.reader, job.lens);
+  frame.stream.shift_px = FindCommonShift(frame.boards, asked, job.reader, job.lens, shares);
   frame.work.Add(WorkStep::kPlace, kPlacesOfShift * std::min(frame.boards.size(), asked));
   if (frame.stream.shift_px.isZero()) return;
   for (std::size_t i = 0; i < frame.expected.size();) {
