@@ -123,8 +123,8 @@ void BoardFit::SetModelInput(int stride) {
   Terms::ForEach([&]<class Term>() {
     typename Term::Input& input = run_->model_input;
     input = {};
-    if constexpr (requires { run_->model.Term::SetInput(run_->model.blur_px, input); })
-      if (run_->model_input.terms.on<Term>()) run_->model.Term::SetInput(run_->model.blur_px, input);
+    if constexpr (requires { run_->model.Term::SetInput(run_->model.blur_px, stride > 1, input); })
+      if (run_->model_input.terms.on<Term>()) run_->model.Term::SetInput(run_->model.blur_px, stride > 1, input);
   });
   run_->model_input.stride = stride;
 }

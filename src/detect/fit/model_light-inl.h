@@ -120,13 +120,22 @@ HWY_INLINE void AddBends(const LaneModel& m, V bend_x, V bend_y, Picture& p) {
   p.by_yy = hn::MulAdd(bend_y, hn::Mul(scale_y, scale_y), p.by_yy);
 }
 
-/// The light's derivatives by the place at a point of the way, given those of a blur without covariance, and how they
-/// change along both axes in units of the blur's variances.
-HWY_INLINE void AddSlopes(const LaneModel& m, V part, V by_x, V by_y, V twist_by_x, V twist_by_y, Picture& p) {
+/// How the light's derivatives by the place at a point of the way change along both axes, in units of the blur's
+/// variances; the last one that by both.
+struct Twists {
+  V by_x, by_y, by_both;
+};
+
+/// The light's derivatives by the place at a point of the way, given those of a blur without covariance.
+/// @param twists () → Twists.
+template <class TwistsOf>
+HWY_INLINE void AddSlopes(const LaneModel& m, V part, V by_x, V by_y, const TwistsOf& twists, Picture& p) {
   if (m.skewed) {
     const V skew = m.of(ModelLanes::kSkew), scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
-    by_x = hn::MulAdd(hn::Mul(skew, hn::Mul(scale_x, scale_x)), twist_by_x, by_x);
-    by_y = hn::MulAdd(hn::Mul(skew, hn::Mul(scale_y, scale_y)), twist_by_y, by_y);
+    const Twists twist = twists();
+    by_x = hn::MulAdd(hn::Mul(skew, hn::Mul(scale_x, scale_x)), twist.by_x, by_x);
+    by_y = hn::MulAdd(hn::Mul(skew, hn::Mul(scale_y, scale_y)), twist.by_y, by_y);
+    p.twist_by_both = hn::Add(p.twist_by_both, twist.by_both);
   }
   p.by_x = hn::Add(p.by_x, by_x);
   p.by_y = hn::Add(p.by_y, by_y);
@@ -148,10 +157,12 @@ HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms*
   }
   const V light_by_x = hn::Add(by_x[0], AtEdges(by_x, down.share)), light_by_y = AtEdges(row, down.slope);
   p.light = hn::Add(p.light, hn::Add(row[0], AtEdges(row, down.share)));
-  AddSlopes(m, part, light_by_x, light_by_y, AtEdges(bend_x, down.slope), AtEdges(by_x, down.bend), p);
+  const auto twists = [&]() HWY_ATTR {
+    return Twists{AtEdges(bend_x, down.slope), AtEdges(by_x, down.bend), AtEdges(bend_x, down.bend)};
+  };
+  AddSlopes(m, part, light_by_x, light_by_y, twists, p);
   AddBends(m, hn::Add(bend_x[0], AtEdges(bend_x, down.share)), AtEdges(row, down.bend), p);
   p.by_xy = hn::Add(p.by_xy, AtEdges(by_x, down.slope));
-  p.twist_by_both = hn::Add(p.twist_by_both, AtEdges(bend_x, down.bend));
   V cols[kSide], rows[kSide];
   SharesOf(Splat(1), along.share, cols);
   SharesOf(Splat(1), down.share, rows);

@@ -150,11 +150,13 @@ struct OnLanes<DotGainTerm> {
     RowsOf(m, along.gain, by_gain);
     const V light_by_x = LightOf(by_x, down.share), light_by_y = LightOf(rows, down.slope);
     p.light = hn::Add(p.light, LightOf(rows, down.share));
-    AddSlopes(m, part, light_by_x, light_by_y, LightOf(bend_x, down.slope), LightOf(by_x, down.bend), p);
+    const auto twists = [&]() HWY_ATTR {
+      return Twists{LightOf(bend_x, down.slope), LightOf(by_x, down.bend), LightOf(bend_x, down.bend)};
+    };
+    AddSlopes(m, part, light_by_x, light_by_y, twists, p);
     AddBends(m, LightOf(bend_x, down.share), LightOf(rows, down.bend), p);
     p.by_gain = hn::Add(p.by_gain, hn::Add(LightOf(by_gain, down.share), LightOf(rows, down.gain)));
     p.by_xy = hn::Add(p.by_xy, LightOf(by_x, down.slope));
-    p.twist_by_both = hn::Add(p.twist_by_both, LightOf(bend_x, down.bend));
     for (int j = 0; j < kSide; ++j)
       for (int i = 0; i < kSide; ++i) {
         const bool even = (i + j) % 2 == 0;

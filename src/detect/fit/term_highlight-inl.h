@@ -36,7 +36,7 @@ struct HighlightTerm {
     for (std::size_t phase = 0; phase < white.size(); ++phase) light.more[phase] += here * white[phase];
   }
 
-  void SetInput(double /*blur_px*/, Input& input) const {
+  void SetInput(double /*blur_px*/, bool /*roughly*/, Input& input) const {
     const auto value = [](double of) { return static_cast<float>(of); };
     input = {value(spot[kAmount]), value(spot[kX]), value(spot[kY]), value(std::exp(-2 * spot[kLogWidth]))};
   }

@@ -29,7 +29,7 @@ struct ShadowTerm {
     shadow_start = shadow->values();
   }
 
-  void SetInput(double /*blur_px*/, Input& input) const {
+  void SetInput(double /*blur_px*/, bool /*roughly*/, Input& input) const {
     const ShadowEdge::Parameters& values = shadow->values();
     const auto value = [](double of) { return static_cast<float>(of); };
     input = {value(values[ShadowEdge::kTakes]), value(std::cos(values[ShadowEdge::kDirection])),
