@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace chequer {
 namespace {
@@ -17,7 +18,9 @@ constexpr double kMostPerCellBent = 0.5;
 /// A bent shading is tried where the slope is steeper than that per cell and the spread about it, as a share of the
 /// light, larger than what noise leaves in levels.
 constexpr double kSteep = 0.03, kUneven = 0.007;
-/// It has to explain all but this of the slope's sum of squares.
+/// The second order of cells that are not fine is told where a slope leaves a larger spread, as a share of the light.
+constexpr double kQuiet = 0.003;
+/// Either has to explain all but this of the slope's sum of squares.
 constexpr double kBentLeaves = 0.25;
 /// A bent shading falls no lower, as a share of the light at the centre.
 constexpr double kLeastLight = 0.05;
@@ -112,8 +115,9 @@ bool IsLight(const Bent& bent, MarkerSize size) {
   return true;
 }
 
-/// A slope and the second order of the light's logarithm. Nothing where the cells hardly tell them, or too steep ones.
-std::optional<Shading> FindWeak(const ShadedCells& cells) {
+/// A slope and the second order of the light's logarithm. Nothing where the cells hardly tell them, or too steep ones,
+/// or if they leave more than `most_square`.
+std::optional<Shading> FindWeak(const ShadedCells& cells, double most_square) {
   const auto regression =
       Regress<5>(cells, Powers, [](double, double, float level) { return double{std::log(level)}; });
   if (regression.freedom < kFewestOfFine) return std::nullopt;
@@ -122,6 +126,7 @@ std::optional<Shading> FindWeak(const ShadedCells& cells) {
   const Bent weak = solver.solve(regression.right);
   if (!weak.allFinite() || weak.head<2>().norm() > kMostPerCell || weak.tail<3>().norm() > kMostBend)
     return std::nullopt;
+  if (regression.square - weak.dot(regression.right) > most_square) return std::nullopt;
   return Shading{weak.head<2>(), weak.tail<3>(), false};
 }
 
@@ -157,8 +162,9 @@ std::optional<Shading> FindShading(const ShadedCells& cells) {
   const double square = regression.square - slope.dot(regression.right);
   if (slope.norm() > kSteep && square > kUneven * kUneven * regression.freedom)
     if (const auto bent = FindBent(cells, slope, kBentLeaves * square)) return bent;
-  if (cells.fine)
-    if (const auto fine = FindWeak(cells)) return fine;
+  if (cells.fine || square > kQuiet * kQuiet * regression.freedom)
+    if (const auto weak = FindWeak(cells, cells.fine ? std::numeric_limits<double>::infinity() : kBentLeaves * square))
+      return weak;
   if (slope.norm() > kMostPerCell) return std::nullopt;
   return Shading{slope, Eigen::Vector3d::Zero(), false};
 }
