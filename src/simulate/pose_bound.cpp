@@ -168,7 +168,11 @@ std::vector<int> ChannelsAt(const SensorOptions& sensor, int x, int y) {
 
 }  // namespace
 
-Matrix6d PoseBound(const SceneMarker& given, const RenderOptions& options) {
+Matrix6d PoseBound(const SceneMarker& marker, const RenderOptions& options) {
+  return PoseBoundsOf(marker, options).alone;
+}
+
+PoseBounds PoseBoundsOf(const SceneMarker& given, const RenderOptions& options) {
   const SceneMarker marker = WithoutRim(given);
   const Window window(marker, options);
   const LinearImage light = window.Light(marker);
@@ -200,11 +204,12 @@ Matrix6d PoseBound(const SceneMarker& given, const RenderOptions& options) {
         levels[c].selfadjointView<Eigen::Lower>().rankUpdate(share, weight);
       }
     }
+  const Matrix6d levels_known = shared.topLeftCorner<kPose, kPose>().inverse();
   for (std::size_t c = 0; c < 3; ++c) {
     const Eigen::MatrixXd full = levels[c].selfadjointView<Eigen::Lower>();
     if (full.trace() > 0) shared -= mixed[c] * full.ldlt().solve(mixed[c].transpose());
   }
-  return shared.inverse().topLeftCorner<kPose, kPose>();
+  return {shared.inverse().topLeftCorner<kPose, kPose>(), levels_known};
 }
 
 }  // namespace chequer

@@ -13,4 +13,11 @@ namespace chequer {
 /// @pre the marker is a checkerboard that IsDrawable; no lighting options, no JPEG.
 Matrix6d PoseBound(const SceneMarker& marker, const RenderOptions& options);
 
+/// The same, and that of an estimate which knows the blur and the light of every cell: what many frames of the same
+/// boards can tell of one pose at best.
+struct PoseBounds {
+  Matrix6d alone, levels_known;
+};
+PoseBounds PoseBoundsOf(const SceneMarker& marker, const RenderOptions& options);
+
 }  // namespace chequer

@@ -33,4 +33,13 @@ ErrorBound BoundOfTrack(std::span<const RigidTransform> truth, std::span<const M
           {.linear_rms_mm = kMillimetres * std::sqrt(linear), .angular_rms_deg = kDegrees * std::sqrt(angular)}};
 }
 
+ErrorBounds BoundsOfTrack(std::span<const RigidTransform> truth, std::span<const PoseBounds> bounds) {
+  std::vector<Matrix6d> alone, levels_known;
+  for (const PoseBounds& bound : bounds) {
+    alone.push_back(bound.alone);
+    levels_known.push_back(bound.levels_known);
+  }
+  return {BoundOfTrack(truth, alone), BoundOfTrack(truth, levels_known)};
+}
+
 }  // namespace chequer::bench

@@ -20,4 +20,10 @@ struct ErrorBound {
 /// @pre at least three true poses on a straight line, and as many covariances.
 ErrorBound BoundOfTrack(std::span<const RigidTransform> truth, std::span<const Matrix6d> covariances);
 
+/// Of poses each by itself, and where levels and blur are known.
+struct ErrorBounds {
+  ErrorBound alone, levels_known;
+};
+ErrorBounds BoundsOfTrack(std::span<const RigidTransform> truth, std::span<const PoseBounds> bounds);
+
 }  // namespace chequer::bench

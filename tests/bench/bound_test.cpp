@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 
@@ -60,6 +62,32 @@ TEST(Bound, ThreeSamplesAPixelTellMoreThanOne) {
   known.options.sensor.kind = SensorKind::kPerfect;
   const Matrix6d perfect = PoseBound(known.marker, known.options);
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(std::sqrt(mosaic(i, i) / perfect(i, i)), std::sqrt(3.0), 0.2) << i;
+}
+
+TEST(Bound, KnownLevelsAndBlurLeaveLessUnknown) {
+  const Known known = EightPixels(20);
+  const PoseBounds bounds = PoseBoundsOf(known.marker, known.options);
+  EXPECT_TRUE(bounds.alone.isApprox(PoseBound(known.marker, known.options)));
+  // What is known can take nothing away: the difference has no negative eigenvalue, in units of the bound itself.
+  const Eigen::LLT<Matrix6d> factor(bounds.alone);
+  const Matrix6d left = factor.matrixL().solve(Matrix6d(factor.matrixL().solve(bounds.levels_known)).transpose());
+  const Eigen::Matrix<double, 6, 1> shares = Eigen::SelfAdjointEigenSolver<Matrix6d>(left).eigenvalues();
+  EXPECT_GT(shares.minCoeff(), 0.5);
+  EXPECT_LT(shares.maxCoeff(), 1 + 1e-6);
+  EXPECT_LT(shares.minCoeff(), 0.95);
+}
+
+TEST(Bound, KnownLevelsTellNextToNothingOfLargeSharpCells) {
+  // Their pixels tell the levels where no edge is, and the edges' width where the levels are known by then.
+  const auto known_over_alone = [](double side_m, double blur_px) {
+    Known known = EightPixels(20);
+    known.marker.side_m = side_m;
+    known.options.blur_sigma_px = blur_px;
+    const PoseBounds bounds = PoseBoundsOf(known.marker, known.options);
+    return std::sqrt(bounds.levels_known(2, 2) / bounds.alone(2, 2));
+  };
+  EXPECT_GT(known_over_alone(0.24, 0.4), 0.97);  // cells of 20 px
+  EXPECT_LT(known_over_alone(0.048, 1.0), 0.8);  // of 4 px
 }
 
 TEST(Bound, AFittedTrackTakesUpItsShareOfTheErrors) {

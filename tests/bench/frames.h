@@ -35,7 +35,7 @@ struct Suite {
   std::chrono::nanoseconds interval{0};
   std::map<Pattern, std::vector<BenchFrame>> frames;
   /// By condition, where the noise of the frames is known: what is possible with our boards at best.
-  std::map<std::string, ErrorBound> bounds;
+  std::map<std::string, ErrorBounds> bounds;
 
   bool HasMarkers() const;
 };

@@ -80,7 +80,7 @@ Suite RenderPaper(std::uint64_t seed, const std::vector<Print>& prints) {
     for (int run = 1; run <= 2; ++run) {
       const std::string condition = std::string(TrackName(track)) + std::to_string(run);
       std::vector<RigidTransform> truth;
-      std::vector<Matrix6d> least;
+      std::vector<PoseBounds> least;
       for (const SceneMarker& marker :
            PublicationTrack(track, ChequerCode(), DeriveSeed(seed, static_cast<std::uint64_t>(run)))) {
         Scene scene;
@@ -88,9 +88,9 @@ Suite RenderPaper(std::uint64_t seed, const std::vector<Print>& prints) {
         scene.background = {.kind = BackgroundKind::kNoise, .seed = seed};
         AddFrames(suite, condition, scene, options, seed + suite.frames[kChequerPattern].size(), prints);
         truth.push_back(marker.camera_from_marker);
-        least.push_back(PoseBound(InPrint({marker}, prints.front()).front(), options));
+        least.push_back(PoseBoundsOf(InPrint({marker}, prints.front()).front(), options));
       }
-      suite.bounds[condition] = BoundOfTrack(truth, least);
+      suite.bounds[condition] = BoundsOfTrack(truth, least);
     }
   }
   return suite;

@@ -45,13 +45,24 @@ std::string FormatDistance(const Score& score, const ErrorBound& bound) {
                      score.track->angular_rms_deg / bound.track.angular_rms_deg);
 }
 
+std::string FormatBound(const std::string& name, const ErrorBound& bound) {
+  return fmt::format("  {:22} {:6} {:9} {:6} {:40.4f} {:38.4f} {:8.4f} {:17.4f}\n", name, "", "", "",
+                     bound.position_rms_mm, bound.angle_rms_deg, bound.track.linear_rms_mm,
+                     bound.track.angular_rms_deg);
+}
+
 std::string FormatBounds(const Suite& suite) {
   std::string text;
-  for (const auto& [condition, bound] : suite.bounds)
-    text +=
-        fmt::format("  {:22} {:6} {:9} {:6} {:40.4f} {:38.4f} {:8.4f} {:17.4f}\n", "bound of " + condition, "", "", "",
-                    bound.position_rms_mm, bound.angle_rms_deg, bound.track.linear_rms_mm, bound.track.angular_rms_deg);
+  for (const auto& [condition, bounds] : suite.bounds)
+    text += FormatBound("bound of " + condition, bounds.alone) + FormatBound("  levels known", bounds.levels_known);
   return text;
+}
+
+json ToJson(const ErrorBound& bound) {
+  return {{"position_rms_mm", bound.position_rms_mm},
+          {"angle_rms_deg", bound.angle_rms_deg},
+          {"linear_rms_mm", bound.track.linear_rms_mm},
+          {"angular_rms_deg", bound.track.angular_rms_deg}};
 }
 
 json ToJson(const Score& score, bool with_track) {
@@ -96,7 +107,7 @@ std::string FormatTable(const Suite& suite, const std::vector<Result>& results, 
           fmt::format("  {:22} {:6} {:9} {:6} ", condition, "", "", "") + FormatScore(score, suite.straight_tracks);
       const auto bound = suite.bounds.find(condition);
       if (bound != suite.bounds.end() && HasBound(result))
-        line.insert(line.size() - 1, FormatDistance(score, bound->second));
+        line.insert(line.size() - 1, FormatDistance(score, bound->second.alone));
       table += line;
     }
   }
@@ -119,11 +130,10 @@ json ToJson(const Suite& suite, const std::vector<Result>& results) {
     detectors.push_back(std::move(detector));
   }
   json bounds = json::object();
-  for (const auto& [condition, bound] : suite.bounds)
-    bounds[condition] = {{"position_rms_mm", bound.position_rms_mm},
-                         {"angle_rms_deg", bound.angle_rms_deg},
-                         {"linear_rms_mm", bound.track.linear_rms_mm},
-                         {"angular_rms_deg", bound.track.angular_rms_deg}};
+  for (const auto& [condition, of_condition] : suite.bounds) {
+    bounds[condition] = ToJson(of_condition.alone);
+    bounds[condition]["levels_known"] = ToJson(of_condition.levels_known);
+  }
   return {{"suite", suite.name},
           {"side_m", suite.side_m},
           {"width", suite.camera.width},
