@@ -36,13 +36,15 @@ enum class Warning : std::uint32_t {
   /// frame to frame.
   kIdCarried = 1u << 5,
   kPoorFit = 1u << 6,  ///< the image says much that the pose does not explain; the covariance is widened
+  /// No fault: the pose rests on what earlier frames have shown of its cells' levels (DetectorOptions::learn_levels).
+  kLevelsLearnt = 1u << 7,
 };
 /// "id_undecided", "poor_illumination", "poor_white_balance", "partly_hidden", "ambiguous_pose", "id_carried",
-/// "poor_fit".
+/// "poor_fit", "levels_learnt".
 std::string_view WarningName(Warning warning);
 inline constexpr std::array kAllWarnings{Warning::kIdUndecided,  Warning::kPoorIllumination, Warning::kPoorWhiteBalance,
                                          Warning::kPartlyHidden, Warning::kAmbiguous,        Warning::kIdCarried,
-                                         Warning::kPoorFit};
+                                         Warning::kPoorFit,      Warning::kLevelsLearnt};
 
 /// How saturation and luminance are told from colour (the publication, section II-A).
 enum class ColorSpace : std::uint8_t {
@@ -143,6 +145,13 @@ struct DetectorOptions {
   /// With a memory: for so long after its identity was read, a board that is followed keeps it while too much of it is
   /// occluded to read it, seconds, 0..60; 0: never.
   double carry_s = 1;
+  /// With a memory: a board's pose rests on what the last frames have shown of the levels of its cells, too, as far as
+  /// they are seen to stay from frame to frame; how the board is lit may change. Covariance and errors fall: by 3 % with
+  /// cells of 10 px, by 6 % with 5.6 px, by 15 % with 4 px (measured). Only boards in plain view, moved by no more than
+  /// half a cell, not overexposed, without shadow or dot gain, are fitted so; their poses have the warning
+  /// levels_learnt. Which boards are found, and as which, stays the same. It costs as much again as 40 % of a steady
+  /// frame. Errors of successive frames are no longer independent.
+  bool learn_levels = false;
 
   /// Empty, or what is wrong and what would be right.
   std::string Check() const;

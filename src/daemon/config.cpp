@@ -99,6 +99,7 @@ void ReadDetect(TomlTable table, DaemonConfig& config) {
   table.Read("memory", config.memory);
   table.Read("search_every", detector.search_every, IntegerRange{1, 64});
   table.Read("carry_s", detector.carry_s, kCarry);
+  table.Read("learn_levels", detector.learn_levels);
   table.Read("budget", config.budget.choice, kBudgets, BudgetChoice::kUnits, config.budget.units, kBudgetUnits);
 }
 

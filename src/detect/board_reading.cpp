@@ -83,6 +83,17 @@ Eigen::Vector2d CellOf(const ImageJob& job, const Identity& identity, std::size_
   return job.options.families[static_cast<std::size_t>(expected.family)].CellM(expected.id);
 }
 
+/// Makes the pose better by what was learnt of the board, nothing else: all that is found in a stream is the same
+/// without it. Whether it does.
+bool UseLearntLevels(const ImageJob& job, std::size_t board, const FittedBoard& fitted, PhotometricFit& fit,
+                     BoardOutcome& outcome) {
+  if (!job.frame.stream.learns) return false;
+  if (job.frame.IsExpected(board)) outcome.learnt = job.frame.expected[board].learnt;
+  const bool used = fit.UseLearntLevels(fitted, outcome.learnt);
+  outcome.work.Add(fit.work());
+  return used;
+}
+
 }  // namespace
 
 BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& reader) {
@@ -113,6 +124,8 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
     outcome.carried_or_none = true;
     identity.id_decided = false;
   }
+  outcome.plane_from_board = fitted->geometry.plane_from_board();
+  const bool learnt = UseLearntLevels(job, index, *fitted, reader.fit, outcome);
   std::optional<std::array<PlanePose, 2>> poses;
   BoardMeasurement measured;
   if (job.lens.calibrated()) {
@@ -122,7 +135,6 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
     if (!poses) return refuse(Refusal::kNoPose);
   }
   outcome.accepted = true;
-  outcome.plane_from_board = fitted->geometry.plane_from_board();
   if (identity.id_decided) outcome.kernel = identity.decoded->kernel;
   outcome.image = fitted->image;
   outcome.blur_shape = fitted->blur_shape;
@@ -130,6 +142,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);
   if (!poses) return outcome;
   DescribePose(*poses, measured, outcome.marker);
+  if (learnt) outcome.marker.warnings |= static_cast<std::uint32_t>(Warning::kLevelsLearnt);
   if (reader.fit.cut_short()) outcome.marker.covariance *= kPlainCovariance;
   return outcome;
 }

@@ -42,6 +42,7 @@ std::string_view WarningName(Warning warning) {
     case Warning::kAmbiguous: return "ambiguous_pose";
     case Warning::kIdCarried: return "id_carried";
     case Warning::kPoorFit: return "poor_fit";
+    case Warning::kLevelsLearnt: return "levels_learnt";
   }
   return "";
 }

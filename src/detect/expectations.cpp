@@ -128,6 +128,17 @@ bool MayCarry(const ImageJob& job, const StreamImage& stream, std::size_t board)
          Seconds(stream.captured - expected.decided) <= job.options.carry_s && !job.frame.ReadElsewhere(board);
 }
 
+/// Makes what was learnt of the expected boards what is known of them in this frame. A board's levels move as much as
+/// those of half of the others at least, which tells of boards that are new or were quiet by chance.
+void AgeLearnt(ImageState& frame) {
+  std::vector<float>& steps = frame.stream.shares;
+  for (const RememberedBoard& board : frame.expected)
+    if (board.learnt.known()) steps.push_back(static_cast<float>(board.learnt.light.step));
+  const double least = steps.empty() ? 0 : double{MedianInPlace(steps)};
+  steps.clear();
+  for (RememberedBoard& board : frame.expected) board.learnt.light.Age(frame.stream.frames_on, least);
+}
+
 /// How far the camera moved since the last frame, image pixels. What moved all boards by as much may have been either
 /// that or an own motion that was remembered wrongly, which would have to be corrected in every frame from then on:
 /// what leaves the boards slower is likelier.
@@ -163,6 +174,7 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   read.blur_shape = outcome.blur_shape;
   read.contrast = SampledContrast(anchored);
   read.fitted_contrast = outcome.contrast;
+  read.learnt = outcome.learnt;
   if (before) {
     const double light = std::min(outcome.contrast / std::max(before->fitted_contrast, 1e-9), 1.0);
     read.contrast = std::max(read.contrast, kContrastKept * light * before->contrast);
@@ -191,6 +203,8 @@ void ExpectBoards(const ImageJob& job, const StreamImage& stream) {
       frame.boards.pop_back();
   }
   frame.stats.expected = static_cast<int>(frame.expected.size());
+  frame.stream.learns = job.options.learn_levels;
+  if (frame.stream.learns) AgeLearnt(frame);
   FollowShift(job);
   const bool sharp = frame.stream.contrast_share >= kContrastOfExpected;
   for (std::size_t i = 0; i < frame.expected.size(); ++i)

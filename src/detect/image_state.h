@@ -42,6 +42,7 @@ struct BoardOutcome {
   bool contradicted = false;  ///< another was read where it was expected
   bool deferred = false;      ///< it was not fitted, or not as it should be
   bool wants_more = false;    ///< only the plain fit was done, and another may explain it better
+  LearntBoard learnt;         ///< with this frame; empty where nothing was, or is to be
   WorkMeter work;
 
   bool is_read() const { return accepted && marker.id.has_value(); }
@@ -49,7 +50,8 @@ struct BoardOutcome {
 
 /// What the memory of a stream makes of a frame.
 struct StreamState {
-  int frames_on = 1;  ///< since the last frame of the stream
+  bool learns = false;  ///< DetectorOptions::learn_levels
+  int frames_on = 1;    ///< since the last frame of the stream
   FrameTime last_captured{};
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  ///< of all boards, from where they were expected
   float contrast_share = 1;  ///< of what the expected boards showed in the last frame, in the median

@@ -30,6 +30,7 @@ static_assert(static_cast<int>(Warning::kPartlyHidden) == marker_pose_t::WARNING
 static_assert(static_cast<int>(Warning::kAmbiguous) == marker_pose_t::WARNING_AMBIGUOUS_POSE);
 static_assert(static_cast<int>(Warning::kIdCarried) == marker_pose_t::WARNING_ID_CARRIED);
 static_assert(static_cast<int>(Warning::kPoorFit) == marker_pose_t::WARNING_POOR_FIT);
+static_assert(static_cast<int>(Warning::kLevelsLearnt) == marker_pose_t::WARNING_LEVELS_LEARNT);
 static_assert(static_cast<int>(ExposureInstant::kUnknown) == poses_t::INSTANT_UNKNOWN);
 static_assert(static_cast<int>(ExposureInstant::kStart) == poses_t::INSTANT_START);
 static_assert(static_cast<int>(ExposureInstant::kMiddle) == poses_t::INSTANT_MIDDLE);

@@ -16,7 +16,7 @@ Matrix6d PoseBound(const SceneMarker& marker, const RenderOptions& options);
 /// The same, and that of an estimate which knows the blur and the light of every cell: what many frames of the same
 /// boards can tell of one pose at best.
 struct PoseBounds {
-  Matrix6d alone, levels_known;
+  Matrix6d alone = Matrix6d::Zero(), levels_known = Matrix6d::Zero();
 };
 PoseBounds PoseBoundsOf(const SceneMarker& marker, const RenderOptions& options);
 

@@ -37,10 +37,16 @@ struct DetectRequest {
   DetectOptions options;
   int repeat = 1;
   std::uint64_t budget = 0;
-  bool sequence = false;
+  bool sequence = false, learn_levels = false;
   bool json = false;
   std::string picture;
 };
+
+DetectorOptions DetectorOptionsOf(const DetectRequest& request) {
+  DetectorOptions options = MakeDetectorOptions(request.options);
+  options.learn_levels = request.learn_levels;
+  return options;
+}
 
 /// Goes through files and recordings and prints what the detector finds.
 class DetectRun {
@@ -49,7 +55,7 @@ class DetectRun {
       : request_(request),
         one_channel_(ParseOneChannel(request.options.pixel_format)),
         curve_(ParseGamma(request.options.gamma)),
-        detector_(MakeDetectorOptions(request.options)),
+        detector_(DetectorOptionsOf(request)),
         is_drawn_(request.picture.empty()),
         kind_is_named_(request.json || request.options.NamesKind()) {
     if (!request.picture.empty()) CheckPngName("--picture", request.picture);
@@ -167,8 +173,13 @@ void AddOptions(CLI::App& command, DetectRequest& request) {
                   "the next image. 0: no limit")
       ->type_name("N")
       ->capture_default_str();
-  command.add_flag("--sequence", request.sequence,
-                   "The images are frames of a stream: each is begun with what those before it taught");
+  CLI::Option* sequence =
+      command.add_flag("--sequence", request.sequence,
+                       "The images are frames of a stream: each is begun with what those before it taught");
+  command
+      .add_flag("--learn-levels", request.learn_levels,
+                "Poses rest on what those frames have shown of the levels of the markers' cells, too")
+      ->needs(sequence);
   command.add_option("--picture", request.picture, "Also the first image with what was read drawn in, .png")
       ->type_name("FILE");
   command.add_flag("--json", request.json, "One JSON object a line and image instead of a table");

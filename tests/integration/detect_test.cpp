@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -135,6 +136,22 @@ TEST(Detect, ReadsEveryMarkerOfAStreamOnceInEachFrame) {
     for (const json& marker : image["markers"]) ids.push_back(marker["id"].is_null() ? -1 : marker["id"].get<int>());
     EXPECT_THAT(ids, UnorderedElementsAre(0, 1, 2, 3, 4, 5, 6, 7)) << image["file"];
   }
+}
+
+TEST(Detect, SaysWherePosesRestOnLevelsOfEarlierFrames) {
+  const std::vector<std::string> options = {
+      "--calibration", Frame("camera.toml"), "--marker", "6x6:secded:0.12", "--learn-levels", "--json", kDemo.string()};
+  EXPECT_EQ(Detect(options).status, 2) << "there is nothing to learn without --sequence";
+  std::vector<std::string> of_stream = options;
+  of_stream.insert(of_stream.begin(), "--sequence");
+  const Detection result = Detect(of_stream);
+  EXPECT_EQ(result.status, 0);
+  ASSERT_EQ(result.images.size(), 60u);
+  std::ptrdiff_t learnt = 0;
+  for (const json& image : result.images)
+    for (const json& marker : image["markers"])
+      learnt += std::count(marker["warnings"].begin(), marker["warnings"].end(), "levels_learnt");
+  EXPECT_GT(learnt, 0);
 }
 
 TEST(DetectOnBadInput, NamesEachBadImageAndProcessesTheOthers) {

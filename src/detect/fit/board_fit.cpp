@@ -358,6 +358,8 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
       if (!start.image && sums == LaneSums::kNoise)
         EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
+      run_->told.settled = true;
+      run_->told.sums_gone = lies && !start.image;
       break;
     }
     if (uneven ? pass > 1 && pass < kPassesOfLight : again) {

@@ -18,6 +18,7 @@
 #include "detect/fit/board_run.h"
 #include "detect/fit/edge_spread.h"
 #include "detect/fit/fitted_board.h"
+#include "detect/fit/learnt_levels.h"
 #include "detect/fit/model_equations.h"
 #include "detect/fit/model_kernel.h"
 #include "detect/fit/shading.h"
@@ -84,6 +85,11 @@ class BoardFit {
   /// Fits on where there is dot gain, which moves the edges of a line to either side by turns, if that explains corners
   /// that lie where no plane has them; else leaves the result. @pre the last fit began with `start` and has a result.
   void FitDotGain(const LightReader& reader, const Lens& lens, const Start& start);
+
+  /// Makes the result better by what earlier frames have shown of the board's levels, and adds what this one shows:
+  /// where all of the board is in plain view, without terms, else `learnt` stays as it is. Whether the result rests on
+  /// them. @param learnt empty at first. @pre the last fit has a result, and no other has begun.
+  bool UseLearntLevels(LearntBoard& learnt);
 
   const FittedBoard& result() const { return run_->result; }
   /// All that the last fit tells.
@@ -206,8 +212,9 @@ class BoardFit {
   ShiftSums TellShifts();
   /// The pixels that were looked at, and what those of unused corners show, by the last step.
   void TellUnused(Explained& explained) const;
-  /// Of the result's geometry, which a bend puts right. @param variance of what the corners' pixels are worth.
-  void TellInformation(double variance);
+  /// Of the result's geometry, which a bend puts right. @param in_pixels on moves of the geometry. @param variance of
+  /// what the corners' pixels are worth.
+  void TellInformation(const BoardGeometry::Information& in_pixels, double variance);
   double CellPx() const;
   double MisfitOf(int corner) const;
   /// Information on moves of the geometry, all else following, in units of what pixels are worth.
@@ -276,6 +283,13 @@ class BoardFit {
   /// Adds to the result what is not known of the inks. @param of_moves the information while there is no offset;
   /// returns what is left of it. @param variance of what the corners' pixels are worth.
   BoardGeometry::Information TellRegister(const BoardGeometry::Information& of_moves, double variance);
+
+  // What frames of a stream have learnt: board_fit_learnt.cpp.
+  /// Whether the last fit tells of all of the board's levels, without terms.
+  bool ShowsLevels() const;
+  /// By the sums of either model's last step; the upper triangle.
+  LevelProducts SumPlainProducts(const LearntBoard& learnt);
+  LevelProducts SumModelProducts(const LearntBoard& learnt) const;
 
   // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
   void EvenOutShading(const Start& start);

@@ -133,6 +133,7 @@ void BoardFit::FitDotGain(const LightReader& reader, const Lens& lens, const Sta
   const bool settled = SettleModel(reader, lens, start, true, Choice{});
   if (settled) FinishBent(reader, lens, start);
   if (settled && Better(run_->result.explained, run_->without_ink.explained, Hypothesis::kDotGain)) return;
+  run_->told.settled = false;  // what is left of this fit is not the result's
   run_->result = run_->without_ink;
   run_->model.dot_gain = 0;
   run_->model.ink = false;

@@ -387,7 +387,8 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
     still = Still();
     const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();
     if (work_.units() > start.most_units) return near;
-    if (judged && near && Settled(before)) break;
+    run_->told.settled = judged && near && Settled(before);
+    if (run_->told.settled) break;
     before = changed ? BoardRun::Step{} : run_->step;
     FollowLight(start, pass < kModelPassesOfLight);
   }

@@ -117,7 +117,9 @@ void BoardFit::Finish(const Lens& lens) {
   }
   const double variance = std::max({chi_square_per_pixel, chi_square_per_shift, MayBeOutOfRegister() ? 1 : 1e-9});
   run_->result.reprojection_rms_px = std::sqrt(shifts.square_px / n);
-  TellInformation(variance);
+  run_->told.pixel_variance = std::max(chi_square_per_pixel, 1e-9);
+  run_->told.variance = variance;
+  TellInformation(InformationOnMoves(), variance);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
                         run_->model.dot_gain};
   // A fit that begins with a long way might not ask whether the motion's own term is better.
@@ -153,9 +155,9 @@ void BoardFit::TellUnused(Explained& explained) const {
   }
 }
 
-void BoardFit::TellInformation(double variance) {
+void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, double variance) {
   FittedBoard& result = run_->result;
-  BoardGeometry::Information of_moves = InformationOnMoves() / variance;
+  BoardGeometry::Information of_moves = in_pixels / variance;
   if (const std::optional<BentPaper>& bent = run_->bend.found) {
     result.geometry = bent->middle();
     of_moves = (of_moves.inverse() + variance * bent->uncertain() * bent->uncertain().transpose()).inverse();

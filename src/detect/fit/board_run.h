@@ -90,6 +90,10 @@ struct BoardRun {
   };
   /// What the fit tells beside its result.
   struct Told {
+    bool settled = false;       ///< the last step moved next to nothing
+    bool sums_gone = false;     ///< the plain kernel's are no longer those of that step
+    double pixel_variance = 1;  ///< in units of the noise
+    double variance = 1;        ///< the same, or what the corners' places say where that is more
     double misfit_spread = 1;
     double unexplained_shifts = 0;
     std::array<double, kMaxCorners> misfit{};  ///< of a corner's pixels, variances; far off where it has none

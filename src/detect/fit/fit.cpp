@@ -28,6 +28,11 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   return start.plain_only ? FitPlain(task, start.motion_blurred) : FitFully(task, start.motion_blurred);
 }
 
+bool PhotometricFit::UseLearntLevels(const FittedBoard& fitted, LearntBoard& learnt) {
+  fit_.StartWork();
+  return &fitted == &fit_.result() && !wants_more_ && !cut_short_ && fit_.UseLearntLevels(learnt);
+}
+
 bool PhotometricFit::FitOnce(const Task& task, const BoardFit::Start& start) {
   cut_short_ = cut_short_ || units() > most_units_;
   return !cut_short_ && fit_.Fit(task.reader, task.lens, start, choice_);

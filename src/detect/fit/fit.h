@@ -39,6 +39,9 @@ class PhotometricFit {
   /// Nothing if the board lies outside the image for the most part, does not look like the model, or the fit runs away.
   /// The result is valid until the next call.
   const FittedBoard* Fit(const LightReader& reader, const Lens& lens, const Start& start);
+  /// BoardFit::UseLearntLevels() on what Fit() has returned, where nothing is left undone. Then work() is what that
+  /// took.
+  bool UseLearntLevels(const FittedBoard& fitted, LearntBoard& learnt);
   /// Whether the last fit was plain only and left something undone that may change its result.
   bool wants_more() const { return wants_more_; }
   /// Whether the last one ended before all was tried that might explain the board better, for want of units.

@@ -45,6 +45,7 @@ struct RememberedBoard {
   double fitted_contrast = 0;  ///< without what blur took of it
   FrameTime decided{};         ///< when its identity was last read
   bool may_carry = true;       ///< it was fitted in every frame since then
+  LearntBoard learnt;          ///< empty without DetectorOptions::learn_levels
 
   /// It lies there by now, `passed_s` after it was as `last` says; null: nothing is known of that.
   /// @param last_place where it would have been then, had the camera already stood as it does now.

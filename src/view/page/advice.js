@@ -9,6 +9,7 @@ export const warningAdvice = {
   ambiguous_pose: ['the mirrored tilt explains the picture nearly as well', 'It is seen nearly from above and small: a larger marker or a longer lens settles it. Position and heading hold.'],
   id_carried: ['the id is known from earlier frames, not read in this one', 'Nothing to do while it moves; see its cells if it lasts.'],
   poor_fit: ['the picture says much that the model does not explain', 'Glare, a bent print or a wrong side length; the covariance is widened.'],
+  levels_learnt: ['the pose rests on cell levels of earlier frames, too', 'Nothing: learn_levels is on. Errors of successive frames go together.'],
 };
 
 const hints = {

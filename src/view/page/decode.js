@@ -7,7 +7,7 @@ const kHeaderBytes = 64, kJsonHeaderBytes = 8;
 export const kMarkerWords = 36, kBodyWords = 16;
 
 export const warnings = ['id_undecided', 'poor_illumination', 'poor_white_balance', 'partly_hidden', 'ambiguous_pose',
-  'id_carried', 'poor_fit'];
+  'id_carried', 'poor_fit', 'levels_learnt'];
 
 const text = new TextDecoder();
 

@@ -63,6 +63,7 @@ void ExpectSameOptions(const DaemonConfig& config, const DaemonConfig& defaults)
   EXPECT_EQ(config.memory, defaults.memory);
   EXPECT_EQ(config.detector.search_every, defaults.detector.search_every);
   EXPECT_EQ(config.detector.carry_s, defaults.detector.carry_s);
+  EXPECT_EQ(config.detector.learn_levels, defaults.detector.learn_levels);
   EXPECT_EQ(config.budget.choice, defaults.budget.choice);
   EXPECT_EQ(config.workers, defaults.workers);
   EXPECT_EQ(config.when_busy, defaults.when_busy);
