@@ -288,6 +288,14 @@ class PageTest(unittest.TestCase):
         self.window.until("return document.querySelector('#setup small')?.textContent.includes('light cells')")
         take(self.window, "setup")
 
+    def test_health_advises_only_where_something_is_wrong(self):
+        self.show("#health")
+        advice = self.window.run("""
+            const status = { camera_state: 'running', drops: {}, publish_rate_hz: 60, markers_mean: 2,
+                             detections: { warning_levels_learnt: 118, warning_poor_fit: 60 } };
+            return import('/advice.js').then(({ cameraAdvice }) => cameraAdvice(status, false));""")
+        self.assertEqual([(level, what[:18]) for level, what, _ in advice], [("warn", "50 % of the marker")])
+
     def count_drawing(self, page):
         """While 60 frames come: frames of the browser, fields that were cleared in them, and what they made in the document."""
         self.show(page)

@@ -1,6 +1,6 @@
 // What is wrong, and what to do about it: in one place, for every page.
 
-/// Of a marker's warnings.
+/// Of a marker's warnings: what each says, what to do, and "good" where it is no fault.
 export const warningAdvice = {
   id_undecided: ['the board is certain, its identity is not', 'Look at its cells: hidden or doubtful ones decide. More light, a sharper picture or a larger marker helps.'],
   poor_illumination: ['dark and light cells overlap', 'Open the exposure, or light the floor more evenly; look for glare on the print.'],
@@ -9,7 +9,7 @@ export const warningAdvice = {
   ambiguous_pose: ['the mirrored tilt explains the picture nearly as well', 'It is seen nearly from above and small: a larger marker or a longer lens settles it. Position and heading hold.'],
   id_carried: ['the id is known from earlier frames, not read in this one', 'Nothing to do while it moves; see its cells if it lasts.'],
   poor_fit: ['the picture says much that the model does not explain', 'Glare, a bent print or a wrong side length; the covariance is widened.'],
-  levels_learnt: ['the pose rests on cell levels of earlier frames, too', 'Nothing: learn_levels is on. Errors of successive frames go together.'],
+  levels_learnt: ['the pose rests on cell levels of earlier frames, too', 'Nothing: learn_levels is on. Errors of successive frames go together.', 'good'],
 };
 
 const hints = {
@@ -48,7 +48,8 @@ export function cameraAdvice(status, silent, previous) {
   if ((detections.deferred ?? 0) > 0.5 * frames)
     list.push(['warn', `${detections.deferred} pieces of work deferred a second`, 'Frames cost more than their budget: fewer frames a second, more workers, or markers that move less.']);
   const markers = Math.max(1, status.markers_mean * frames);
-  for (const [name, [what, todo]] of Object.entries(warningAdvice)) {
+  for (const [name, [what, todo, level = 'warn']] of Object.entries(warningAdvice)) {
+    if (level === 'good') continue;
     const share = (detections[`warning_${name}`] ?? 0) / markers;
     if (share > 0.1) list.push(['warn', `${(100 * Math.min(1, share)).toFixed(0)} % of the markers: ${what}`, todo]);
   }

@@ -58,8 +58,8 @@ export class MarkerPanel {
         ['distance', `${each.distance.toFixed(3)} m`], ['ambiguity', `${(100 * each.ambiguity).toFixed(1)} %`]);
     } else facts.push(['pose', 'none: the camera is not calibrated']);
     const warnings = warningNames(each.warnings).map(name => {
-      const [what, todo] = warningAdvice[name] ?? [name, ''];
-      return make('li', { class: 'warn' }, what, make('small', {}, todo));
+      const [what, todo, level = 'warn'] = warningAdvice[name] ?? [name, ''];
+      return make('li', { class: level }, what, make('small', {}, todo));
     });
     const result = [rows(facts)];
     if (warnings.length) result.push(make('ul', { class: 'todo' }, ...warnings));
