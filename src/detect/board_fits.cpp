@@ -13,6 +13,10 @@ constexpr double kUnitsOfPlain = 300, kUnitsOfPlainPixel = 0.15;
 /// with the last image's dot gain, that is forgotten (a guess).
 constexpr std::size_t kFruitlessFits = 2;
 
+/// Units of a full fit that knows its dot gain, for a corner: 2,250 for 25 corners of 8 px cells (measured). Plain fits
+/// of boards in plain view take a sixth; of those with a gain of a tenth of such a cell, twice as much, in vain.
+constexpr std::uint64_t kUnitsOfFullCorner = 90;
+
 /// Motion blur of half a cell leaves less of the contrast than this share (a guess).
 constexpr float kContrastOfBlurred = 0.95f;
 /// Motion blur in addition to a board's own motion. Where there is less, a fit that does not know it is as fast (a
@@ -199,7 +203,7 @@ std::size_t BoardFits::FitInRounds(const ImageJob& job, bool plain_only, std::sp
 }
 
 void BoardFits::ChooseForRefining(const ImageJob& job) {
-  const ImageState& frame = job.frame;
+  ImageState& frame = job.frame;
   // What was expected in another picture is not worth a look, nor is what was found since then and read.
   const std::size_t expected = frame.expected.size(), gone = frame.IsAnotherPicture() ? expected : 0;
   std::erase_if(*tasks_, [&](const FitTask& task) {
@@ -207,13 +211,17 @@ void BoardFits::ChooseForRefining(const ImageJob& job) {
     return !outcome.wants_more || outcome.deferred || (task.board < gone && !outcome.accepted) ||
            (task.board < expected && WasReadAt(frame, task.board, expected, frame.boards.size()));
   });
+  std::uint64_t plain = 0, full = 0;
   for (FitTask& task : *tasks_) {
     const BoardOutcome& outcome = frame.outcomes[task.board];
+    plain += outcome.work.units();
+    full += kUnitsOfFullCorner * static_cast<std::uint64_t>(CornerCount(frame.boards[task.board].size));
     task.unclear = !outcome.is_read();
     task.most = outcome.work.units();
     task.least = WorkPlan::kLeastOfPlain * task.most;
     task.expected = WorkPlan::kMostOfPlain * task.most;
   }
+  frame.plain_fits_cost_more = plain > full;
 }
 
 void BoardFits::RefuseReadElsewhere(const ImageJob& job, std::size_t first) {

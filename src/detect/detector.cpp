@@ -126,8 +126,8 @@ void Detector::Impl::WriteMarkers(const ImageJob& job, std::vector<MarkerPose>& 
 }
 
 void Detector::Impl::RememberTraits(std::optional<ImageTraits>& remembered) const {
-  // With a budget, what plain fits find goes without.
-  if (frame->plan.limited() && !frame->needed_traits) return remembered.reset();
+  // With a budget, what plain fits find at less cost goes without.
+  if (frame->plan.limited() && !frame->needed_traits && !frame->plain_fits_cost_more) return remembered.reset();
   const BoardOutcome* telling = nullptr;
   for (const BoardOutcome& outcome : frame->outcomes) {
     // What moves hides what ink does.

@@ -83,6 +83,7 @@ struct ImageState {
   /// Traits with a dot gain that boards have to be fitted with from the start: the last image's, or this one's where no
   /// plain fit found a board.
   std::optional<ImageTraits> needed_traits;
+  bool plain_fits_cost_more = false;  ///< than full ones that know the dot gain, which all that want more may have
 
   bool IsExpected(std::size_t board) const { return board < expected.size(); }
   /// Whether that board was read as the one which was expected there.
