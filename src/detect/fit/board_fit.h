@@ -82,9 +82,9 @@ class BoardFit {
   bool FitClosely(const LightReader& reader, const Lens& lens, const Start& start);
   /// Whether the result is by some of the pixels.
   bool rough() const { return run_->terms.rough; }
-  /// Fits on where there is dot gain, which moves the edges of a line to either side by turns, if that explains corners
-  /// that lie where no plane has them; else leaves the result. @pre the last fit began with `start` and has a result.
-  void FitDotGain(const LightReader& reader, const Lens& lens, const Start& start);
+  /// The first step to a dot gain, if one says that there is some. The fit is then no more what it was.
+  /// @pre the last fit has a result.
+  std::optional<double> FindDotGain(const LightReader& reader, const Lens& lens);
 
   /// Makes the result better by what earlier frames have shown of the board's levels, and adds what this one shows:
   /// where all of the board is in plain view, without terms, else `learnt` stays as it is. Whether the result rests on
@@ -301,9 +301,6 @@ class BoardFit {
   template <class Light>
   void EvenOutPixels(const Light& light);
   double LightAt(int corner) const;
-
-  /// Whether a step of Gauss-Newton says that there is dot gain.
-  bool StartDotGain(const LightReader& reader, const Lens& lens);
 
   // The model with all its terms: board_fit_model.cpp.
   /// Whether the lens blurs light of more than the four cells around a corner into its pixels.

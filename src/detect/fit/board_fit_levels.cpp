@@ -49,7 +49,9 @@ void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
 void BoardFit::StartFrom(const BoardRun& run) {
   BoardModel& model = run_->model;
   model.noise = run.model.noise;
-  model.blur_px = run.model.blur_px;
+  // Dot gain that was not known has looked like blur.
+  const bool less_blur = model.DotGainTerm::on() && !run.model.DotGainTerm::on();
+  model.blur_px = less_blur ? std::min(model.blur_px, run.model.blur_px) : run.model.blur_px;
   model.blur_shape = run.model.blur_shape;
   model.edges = run.model.edges;
   if (model.LightVaries() != run.model.LightVaries()) return;

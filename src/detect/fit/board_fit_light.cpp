@@ -110,34 +110,16 @@ void BoardFit::TakeBackShading(const Lens& lens) {
   run_->light.bent = false;
 }
 
-bool BoardFit::StartDotGain(const LightReader& reader, const Lens& lens) {
-  if (!HavePixels(reader, lens)) return false;
+std::optional<double> BoardFit::FindDotGain(const LightReader& reader, const Lens& lens) {
+  if (!HavePixels(reader, lens)) return std::nullopt;
   const double cell_px = CellPx();
   if (!run_->terms.look_farther) LookBeside(reader, lens);
   run_->model.ink = true;
   SetTerms();
-  if (!SolveModel(StrideFor(kPixelsOfInk))) return false;
-  const double more = std::abs(model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGainTerm>()]);
-  return more * cell_px >= kLeastInkSpreadPx && more >= kLeastInkSpread;
-}
-
-void BoardFit::FitDotGain(const LightReader& reader, const Lens& lens, const Start& start) {
-  const bool looked_farther = run_->terms.look_farther;
-  if (!StartDotGain(reader, lens)) {
-    run_->model.ink = false;
-    return;
-  }
-  run_->terms.look_farther = true;
-  run_->without_ink = run_->result;
-  StartGain(model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGainTerm>()], start.blur_px);
-  const bool settled = SettleModel(reader, lens, start, true, Choice{});
-  if (settled) FinishBent(reader, lens, start);
-  if (settled && Better(run_->result.explained, run_->without_ink.explained, Hypothesis::kDotGain)) return;
-  run_->told.settled = false;  // what is left of this fit is not the result's
-  run_->result = run_->without_ink;
-  run_->model.dot_gain = 0;
-  run_->model.ink = false;
-  run_->terms.look_farther = looked_farther;
+  if (!SolveModel(StrideFor(kPixelsOfInk))) return std::nullopt;
+  const double step = model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGainTerm>()];
+  if (std::abs(step) * cell_px < kLeastInkSpreadPx || std::abs(step) < kLeastInkSpread) return std::nullopt;
+  return step;
 }
 
 double BoardFit::FarthestMove(const BoardGeometry& from) const {

@@ -129,7 +129,6 @@ struct BoardRun {
   Told told;
   FittedBoard result;
   Bend bend;
-  FittedBoard without_ink;
   Inks inks;
   // What the kernels and equations are given.
   KernelInput plain_input;

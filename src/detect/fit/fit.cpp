@@ -7,9 +7,10 @@
 namespace chequer {
 namespace {
 
-/// Corners of boards that moved lie where a plane has them to 0.03 px; farther off, it may have been something else;
-/// and where a motion is all that may be, so far at most.
-constexpr double kMostOffMovedPx = 0.04, kMostOffMotionBlurredPx = 0.15;
+/// Where a motion is all that may be, corners lie so far off at most.
+constexpr double kMostOffMotionBlurredPx = 0.15;
+/// Boards that moved lose .2 and more of the score where they are fitted with another motion.
+constexpr double kMotionsByChance = 0;
 /// Units that all fits of a board may take, for a corner, whatever it shows: boards that are blurred and crossed by a
 /// shadow, the hardest that are read, take half of them. No other fit is begun once so much of them is spent.
 constexpr std::uint64_t kMostUnitsOfCorner = 6000;
@@ -33,99 +34,153 @@ bool PhotometricFit::UseLearntLevels(const FittedBoard& fitted, LearntBoard& lea
   return &fitted == &fit_.result() && !wants_more_ && !cut_short_ && fit_.UseLearntLevels(learnt);
 }
 
-bool PhotometricFit::FitOnce(const Task& task, const BoardFit::Start& start) {
+bool PhotometricFit::FitOnce(const Task& task) {
   cut_short_ = cut_short_ || units() > most_units_;
-  return !cut_short_ && fit_.Fit(task.reader, task.lens, start, choice_);
+  return !cut_short_ && fit_.Fit(task.reader, task.lens, made_.start, made_.choice);
 }
 
 const FittedBoard* PhotometricFit::FitPlain(const Task& task, bool motion_blurred) {
-  choice_ = {};
-  choice_.may_move = choice_.may_look_farther = false;
-  const bool fitted = FitOnce(task, task.start);
-  wants_more_ = !fitted || motion_blurred || !fit_.result().flat() || fit_.may_look_farther() ||
-                AnyOf(fit_.Occluded()) || MayBeUnevenlyLit(task) || fit_.FindHighlight(task.start.saturated);
+  made_ = {.start = task.start, .choice = {}};
+  made_.choice.may_move = made_.choice.may_look_farther = false;
+  tried_ = {};
+  const bool fitted = FitOnce(task);
+  wants_more_ =
+      !fitted || motion_blurred || !fit_.result().flat() || fit_.may_look_farther() || FindNext() < Hypotheses().size();
   return fitted ? &fit_.result() : nullptr;
 }
 
 const FittedBoard* PhotometricFit::FitFully(const Task& task, bool motion_blurred) {
-  if (const FittedBoard* fitted = motion_blurred ? nullptr : FitAsItIs(task, Eigen::Vector2d::Zero())) return fitted;
+  if (const FittedBoard* fitted = motion_blurred ? nullptr : FitFrom(task, Eigen::Vector2d::Zero())) return fitted;
   // Others of the image may have shown how it moved.
   if (motion_blurred && task.start.image && !task.start.image->motion_px.isZero()) {
-    const FittedBoard* fitted = FitAsItIs(task, task.start.image->motion_px);
+    const FittedBoard* fitted = FitFrom(task, task.start.image->motion_px);
     if (fitted && fitted->reprojection_rms_px <= kMostOffMotionBlurredPx) return fitted;
   }
   // What runs away may have moved so far that the plain model does not come near it.
   const MotionBlurs motion_blurs = FindMotionBlurs(task.reader, task.lens, task.start.size, task.start.geometry);
   bool found = false;
   for (std::size_t i = 0; i < motion_blurs.count; ++i) {
-    const FittedBoard* fitted = FitAsItIs(task, motion_blurs.by_px[i]);
+    const FittedBoard* fitted = FitFrom(task, motion_blurs.by_px[i]);
     if (!fitted || fitted->reprojection_rms_px > kMostOffMotionBlurredPx) continue;
-    if (found && !Better(fitted->explained, best_.explained, Hypothesis::kOtherMotion)) continue;
+    if (found && !Better(fitted->explained, best_.explained, kMotionsByChance)) continue;
     best_ = *fitted;
     found = true;
   }
   return found ? &best_ : nullptr;
 }
 
-bool PhotometricFit::FitFirst(const Task& task, const Eigen::Vector2d& motion_blur_px) {
-  choice_ = {};
-  choice_.terms.motion_px = motion_blur_px;
-  choice_.roughly = true;
+bool PhotometricFit::FitFirst(const Task& task, const Eigen::Vector2d& motion_blur_px, bool may_move) {
+  made_ = {.start = task.start, .choice = {}};
+  made_.choice.terms.motion_px = motion_blur_px;
+  made_.choice.roughly = true;
+  made_.choice.may_move = may_move;
+  tried_ = {};
+  kept_count_ = 0;
   // One printer's ink spreads alike.
   const ImageTraits* image = task.start.image;
-  if (motion_blur_px.isZero() && image && image->shares_dot_gain()) choice_.terms.dot_gain = image->dot_gain;
-  bool fitted = FitOnce(task, task.start);
-  if (!fitted && choice_.terms.dot_gain != 0) {
-    choice_.terms.dot_gain = 0;
-    fitted = FitOnce(task, task.start);
-  }
-  // A rough fit shows uneven illumination as well as a close one.
-  if (!fitted || (fit_.rough() && fit_.motion_px().isZero() && MayBeUnevenlyLit(task))) return fitted;
-  return fit_.FitClosely(task.reader, task.lens, task.start);
+  if (motion_blur_px.isZero() && image && image->shares_dot_gain()) made_.choice.terms.dot_gain = image->dot_gain;
+  if (FitOnce(task)) return true;
+  if (made_.choice.terms.dot_gain == 0) return false;
+  made_.choice.terms.dot_gain = 0;
+  return FitOnce(task);
 }
 
-const FittedBoard* PhotometricFit::FitAsItIs(const Task& task, const Eigen::Vector2d& motion_blur_px) {
-  const bool fitted = FitFirst(task, motion_blur_px);
-  const bool moved = motion_blur_px.isZero() && fitted && !fit_.motion_px().isZero();
-  const double off_px = fit_.result().reprojection_rms_px;
-  if (moved && fit_.sure_of_motion() && off_px <= kMostOffMotionBlurredPx) return &fit_.result();
-  if (moved && off_px <= kMostOffMovedPx && !AnyOf(fit_.Occluded())) return &fit_.result();
-  // Shadows and ink make edges uneven, too; what seemed to have moved and did not fit may fit as it stands.
-  if (moved) Keep(moved_);
-  const bool again = motion_blur_px.isZero() && fit_.looks_farther() && (moved || !fitted);
-  if (again) choice_.may_move = false;
-  if (again ? !FitOnce(task, task.start) : !fitted) return moved ? &moved_.run.result : nullptr;
-  // A motion mixes light cells into dark ones, which a highlight would explain in part.
-  if (moved || !fit_.motion_px().isZero() || !FitHighlight(task)) ChooseTerms(task);
-  if (moved && !BetterThan(moved_, Hypothesis::kNoMotion)) Restore(moved_);
-  if (!fit_.result().determined()) return nullptr;
+const FittedBoard* PhotometricFit::FitFrom(const Task& task, const Eigen::Vector2d& motion_blur_px) {
+  bool fitted = FitFirst(task, motion_blur_px, true) && Explain(task);
+  // What runs away with a motion may have stood.
+  if (!fitted && motion_blur_px.isZero() && fit_.looks_farther())
+    fitted = FitFirst(task, motion_blur_px, false) && Explain(task);
+  if (!fitted) return nullptr;
   LeaveOutPulled(task);
   return &fit_.result();
 }
 
-void PhotometricFit::ChooseTerms(const Task& task) {
-  if (!fit_.looks_farther()) LeaveOutOccluded(task);
-  const bool rough = fit_.rough(), off_before = !fit_.result().flat() && fit_.motion_px().isZero();
-  const bool side = off_before && !rough && LeaveOutSide(task);
-  // What ink moves hides what a shadow does.
-  if (off_before && !rough && !side) fit_.FitDotGain(task.reader, task.lens, task.start);
-  const bool uneven = MayBeUnevenlyLit(task) && FitUnevenlyLit(task);
-  fit_.FitClosely(task.reader, task.lens, task.start);
-  if (rough && !uneven && !fit_.result().flat() && fit_.motion_px().isZero())
-    fit_.FitDotGain(task.reader, task.lens, task.start);
+bool PhotometricFit::Explain(const Task& task) {
+  for (;;) {
+    const std::size_t next = FindNext();
+    if (next < Hypotheses().size())
+      Try(task, next);
+    else if (kept_count_ > 0 && !Holds())
+      GoBack();
+    else if (!fit_.rough() && kept_count_ == 0)
+      return fit_.result().determined();
+    else if (!fit_.rough())
+      --kept_count_;
+    // What is kept is fitted closely, which may call for more.
+    else if (fit_.FitClosely(task.reader, task.lens, made_.start))
+      continue;
+    else if (kept_count_ > 0)
+      GoBack();
+    else
+      return false;
+  }
 }
 
-void PhotometricFit::Restore(const Kept& kept) {
-  fit_.Restore(kept.run);
-  choice_ = kept.choice;
+std::size_t PhotometricFit::FindNext() const {
+  const std::span<const Hypothesis> all = Hypotheses();
+  std::size_t next = 0;
+  while (next < all.size() && (tried_[next] || !all[next].calls(fit_, made_))) ++next;
+  return next;
 }
 
-bool PhotometricFit::Refit(const Task& task) {
-  BoardFit::Start again = task.start;
-  again.predicted = false;
-  again.geometry = fit_.result().geometry;
-  choice_.terms.motion_px = fit_.motion_px();
-  return FitOnce(task, again);
+void PhotometricFit::Try(const Task& task, std::size_t hypothesis) {
+  const Hypothesis& tried = Hypotheses()[hypothesis];
+  tried_[hypothesis] = true;
+  Kept& before = kept_[static_cast<std::size_t>(kept_count_++)];
+  before.run = fit_.run();
+  before.made = made_;
+  before.tried = tried_;
+  before.left_for = &tried;
+  tried_ = {};
+  made_.start.predicted = false;
+  made_.start.geometry = fit_.result().geometry;
+  made_.choice.from = fit_.looks_farther() ? &before.run : nullptr;
+  if (!tried.start({task.reader, task.lens, task.start, fit_, before.run, traits_}, made_) || !FitOnce(task))
+    return GoBack();
+  if (tried.path == Hypothesis::Path::kDetour) return;
+  const int others = tried.path == Hypothesis::Path::kArrival ? 2 : 1;
+  const auto is_better = [&] { return Beats(others, Better, tried.most_by_chance); };
+  // Rough fits compare with each other; what replaces a close one is fitted closely, too.
+  const bool better =
+      (before.run.terms.rough && is_better()) || (Beats(others, MayBeBetter, tried.most_by_chance) &&
+                                                  fit_.FitClosely(task.reader, task.lens, made_.start) && is_better());
+  if (!better) return GoBack();
+  kept_count_ -= others;
+}
+
+bool PhotometricFit::Beats(int others, Compare better, double most_by_chance) const {
+  const auto last = kept_.begin() + kept_count_;
+  return std::all_of(last - others, last, [&](const Kept& other) {
+    return better(fit_.result().explained, other.run.result.explained, most_by_chance);
+  });
+}
+
+bool PhotometricFit::Holds() const {
+  const Kept& before = kept_[static_cast<std::size_t>(kept_count_ - 1)];
+  const bool may_gain = fit_.rough() && !before.run.terms.rough;
+  return before.left_for->holds(fit_) && Beats(1, may_gain ? MayBeBetter : Better, before.left_for->most_by_chance);
+}
+
+void PhotometricFit::GoBack() {
+  const Kept& before = kept_[static_cast<std::size_t>(--kept_count_)];
+  fit_.Restore(before.run);
+  made_ = before.made;
+  tried_ = before.tried;
+}
+
+void PhotometricFit::LeaveOutPulled(const Task& task) {
+  if (fit_.looks_farther() || !fit_.result().flat()) return;
+  const CornerFlags pulled = fit_.Pulled();
+  if (!AnyOf(pulled)) return;
+  BoardRun& before = kept_[0].run;
+  before = fit_.run();
+  for (std::size_t corner = 0; corner < pulled.size(); ++corner) made_.choice.left_out[corner] |= pulled[corner];
+  made_.start.predicted = false;
+  made_.start.geometry = before.result.geometry;
+  if (FitOnce(task))
+    fit_.RestoreCells(before.result);
+  else
+    fit_.Restore(before);
 }
 
 }  // namespace chequer

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <initializer_list>
+#include <array>
+#include <bitset>
 
 #include "detect/common/light.h"
 #include "detect/fit/board_fit.h"
 #include "detect/fit/fitted_board.h"
+#include "detect/fit/hypotheses.h"
 
 namespace chequer {
 
@@ -57,67 +59,47 @@ class PhotometricFit {
     const Lens& lens;
     const BoardFit::Start& start;
   };
-
+  /// By number.
+  using Tried = std::bitset<32>;
   /// A fit that may be gone back to.
   struct Kept {
     BoardRun run;
-    BoardFit::Choice choice;
+    Trial made;
+    Tried tried;
+    const Hypothesis* left_for = nullptr;
   };
-  void Keep(Kept& kept) const {
-    kept.run = fit_.run();
-    kept.choice = choice_;
-  }
-  void Restore(const Kept& kept);
-  bool BetterThan(const Kept& other, Hypothesis hypothesis) const {
-    return Better(fit_.result().explained, other.run.result.explained, hypothesis);
-  }
-
-  /// Without what only some boards have; roughly where the board may be lit unevenly.
-  bool FitFirst(const Task& task, const Eigen::Vector2d& motion_blur_px);
-  const FittedBoard* FitAsItIs(const Task& task, const Eigen::Vector2d& motion_blur_px);
-  /// Leaves out what is occluded, and adds the terms that the residuals call for, if they explain the board better.
-  void ChooseTerms(const Task& task);
-  /// By choice_, from where the result has the board.
-  bool Refit(const Task& task);
-
-  // Without corners that something hides: fit_occluded.cpp.
-  /// What occludes corners has told the light, the levels and the noise before it was known to: fits anew without them.
-  void LeaveOutOccluded(const Task& task);
-  /// Of the corners that were found occluded, those that fit worst. False if none was.
-  bool LeaveOutWorstOccluded();
-  /// An occlusion may pull the corners beside it. Fits the pose again without them; the cells stay as they were read
-  /// with them.
-  void LeaveOutPulled(const Task& task);
-  /// What covers a whole side may pull the board until all corners are off, and none so much more than the others that
-  /// it is found occluded. Whether it was so.
-  bool LeaveOutSide(const Task& task);
-
-  // In uneven light: fit_uneven.cpp.
-  /// Whether some corner fits so badly, or corners lie so far off where light cells differ, that the edge of a shadow
-  /// may cross the board.
-  bool MayBeUnevenlyLit(const Task& task) const;
-  /// Where it crosses cells, they have no one level: fits anew with levels for each corner's quadrants, and by these
-  /// with the shadow's edge, if that explains the board better. Whether it does.
-  bool FitUnevenlyLit(const Task& task);
-  /// The same with the edge of one shadow, as the quadrants' levels tell it. @pre those were fitted. Whether it is one.
-  bool FitShadow(const Task& task);
-  /// Where a lamp seems to be mirrored, fits anew with that, if it explains the board better. Whether it does.
-  bool FitHighlight(const Task& task);
-  /// Fits what choice_ says, with dot gain where corners still lie off the plane. Whether that is better than all of
-  /// these fits.
-  bool FitChosen(const Task& task, Hypothesis hypothesis, std::initializer_list<const Kept*> others);
+  using Compare = bool (*)(const Explained&, const Explained&, double most_by_chance);
 
   const FittedBoard* FitFully(const Task& task, bool motion_blurred);
   const FittedBoard* FitPlain(const Task& task, bool motion_blurred);
-  /// By choice_. False if it fails, or if the units are spent.
-  bool FitOnce(const Task& task, const BoardFit::Start& start);
+  const FittedBoard* FitFrom(const Task& task, const Eigen::Vector2d& motion_blur_px);
+  /// Without what only some boards have, but what the image's others taught; roughly, where all terms may be on.
+  bool FitFirst(const Task& task, const Eigen::Vector2d& motion_blur_px, bool may_move);
+  /// As made_ has it. False if it fails, or if the units are spent.
+  bool FitOnce(const Task& task);
+  /// The one loop: tries what the residuals of the best fit so far call for, until nothing does.
+  bool Explain(const Task& task);
+  /// The first hypothesis that the fit calls for and that was not tried from it; else their number.
+  std::size_t FindNext() const;
+  void Try(const Task& task, std::size_t hypothesis);
+  /// Whether the fit is better than the last ones that were kept.
+  bool Beats(int others, Compare better, double most_by_chance) const;
+  /// Whether it is worth to end the detour with it.
+  bool Holds() const;
+  void GoBack();
+  /// An occlusion may pull the corners beside it. Fits the pose again without them; the cells stay as they were read
+  /// with them.
+  void LeaveOutPulled(const Task& task);
 
   bool wants_more_ = false, cut_short_ = false;
   std::uint64_t most_units_ = 0;
   BoardFit fit_;
-  BoardFit::Choice choice_;
-  // What a fit is compared with. Memory: set before they are read.
-  Kept before_, evenly_lit_, own_levels_, moved_;
+  Trial made_;   ///< how
+  Tried tried_;  ///< from there
+  // Memory: set before they are read. Two detours and a trial at most.
+  std::array<Kept, 3> kept_;
+  int kept_count_ = 0;
+  ImageTraits traits_;
   FittedBoard best_;
 };
 

@@ -15,8 +15,8 @@ TEST(FitChoice, UnknownsThatExplainNothingAreNotBetter) {
     Explained richer = kPlain;
     richer.unknowns += more;
     richer.deviation *= std::sqrt((richer.fits - richer.unknowns) / (kPlain.fits - kPlain.unknowns));
-    EXPECT_FALSE(Better(richer, kPlain, Hypothesis::kDotGain)) << more;
-    EXPECT_TRUE(Better(kPlain, richer, Hypothesis::kDotGain)) << more;
+    EXPECT_FALSE(Better(richer, kPlain, 0)) << more;
+    EXPECT_TRUE(Better(kPlain, richer, 0)) << more;
   }
 }
 
@@ -24,10 +24,10 @@ TEST(FitChoice, GivingUpCornersCostsWhatTheirPixelsTell) {
   Explained fewer = kPlain;
   fewer.fits = 800;
   fewer.deviation = 0.008;
-  EXPECT_FALSE(Better(fewer, kPlain, Hypothesis::kDotGain));
+  EXPECT_FALSE(Better(fewer, kPlain, 0));
   // A contrast of 50 : 1 on all pixels is worth one of 50^(10/8) : 1 on eight of ten, and more for the unknowns.
   fewer.deviation = 0.5 / 150;
-  EXPECT_TRUE(Better(fewer, kPlain, Hypothesis::kDotGain));
+  EXPECT_TRUE(Better(fewer, kPlain, 0));
 }
 
 TEST(FitChoice, UnusedCornersTellWhatTheyShowAllTheSame) {
@@ -35,8 +35,8 @@ TEST(FitChoice, UnusedCornersTellWhatTheyShowAllTheSame) {
   given_up.fits = seen.fits = 800;
   seen.unused = 200;
   seen.unused_logs = 200 * std::log(0.1);
-  EXPECT_TRUE(Better(seen, given_up, Hypothesis::kDotGain));
-  EXPECT_FALSE(Better(seen, kPlain, Hypothesis::kDotGain));
+  EXPECT_TRUE(Better(seen, given_up, 0));
+  EXPECT_FALSE(Better(seen, kPlain, 0));
 }
 
 TEST(FitChoice, FitsToSomeOfThePixelsCompare) {
@@ -44,9 +44,9 @@ TEST(FitChoice, FitsToSomeOfThePixelsCompare) {
   better.deviation *= 0.9;
   by_some.pixels = by_some.fits = 700;
   by_some.unknowns = 70;
-  EXPECT_FALSE(Better(by_some, better, Hypothesis::kDotGain));
-  EXPECT_TRUE(Better(better, by_some, Hypothesis::kDotGain));
-  EXPECT_TRUE(MayBeBetter(by_some, better, Hypothesis::kDotGain));
+  EXPECT_FALSE(Better(by_some, better, 0));
+  EXPECT_TRUE(Better(better, by_some, 0));
+  EXPECT_TRUE(MayBeBetter(by_some, better, 0));
 }
 
 }  // namespace

@@ -1,0 +1,284 @@
+#include "detect/fit/hypotheses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace chequer {
+namespace {
+
+using From = Hypothesis::From;
+
+/// No term changes the light that falls on its cells, and their levels are the cells'.
+bool LitEvenly(const BoardFit& fit) { return !fit.run().model.own_levels && !fit.run().model.LightVaries(); }
+bool Stands(const BoardFit& fit) { return fit.motion_px().isZero(); }
+
+/// The same dot gain, and nothing else, is fitted roughly.
+void StartAnew(const From& from, Trial& trial) {
+  trial.choice = {};
+  trial.choice.terms.dot_gain = from.fit.dot_gain();
+  trial.choice.roughly = true;
+}
+/// What the board says of noise and blur holds in the trial too.
+void KeepTraits(const From& from, Trial& trial) {
+  if (trial.start.image) return;
+  from.traits = from.kept.result.image;
+  trial.start.image = &from.traits;
+}
+void LeaveOut(const CornerFlags& corners, Trial& trial) {
+  for (std::size_t corner = 0; corner < corners.size(); ++corner) trial.choice.left_out[corner] |= corners[corner];
+}
+
+// Without the motion that its blur seemed to be: shadows and ink make edges uneven, too.
+
+/// Corners of boards that moved lie where a plane has them to 0.03 px; farther off, it may have been something else,
+/// unless nothing else makes edges as uneven: then so far at most.
+constexpr double kMostOffMovedPx = 0.04, kMostOffSurelyMovedPx = 0.15;
+
+bool MayHaveStood(const BoardFit& fit, const Trial& made) {
+  if (fit.rough() || Stands(fit) || !made.choice.terms.motion_px.isZero()) return false;
+  const double off_px = fit.result().reprojection_rms_px;
+  if (fit.sure_of_motion() && off_px <= kMostOffSurelyMovedPx) return false;
+  return off_px > kMostOffMovedPx || AnyOf(fit.Occluded());
+}
+
+bool StartStanding(const From& from, Trial& trial) {
+  trial.start = from.first;
+  trial.choice.may_move = false;
+  trial.choice.from = nullptr;
+  return true;
+}
+
+// A lamp that the print mirrors.
+
+bool MayBeUnevenlyLit(const BoardFit& fit, const Trial& made);
+
+bool MayMirrorLamp(const BoardFit& fit, const Trial& made) {
+  // A motion mixes light cells into dark ones, which a highlight would explain in part.
+  if (!Stands(fit) || !made.choice.may_move || (fit.rough() && !MayBeUnevenlyLit(fit, made))) return false;
+  return fit.FindHighlight(made.start.saturated).has_value();
+}
+
+bool StartHighlight(const From& from, Trial& trial) {
+  StartAnew(from, trial);
+  static_cast<HighlightTerm&>(trial.choice.terms) = *from.fit.FindHighlight(trial.start.saturated);
+  trial.choice.from = &from.kept;
+  return true;
+}
+
+// The edge of one shadow, as quadrants' levels tell it.
+
+bool HasQuadrants(const BoardFit& fit, const Trial& /*made*/) { return fit.run().model.own_levels; }
+
+bool StartShadow(const From& from, Trial& trial) {
+  const std::optional<ShadowEdge> shadow = FindShadowEdge(from.fit.LitParts(trial.start.saturated));
+  if (!shadow) return false;
+  StartAnew(from, trial);
+  // The lens makes no edge sharper than its blur, which parts of cells do not show.
+  ShadowEdge::Parameters values = shadow->values();
+  values[ShadowEdge::kLogWidth] =
+      std::max(values[ShadowEdge::kLogWidth], std::log(from.fit.result().image.blur_px / from.fit.cell_px()));
+  trial.choice.terms.ShadowTerm::Start(values);
+  trial.choice.from = &from.kept;
+  KeepTraits(from, trial);
+  return true;
+}
+
+// Without corners that something occludes, which have told the light, the levels and the noise before that was known.
+
+/// Of the worst occluded corner's misfit: corners with less of it may be but pulled by those with more.
+constexpr double kWorstOccluded = 0.25;
+
+bool HasOccluded(const BoardFit& fit, const Trial& made) {
+  // Where edges blur into each other, a fit goes on without them; quadrants do so once.
+  if (fit.looks_farther() && !(fit.run().model.own_levels && !AnyOf(made.choice.left_out))) return false;
+  return AnyOf(fit.Occluded());
+}
+
+bool LeaveOutOccluded(const From& from, Trial& trial) {
+  CornerFlags occluded = from.fit.Occluded();
+  double worst = 0;
+  for (int corner = 0; corner < from.fit.corners(); ++corner)
+    if (occluded[static_cast<std::size_t>(corner)]) worst = std::max(worst, from.fit.misfit(corner));
+  for (int corner = 0; corner < from.fit.corners(); ++corner)
+    if (from.fit.misfit(corner) < kWorstOccluded * worst) occluded[static_cast<std::size_t>(corner)] = false;
+  LeaveOut(occluded, trial);
+  return true;
+}
+
+// Without a whole side: what covers it may pull the board until all corners are off, and none so much more than the
+// others that it is found occluded.
+
+/// A side whose corners fit so much worse than the opposite one's may be covered.
+constexpr double kCoveredSide = 4;
+
+/// The corners of the side that fits worst, if it fits much worse than the opposite one.
+std::optional<CornerFlags> WorstSide(const BoardFit& fit, MarkerSize size) {
+  const int rows = size.rows - 1, cols = size.cols - 1;
+  const auto misfit_of = [&](int first, int step, int count) {
+    double sum = 0;
+    for (int i = 0; i < count; ++i) {
+      const int corner = first + i * step;
+      if (fit.usable(corner)) sum += fit.misfit(corner);
+    }
+    return sum;
+  };
+  struct Side {
+    int first, step, count;
+    double over_opposite;
+  } worst{};
+  const auto compare = [&](int step, int count, int to_opposite) {
+    const double here = misfit_of(0, step, count), opposite = misfit_of(to_opposite, step, count);
+    if (here > worst.over_opposite * opposite) worst = {0, step, count, here / opposite};
+    if (opposite > worst.over_opposite * here) worst = {to_opposite, step, count, opposite / here};
+  };
+  compare(1, cols, (rows - 1) * cols);
+  compare(cols, rows, cols - 1);
+  if (worst.over_opposite < kCoveredSide) return std::nullopt;
+  CornerFlags side{};
+  for (int i = 0; i < worst.count; ++i) side[static_cast<std::size_t>(worst.first + i * worst.step)] = true;
+  return side;
+}
+
+/// Whether corners of a board in even light lie off the plane.
+bool IsOff(const BoardFit& fit) { return !fit.rough() && !fit.result().flat() && Stands(fit); }
+
+bool HasWorseSide(const BoardFit& fit, const Trial& made) {
+  return IsOff(fit) && LitEvenly(fit) && WorstSide(fit, made.start.size).has_value();
+}
+
+bool LeaveOutSide(const From& from, Trial& trial) {
+  LeaveOut(*WorstSide(from.fit, trial.start.size), trial);
+  return true;
+}
+
+// Dot gain, which moves the edges of a line to either side by turns. What it moves hides what a shadow does.
+
+bool MayHaveGain(const BoardFit& fit, const Trial& /*made*/) {
+  return IsOff(fit) && fit.dot_gain() == 0 && !fit.run().model.own_levels;
+}
+
+bool StartGain(const From& from, Trial& trial) {
+  const std::optional<double> gain = from.fit.FindDotGain(from.reader, from.lens);
+  if (!gain) return false;
+  static_cast<Terms::States&>(trial.choice.terms) = from.kept.model;
+  trial.choice.terms.DotGainTerm::Start(*gain);
+  trial.choice.roughly = true;
+  trial.choice.from = &from.kept;
+  return true;
+}
+
+// Levels for each corner's quadrants: where the edge of a shadow crosses cells, they have no one level.
+
+/// A corner that fits so much worse than a quarter of them may be crossed by the edge of a shadow.
+constexpr double kUnevenMisfit = 3;
+/// The same where corners lie so much farther off the plane than noise puts them: where cells are small against the
+/// blur, or dot gain is strong, a shadow moves corners before it spoils their fit. In other boards, paper that is not
+/// flat does so too.
+constexpr double kUnevenShifts = 1.5;
+/// Light cells of one ink then differ by more than prints do; a lens that is not known well moves corners too, but
+/// leaves the cells alike.
+constexpr double kUnevenCells = 0.02;
+/// In smaller cells that blur into each other, levels of quadrants tell nothing.
+constexpr double kLeastBlurredCellPx = 6;
+/// Steps until quadrants' levels tell of a shadow's edge: where the board lies was known before.
+constexpr int kStepsOfQuadrants = 4;
+/// Of the lights on a board where no cell is crossed by used corners' account: the most over the least of a shadow.
+/// Light that falls off by less is told better by the cells' levels.
+constexpr float kShadow = 1.6f;
+
+/// The standard deviation of light cells of one ink from their mean, over it.
+double Unevenness(const FittedBoard& board, const BoardFit::Start& start) {
+  std::array<double, 2> sum{}, square{}, count{};
+  for (int cell = 0; cell < start.size.rows * start.size.cols; ++cell) {
+    const std::size_t i = static_cast<std::size_t>(cell), ink = start.saturated[i] != 0 ? 1 : 0;
+    if (IsDark(cell / start.size.cols, cell % start.size.cols) || start.covered[i]) continue;
+    const double light = static_cast<double>(board.levels[i].sum());
+    sum[ink] += light;
+    square[ink] += light * light;
+    ++count[ink];
+  }
+  double variance = 0, cells = 0;
+  for (std::size_t ink = 0; ink < count.size(); ++ink) {
+    if (!(count[ink] > 1 && sum[ink] > 0)) continue;
+    const double mean = sum[ink] / count[ink];
+    variance += square[ink] / (mean * mean) - count[ink];
+    cells += count[ink] - 1;
+  }
+  return cells > 0 ? std::sqrt(std::max(variance, 0.0) / cells) : 0;
+}
+
+bool MayBeUnevenlyLit(const BoardFit& fit, const Trial& made) {
+  if (!Stands(fit) || !LitEvenly(fit)) return false;
+  if (AnyOf(made.choice.left_out)) return true;
+  if (fit.looks_farther()) {
+    if (fit.cell_px() < kLeastBlurredCellPx) return false;
+    if (AnyOf(fit.Occluded())) return true;
+    if (fit.unexplained_shifts() > kUnevenShifts && Unevenness(fit.result(), made.start) > kUnevenCells) return true;
+  }
+  if (fit.misfit_spread() <= kUnevenMisfit) return false;
+  // Inks out of register spoil the fit of corners, too, but leave the cells alike.
+  if (!made.start.register_cells.isZero() && Unevenness(fit.result(), made.start) <= kUnevenCells) return false;
+  std::array<double, kMaxCorners> misfits;
+  std::ptrdiff_t count = 0;
+  for (int corner = 0; corner < fit.corners(); ++corner)
+    if (fit.used(corner)) misfits[static_cast<std::size_t>(count++)] = fit.misfit(corner);
+  if (count == 0) return false;
+  const auto past = misfits.begin() + count, quarter = misfits.begin() + count / 4;
+  const double most = *std::max_element(misfits.begin(), past);
+  std::nth_element(misfits.begin(), quarter, past);
+  return most > kUnevenMisfit * *quarter;
+}
+
+bool StartQuadrants(const From& from, Trial& trial) {
+  StartAnew(from, trial);
+  trial.choice.own_levels = true;
+  trial.choice.most_steps_near = kStepsOfQuadrants;
+  if (!from.fit.looks_farther()) return true;
+  // Levels of quadrants take up a part of the blur: by what that leaves, edges would not be the image's.
+  trial.choice.from = &from.kept;
+  KeepTraits(from, trial);
+  return true;
+}
+
+bool InShadow(const BoardFit& fit) {
+  CellLight all;
+  for (const CellLight& lit : fit.result().lit) {
+    if (lit.crossed()) return true;
+    if (lit.most == 0) continue;
+    all = {all.most == 0 ? lit.least : std::min(all.least, lit.least), std::max(all.most, lit.most)};
+  }
+  return all.most > kShadow * all.least;
+}
+
+bool Always(const BoardFit& /*fit*/) { return true; }
+
+/// What they must gain is measured: on boards that have what is tried, and on boards that have something else (40 to
+/// 600 of each kind of tests/bench: conditions with shadows, dot gain, blur, motion and occlusion, real_prints with
+/// gloss).
+constexpr double kNotCompared = -std::numeric_limits<double>::infinity();
+constexpr Hypothesis kHypotheses[] = {
+    // Boards that moved lose .2 and more where they are fitted as if they stood, and the reverse.
+    {Hypothesis::Path::kDetour, 0, MayHaveStood, StartStanding, Always},
+    // Shadows gain up to .04; of 800 boards with a lamp's image nine in ten gain .22 and more, all but one .057.
+    {Hypothesis::Path::kDirect, 0.05, MayMirrorLamp, StartHighlight, Always},
+    // Tried where quadrants show an edge, they may even lose a little. Under a blur of 3 px true ones lost .06 to rough
+    // fits without, whose few pixels do not tell their noise better.
+    {Hypothesis::Path::kArrival, -0.1, HasQuadrants, StartShadow, Always},
+    {Hypothesis::Path::kDirect, kNotCompared, HasOccluded, LeaveOutOccluded, Always},
+    // Where dot gain or a shadow moves all corners, boards gain up to .2 without a side; with a cover on it, .34 and
+    // more.
+    {Hypothesis::Path::kDirect, 0.3, HasWorseSide, LeaveOutSide, Always},
+    // True ones gained 1.5 and more.
+    {Hypothesis::Path::kDirect, 0, MayHaveGain, StartGain, Always},
+    // By chance they lose .07 and more, as they have three times as many unknowns; of dot gain that is not known yet,
+    // they explain .02.
+    {Hypothesis::Path::kDetour, 0.1, MayBeUnevenlyLit, StartQuadrants, InShadow},
+};
+
+}  // namespace
+
+std::span<const Hypothesis> Hypotheses() { return kHypotheses; }
+
+}  // namespace chequer
