@@ -107,6 +107,8 @@ void AddByShared(const CornerDerivative& by, const Rows& rows, To&& to) {
 }  // namespace
 
 bool BoardFit::ShowsLevels() const {
+  // The sums must be those of its last step: another fit since then has collected its own pixels, and FindDotGain(),
+  // which goes over the same ones, is asked of boards alone that are not flat.
   return run_->told.settled && run_->number == pixels_of_ && !ModelTerms::Of(run_->model).any() &&
          !run_->model.own_levels && !run_->bend.found && !run_->bend.taken_out && !MayBeOutOfRegister() &&
          !run_->view.overexposed && (run_->terms.look_farther || run_->plain_input.stride == 1) &&
