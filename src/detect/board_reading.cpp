@@ -142,7 +142,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);
   if (!poses) return outcome;
   DescribePose(*poses, measured, outcome.marker);
-  if (learnt) outcome.marker.warnings |= static_cast<std::uint32_t>(Warning::kLevelsLearnt);
+  if (learnt) Set(outcome.marker, Warning::kLevelsLearnt);
   if (reader.fit.cut_short()) outcome.marker.covariance *= kPlainCovariance;
   return outcome;
 }

@@ -30,12 +30,14 @@ Eigen::Vector2d PlaceOf(MarkerSize size, int cell) {
 class LevelRows {
  public:
   LevelRows(const BoardRun& run, const LearntBoard& learnt) : channels_(static_cast<std::size_t>(run.view.channels)) {
+    rows_.Assign(channels_ * run.result.levels.size(), LevelRow::Zero());
+    LevelRow* row = rows_.begin();
     for (std::size_t cell = 0; cell < run.result.levels.size(); ++cell) {
       const Eigen::Vector2d at = PlaceOf(run.view.size, static_cast<int>(cell));
       for (std::size_t channel = 0; channel < channels_; ++channel) {
         const double own = double{run.result.levels[cell][static_cast<Eigen::Index>(channel)]},
                      level = double{learnt.levels[cell][channel]};
-        rows_.push_back({own - level, level, level * at.x(), level * at.y()});
+        *row++ = {own - level, level, level * at.x(), level * at.y()};
       }
     }
   }
@@ -45,7 +47,7 @@ class LevelRows {
 
  private:
   std::size_t channels_;
-  std::vector<LevelRow> rows_;
+  FixedVector<LevelRow, 3 * kMaxCells> rows_;  // not allocated anew with every board
 };
 
 /// Scales what was learnt to this frame's illumination, channel by channel.

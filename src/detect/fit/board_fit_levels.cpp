@@ -141,7 +141,7 @@ std::span<const LitPart> BoardFit::LitParts(std::span<const std::uint8_t> satura
 }
 
 std::optional<HighlightTerm> BoardFit::FindHighlight(std::span<const std::uint8_t> saturated) const {
-  if (run_->model.own_levels || run_->model.LightVaries() || CellPx() < kLeastHighlitCellPx) return std::nullopt;
+  if (!run_->model.LitEvenly() || CellPx() < kLeastHighlitCellPx) return std::nullopt;
   return HighlightTerm::Find({run_->view.size, run_->model.levels, saturated, static_cast<std::size_t>(TellingPhase()),
                               run_->model.blur_px / CellPx()});
 }

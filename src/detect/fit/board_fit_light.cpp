@@ -61,7 +61,7 @@ void BoardFit::EvenOutPixels(const Light& even) {
 double BoardFit::LightAt(int corner) const { return run_->model.LightAt(pixels_.place(corner).board).share; }
 
 void BoardFit::EvenOutShading(const Start& start) {
-  if (run_->model.own_levels || run_->model.LightVaries()) return;
+  if (!run_->model.LitEvenly()) return;
   const double cell_px = CellPx();
   run_->light.shade_twice = cell_px > kTwiceCellPx;
   const auto shading = FindShading({.size = run_->view.size,

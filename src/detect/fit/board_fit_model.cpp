@@ -346,8 +346,8 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
     if (MayBeOutOfRegister()) MoveInks(start);
     // Where another board has told blur, noise and dot gain, the first step only finds the place: it errs by its
     // square.
-    const bool all_known = start.image && noise_known && run_->model.DotGainTerm::on() && !run_->model.LightVaries() &&
-                           !run_->model.own_levels && run_->model.motion_px.isZero();
+    const bool all_known = start.image && noise_known && run_->model.DotGainTerm::on() && run_->model.LitEvenly() &&
+                           run_->model.motion_px.isZero();
     if (pass == 0 && all_known && run_->step.corner_px < kFollowPx && run_->step.blur_share < kNearPx &&
         run_->step.terms <= 1) {
       FindOccludedCells();

@@ -38,6 +38,9 @@ struct BoardModel : Terms::States {
   BlurShape blur_shape;  ///< of the plain model; where motion may be a term, that has it
   EdgeSpread edges;
   Eigen::Vector2d blue_offset = Eigen::Vector2d::Zero();  ///< of the blue ink off the black one, cells
+
+  /// No term changes the light that falls on its cells, and their levels are the cells'.
+  bool LitEvenly() const { return !own_levels && !LightVaries(); }
 };
 
 /// All that belongs to one fit of a board (BoardFit), and to no other.

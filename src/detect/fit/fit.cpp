@@ -132,8 +132,7 @@ void PhotometricFit::Try(const Task& task, std::size_t hypothesis) {
   before.tried = tried_;
   before.left_for = &tried;
   tried_ = {};
-  made_.start.predicted = false;
-  made_.start.geometry = fit_.result().geometry;
+  made_.BeginAt(fit_.result().geometry);
   made_.choice.from = fit_.looks_farther() ? &before.run : nullptr;
   if (!tried.start({task.reader, task.lens, task.start, fit_, before.run, traits_}, made_) || !FitOnce(task))
     return GoBack();
@@ -174,9 +173,8 @@ void PhotometricFit::LeaveOutPulled(const Task& task) {
   if (!AnyOf(pulled)) return;
   BoardRun& before = kept_[0].run;
   before = fit_.run();
-  for (std::size_t corner = 0; corner < pulled.size(); ++corner) made_.choice.left_out[corner] |= pulled[corner];
-  made_.start.predicted = false;
-  made_.start.geometry = before.result.geometry;
+  made_.LeaveOut(pulled);
+  made_.BeginAt(before.result.geometry);
   if (FitOnce(task))
     fit_.RestoreCells(before.result);
   else

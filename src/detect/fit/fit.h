@@ -60,7 +60,7 @@ class PhotometricFit {
     const BoardFit::Start& start;
   };
   /// By number.
-  using Tried = std::bitset<32>;
+  using Tried = std::bitset<kMostHypotheses>;
   /// A fit that may be gone back to.
   struct Kept {
     BoardRun run;

@@ -1,7 +1,9 @@
 #include "detect/fit/hypotheses.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 
@@ -10,8 +12,6 @@ namespace {
 
 using From = Hypothesis::From;
 
-/// No term changes the light that falls on its cells, and their levels are the cells'.
-bool LitEvenly(const BoardFit& fit) { return !fit.run().model.own_levels && !fit.run().model.LightVaries(); }
 bool Stands(const BoardFit& fit) { return fit.motion_px().isZero(); }
 
 /// The same dot gain, and nothing else, is fitted roughly.
@@ -25,9 +25,6 @@ void KeepTraits(const From& from, Trial& trial) {
   if (trial.start.image) return;
   from.traits = from.kept.result.image;
   trial.start.image = &from.traits;
-}
-void LeaveOut(const CornerFlags& corners, Trial& trial) {
-  for (std::size_t corner = 0; corner < corners.size(); ++corner) trial.choice.left_out[corner] |= corners[corner];
 }
 
 // Without the motion that its blur seemed to be: shadows and ink make edges uneven, too.
@@ -103,7 +100,7 @@ bool LeaveOutOccluded(const From& from, Trial& trial) {
     if (occluded[static_cast<std::size_t>(corner)]) worst = std::max(worst, from.fit.misfit(corner));
   for (int corner = 0; corner < from.fit.corners(); ++corner)
     if (from.fit.misfit(corner) < kWorstOccluded * worst) occluded[static_cast<std::size_t>(corner)] = false;
-  LeaveOut(occluded, trial);
+  trial.LeaveOut(occluded);
   return true;
 }
 
@@ -145,11 +142,11 @@ std::optional<CornerFlags> WorstSide(const BoardFit& fit, MarkerSize size) {
 bool IsOff(const BoardFit& fit) { return !fit.rough() && !fit.result().flat() && Stands(fit); }
 
 bool HasWorseSide(const BoardFit& fit, const Trial& made) {
-  return IsOff(fit) && LitEvenly(fit) && WorstSide(fit, made.start.size).has_value();
+  return IsOff(fit) && fit.run().model.LitEvenly() && WorstSide(fit, made.start.size).has_value();
 }
 
 bool LeaveOutSide(const From& from, Trial& trial) {
-  LeaveOut(*WorstSide(from.fit, trial.start.size), trial);
+  trial.LeaveOut(*WorstSide(from.fit, trial.start.size));
   return true;
 }
 
@@ -162,7 +159,7 @@ bool MayHaveGain(const BoardFit& fit, const Trial& /*made*/) {
 bool StartGain(const From& from, Trial& trial) {
   const std::optional<double> gain = from.fit.FindDotGain(from.reader, from.lens);
   if (!gain) return false;
-  static_cast<Terms::States&>(trial.choice.terms) = from.kept.model;
+  trial.choice.terms = from.kept.model;
   trial.choice.terms.DotGainTerm::Start(*gain);
   trial.choice.roughly = true;
   trial.choice.from = &from.kept;
@@ -185,7 +182,7 @@ constexpr double kLeastBlurredCellPx = 6;
 /// Steps until quadrants' levels tell of a shadow's edge: where the board lies was known before.
 constexpr int kStepsOfQuadrants = 4;
 /// Of the lights on a board where no cell is crossed by used corners' account: the most over the least of a shadow.
-/// Light that falls off by less is told better by the cells' levels.
+/// The cells' levels explain a weaker fall of light better.
 constexpr float kShadow = 1.6f;
 
 /// The standard deviation of light cells of one ink from their mean, over it.
@@ -210,7 +207,7 @@ double Unevenness(const FittedBoard& board, const BoardFit::Start& start) {
 }
 
 bool MayBeUnevenlyLit(const BoardFit& fit, const Trial& made) {
-  if (!Stands(fit) || !LitEvenly(fit)) return false;
+  if (!Stands(fit) || !fit.run().model.LitEvenly()) return false;
   if (AnyOf(made.choice.left_out)) return true;
   if (fit.looks_farther()) {
     if (fit.cell_px() < kLeastBlurredCellPx) return false;
@@ -276,6 +273,8 @@ constexpr Hypothesis kHypotheses[] = {
     // they explain .02.
     {Hypothesis::Path::kDetour, 0.1, MayBeUnevenlyLit, StartQuadrants, InShadow},
 };
+
+static_assert(std::size(kHypotheses) <= kMostHypotheses);
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 
 #include "detect/fit/board_fit.h"
@@ -10,6 +11,15 @@ namespace chequer {
 struct Trial {
   BoardFit::Start start;
   BoardFit::Choice choice;
+
+  /// Begins where the last fit has the board.
+  void BeginAt(const BoardGeometry& geometry) {
+    start.predicted = false;
+    start.geometry = geometry;
+  }
+  void LeaveOut(const CornerFlags& corners) {
+    for (std::size_t corner = 0; corner < corners.size(); ++corner) choice.left_out[corner] |= corners[corner];
+  }
 };
 
 /// Something that a board may have, or that may lie in its way, with all that belongs to it. PhotometricFit tries each
@@ -41,6 +51,7 @@ struct Hypothesis {
   bool (*holds)(const BoardFit& fit);
 };
 
+inline constexpr std::size_t kMostHypotheses = 32;
 /// In the order in which they are tried.
 std::span<const Hypothesis> Hypotheses();
 

@@ -18,9 +18,9 @@ constexpr double kMostPerCellBent = 0.5;
 /// A bent shading is tried where the slope is steeper than that per cell and the spread about it, as a share of the
 /// light, larger than what noise leaves in levels.
 constexpr double kSteep = 0.03, kUneven = 0.007;
-/// The second order of cells that are not fine is told where a slope leaves a larger spread, as a share of the light.
-/// (Measured: with .003, boards in even light ask in vain, in 2 % of a frame's instructions, and squared errors in
-/// flicker are 3 % smaller.)
+/// The spread of the light cells about a slope, as a share of the light. Where it is smaller, noise explains it, and of
+/// cells that are not fine the second order is not looked for. (Measured: with .003, boards in even light ask in vain,
+/// in 2 % of a frame's instructions, and squared errors in flicker are 3 % smaller.)
 constexpr double kQuiet = 0.005;
 /// Either has to explain all but this of the slope's sum of squares.
 constexpr double kBentLeaves = 0.25;

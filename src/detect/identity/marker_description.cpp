@@ -24,9 +24,9 @@ constexpr double kNoiseMisfit = 6.9;
 /// of office prints, squared errors were 2.7 times the covariance with the limit for noise.
 constexpr double kPrintMisfit = 2.3;
 
-void Set(MarkerPose& marker, Warning warning) { marker.warnings |= static_cast<std::uint32_t>(warning); }
-
 }  // namespace
+
+void Set(MarkerPose& marker, Warning warning) { marker.warnings |= static_cast<std::uint32_t>(warning); }
 
 void Describe(const FittedBoard& fitted, const Identity& identity, const DetectorOptions& options, const Lens& lens,
               MarkerPose& marker) {

@@ -96,6 +96,9 @@ class Identifier {
   CellInks inks_;
 };
 
+/// Sets a warning, beside those that are set.
+void Set(MarkerPose& marker, Warning warning);
+
 /// Writes what a fit and the colours say of a marker, all but its pose, with the warnings that they call for.
 /// @param identity of one of the options' families, whose size the board has.
 void Describe(const FittedBoard& fitted, const Identity& identity, const DetectorOptions& options, const Lens& lens,
