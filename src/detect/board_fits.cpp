@@ -1,7 +1,10 @@
 #include "detect/board_fits.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+
+#include "detect/camera_motion.h"
 
 namespace chequer {
 namespace {
@@ -17,11 +20,8 @@ constexpr std::size_t kFruitlessFits = 2;
 /// of boards in plain view take a sixth; of those with a gain of a tenth of such a cell, twice as much, in vain.
 constexpr std::uint64_t kUnitsOfFullCorner = 90;
 
-/// Motion blur of half a cell leaves less of the contrast than this share (a guess).
-constexpr float kContrastOfBlurred = 0.95f;
-/// Motion blur in addition to a board's own motion. Where there is less, a fit that does not know it is as fast (a
-/// guess).
-constexpr double kMotionOfCameraPx = 2;
+/// Units of a full fit of a board that moved, over those of a plain one (measured: 1.7, with 12 px cells).
+constexpr std::uint64_t kFullOfPlain = 2;
 /// Largest corner error of the board that gives the traits of an image. Corners of boards in plain view lie on their
 /// plane to 0.03 px, blurred ones to 0.06 px (measured).
 constexpr double kMostOffOfFirst = 0.06;
@@ -75,15 +75,21 @@ void LeadWithTopmost(const ImageState& frame, std::span<FitTask> tasks) {
   if (lead != tasks.end()) std::iter_swap(tasks.begin(), lead);
 }
 
-/// Whether the last of these boards is blurred by more than its own motion: then all are, and alike.
-bool CameraMoved(const ImageState& frame, std::span<const FitTask> done) {
-  if (done.empty() || !frame.traits || !frame.IsExpected(done.back().board)) return false;
-  // Blur takes from all boards' contrast.
-  if (frame.stream.contrast_share > kContrastOfBlurred) return false;
-  // No board moves farther by itself while the shutter is open than from one frame to the next.
-  const RememberedBoard& board = frame.expected[done.back().board];
-  const double own_px = (board.plane_from_board.col(2) - board.before.col(2)).norm();
-  return board.before_s > 0 && frame.traits->motion_px.norm() > own_px + kMotionOfCameraPx;
+/// Whether a board that was expected, and that a plain fit does not explain, may be blurred by motion.
+bool MayHaveMovedFar(const ImageState& frame, std::size_t board) {
+  const BoardOutcome& outcome = frame.outcomes[board];
+  if (!frame.IsExpected(board) || !outcome.wants_more) return false;
+  if (!outcome.accepted) return frame.stream.IsKnocked();
+  const double cell_px =
+      std::sqrt(std::abs(BoardGeometry(outcome.plane_from_board).PlaneByBoard({0, 0}).determinant()));
+  // Of a long way, the plain model takes the blur for too narrow. Its way has a 24th of its square as variance.
+  const double blur_px = std::max(outcome.image.blur_px, outcome.motion.way_px.norm() / std::sqrt(24));
+  return BoardFit::MayBeMotion(blur_px, cell_px);
+}
+
+/// Whether the budget lasts for so many boards that each take so many units.
+bool Lasts(const ImageState& frame, std::size_t boards, std::uint64_t each) {
+  return boards * each <= frame.plan.Left(frame.work.units());
 }
 
 /// Whether the middle of a board lies on one of the boards from `first` to before `past` that was read and needs no
@@ -136,13 +142,12 @@ void BoardFits::FitTasks(const ImageJob& job, std::size_t first) {
   if (limited) SortByWaiting(tasks);
   if (first == 0 && frame.expected.empty()) LeadWithTopmost(frame, tasks);
   std::size_t done = FitFirst(job, tasks);
-  if (first == 0 && CameraMoved(frame, tasks.first(done)))
-    for (std::size_t i = 0; i < frame.expected.size(); ++i) frame.boards[i].motion_blurred = true;
-  const bool plain_only = limited && !(frame.traits && frame.traits->dot_gain != 0);
-  if (limited && !plain_only && done > 0) {
-    const std::uint64_t last = frame.outcomes[tasks[done - 1].board].work.units();
+  const std::uint64_t last = done > 0 ? frame.outcomes[tasks[done - 1].board].work.units() : 0;
+  // Plain fits find few of the boards that moved far.
+  const bool moved = ShowsMotion(frame) && Lasts(frame, tasks.size() - done, last);
+  const bool plain_only = limited && !moved && !(frame.traits && frame.traits->dot_gain != 0);
+  if (limited && !plain_only)
     for (FitTask& task : tasks.subspan(done)) task.expected = std::max(task.expected, last);
-  }
   done += FitInRounds(job, plain_only, tasks.subspan(done));
   for (const FitTask& task : tasks.subspan(done)) DeferTask(job, task);
 }
@@ -157,7 +162,11 @@ std::size_t BoardFits::FitFirst(const ImageJob& job, std::span<FitTask> tasks) {
   ImageState& frame = job.frame;
   const bool limited = frame.plan.limited();
   std::size_t done = 0, fruitless = 0;
-  while (done < tasks.size() && !frame.traits) {
+  // Of boards that a knocked camera shows, the one that goes first may be the sharpest.
+  const auto ask_more = [&] {
+    return limited && done < kFewestThatMoved && frame.stream.IsKnocked() && !ShowsMotion(frame);
+  };
+  while (done < tasks.size() && (!frame.traits || ask_more())) {
     // With the dot gain that prints had before, boards are fitted in full at once.
     const bool in_full = frame.needed_traits.has_value();
     const FitTask& task = tasks[done];
@@ -166,11 +175,15 @@ std::size_t BoardFits::FitFirst(const ImageJob& job, std::span<FitTask> tasks) {
     ++done;
     const BoardOutcome& outcome = frame.outcomes[task.board];
     if (!outcome.accepted && ++fruitless == kFruitlessFits) {
-      if (limited && !in_full) FitFully(job, task);
+      if (limited && !in_full && frame.expected.empty()) FitFully(job, task);
       frame.needed_traits.reset();
       if (outcome.accepted) frame.needed_traits = outcome.image;
     }
+    if (limited && !in_full && fruitless <= kFruitlessFits && MayHaveMovedFar(frame, task.board) &&
+        Lasts(frame, tasks.size() - done, kFullOfPlain * outcome.work.units()))
+      FitFully(job, task);
     if (outcome.accepted && TellsTraits(frame, task.board)) frame.traits = outcome.image;
+    LearnMotion(job, tasks.subspan(done - 1, 1));
   }
   return done;
 }
@@ -179,7 +192,7 @@ void BoardFits::FitFully(const ImageJob& job, const FitTask& task) {
   const ImageState& frame = job.frame;
   const BoardOutcome& outcome = frame.outcomes[task.board];
   const std::uint64_t most = frame.plan.MostForFit(outcome.work.units(), true);
-  if (frame.expected.empty() && outcome.wants_more && most <= frame.plan.Left(frame.work.units()))
+  if (outcome.wants_more && most <= frame.plan.Left(frame.work.units()))
     FitOne(job, {task.board, nullptr, false, most});
 }
 
@@ -197,9 +210,10 @@ std::size_t BoardFits::FitInRounds(const ImageJob& job, bool plain_only, std::sp
     pool_.Run(static_cast<int>(round.size()), std::ref(fit_one));
     for (const FitTask& task : round) frame.work.Add(frame.outcomes[task.board].work);
     ShareTraits(round, frame);
+    if (!plain_only) LearnMotion(job, round);
   };
   return RunInRounds(
-      frame.plan, !plain_only, tasks, [&] { return frame.work.units(); }, fit_round);
+      frame.plan, !plain_only, ShowsMotion(frame), tasks, [&] { return frame.work.units(); }, fit_round);
 }
 
 void BoardFits::ChooseForRefining(const ImageJob& job) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "detect/camera_motion.h"
 #include "detect/identity/marker_description.h"
 #include "detect/pose/plane_pose.h"
 
@@ -43,22 +44,26 @@ Eigen::Vector2d RegisterOf(MarkerSize size, const DetectorOptions& options) {
 
 PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
   const AnchoredBoard& board = job.frame.boards[order.board];
-  return {.board = {.size = board.size,
-                    .cell_ratio = CellRatioOf(board.size, job.options),
-                    .geometry = BoardGeometry(board.plane_from_board),
-                    .blur_px = kBlurOfLevel * board.scale,
-                    .light = board.light,
-                    .saturated = board.saturated,
-                    .covered = board.covered,
-                    .found = board.found,
-                    .predicted = job.frame.IsExpected(order.board),
-                    .register_cells = RegisterOf(board.size, job.options),
-                    .blur_shape =
-                        job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_shape : BlurShape{},
-                    .image = order.image},
-          .motion_blurred = board.motion_blurred,
-          .most_units = order.most_units,
-          .plain_only = order.plain_only};
+  PhotometricFit::Start start{
+      .board = {.size = board.size,
+                .cell_ratio = CellRatioOf(board.size, job.options),
+                .geometry = BoardGeometry(board.plane_from_board),
+                .blur_px = kBlurOfLevel * board.scale,
+                .light = board.light,
+                .saturated = board.saturated,
+                .covered = board.covered,
+                .found = board.found,
+                .predicted = job.frame.IsExpected(order.board),
+                .register_cells = RegisterOf(board.size, job.options),
+                .blur_shape =
+                    job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_shape : BlurShape{},
+                .image = order.image},
+      .motion_blurred = board.motion_blurred,
+      .most_units = order.most_units,
+      .plain_only = order.plain_only};
+  if (board.motion_blurred && order.image) start.motion.way_px = order.image->motion_px;
+  FollowCamera(job, order.board, start);
+  return start;
 }
 
 /// Whether what shows of a board that was expected, and whose identity is not decided, lies where it was expected and
@@ -137,6 +142,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   outcome.accepted = true;
   if (identity.id_decided) outcome.kernel = identity.decoded->kernel;
   outcome.image = fitted->image;
+  outcome.motion = fitted->motion;
   outcome.blur_shape = fitted->blur_shape;
   outcome.contrast = fitted->explained.contrast;
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);

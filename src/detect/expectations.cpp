@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/median.h"
+#include "detect/camera_motion.h"
 #include "detect/identity/marker_description.h"
 #include "detect/memory/common_shift.h"
 #include "detect/region_choice.h"
@@ -14,9 +15,6 @@
 namespace chequer {
 namespace {
 
-/// If the median board shows less of its last contrast, all may lie elsewhere: half a cell off, no contrast is left. A
-/// change of illumination looks the same and costs a search (a guess).
-constexpr float kContrastOfExpected = 0.8f;
 /// A board that shows less contrast than before may be blurred: its remembered contrast falls by no more than this
 /// factor a frame, and by as much as its light fell, which the fit tells from blur (a guess).
 constexpr double kContrastKept = 0.9;
@@ -51,7 +49,7 @@ bool MayLieElsewhere(const ImageState& frame, std::size_t board) {
   const RememberedBoard& expected = frame.expected[board];
   if (expected.before_s > 0) return !Shows(frame, board);
   // Where it went is not known.
-  return SampledContrast(frame.boards[board]) < kContrastOfExpected * expected.contrast;
+  return SampledContrast(frame.boards[board]) < StreamState::kContrastOfExpected * expected.contrast;
 }
 
 /// The first board tells the image's traits: makes it one that shows as it did in the last frame.
@@ -92,7 +90,7 @@ void FollowShift(const ImageJob& job) {
   if (shares.empty()) return;
   frame.stream.contrast_share = MedianInPlace(shares);
   // What has moved by itself since it was found does not tell how a camera moved.
-  if (frame.stream.contrast_share >= kContrastOfExpected || !MostAreFollowed(frame)) return;
+  if (frame.stream.contrast_share >= StreamState::kContrastOfExpected || !MostAreFollowed(frame)) return;
   const std::size_t asked = AskedForShift(frame);
   if (asked == 0) return;
   frame.stream.shift_px = FindCommonShift(frame.boards, asked, job.reader, job.lens, shares);
@@ -139,24 +137,10 @@ void AgeLearnt(ImageState& frame) {
   for (RememberedBoard& board : frame.expected) board.learnt.light.Age(frame.stream.frames_on, least);
 }
 
-/// How far the camera moved since the last frame, image pixels. What moved all boards by as much may have been either
-/// that or an own motion that was remembered wrongly, which would have to be corrected in every frame from then on:
-/// what leaves the boards slower is likelier.
-Eigen::Vector2d ShiftOfCamera(const ImageState& frame, const Lens& lens) {
-  double own = 0, with_camera = 0;
-  for (std::size_t i = 0; i < frame.expected.size(); ++i) {
-    if (!frame.outcomes[i].accepted) continue;
-    const Eigen::Matrix3d &last = frame.expected[i].plane_from_board, &now = frame.outcomes[i].plane_from_board;
-    own += (now - last).col(2).head<2>().norm();
-    with_camera += (now - Shifted(last, frame.stream.shift_px, lens)).col(2).head<2>().norm();
-  }
-  return with_camera < own ? frame.stream.shift_px : Eigen::Vector2d::Zero();
-}
-
 /// What the next frame is to know of a board that was read; of its motion alone nothing yet.
 /// @param before what was known of it; null: nothing.
-void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, const RememberedBoard* before,
-                  RememberedBoard& read) {
+void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, const LastPlaces& last_places,
+                  const RememberedBoard* before, RememberedBoard& read) {
   const ImageState& frame = job.frame;
   const BoardOutcome& outcome = frame.outcomes[board];
   const AnchoredBoard& anchored = frame.boards[board];
@@ -165,7 +149,7 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   read.kernel = outcome.carried ? before->kernel : outcome.kernel;
   read.decided = outcome.carried ? before->decided : captured;
   read.scale = anchored.scale;
-  if (frame.IsExpected(board) && before->before_s > 0 && frame.stream.shift_px.isZero()) {
+  if (frame.IsExpected(board) && before->before_s > 0 && frame.stream.shift_px.isZero() && last_places.same()) {
     const Eigen::Matrix3d &expected = anchored.plane_from_board, &fitted = outcome.plane_from_board;
     read.drift = before->drift + (fitted - expected).col(2).head<2>();
     read.spin = before->spin + TurnBetween(expected, fitted);
@@ -192,7 +176,7 @@ void ExpectBoards(const ImageJob& job, const StreamImage& stream) {
   ImageState& frame = job.frame;
   MemoryState& state = stream.memory;
   frame.stream.frames_on = state.Continue(stream.captured, job.image.width(), job.image.height());
-  const double ahead_s = Seconds(stream.captured - state.captured);
+  const double ahead_s = frame.stream.ahead_s = Seconds(stream.captured - state.captured);
   frame.stream.last_captured = state.captured;
   for (const RememberedBoard& remembered : state.boards) {
     AnchoredBoard& board = frame.boards.emplace_back();
@@ -206,7 +190,7 @@ void ExpectBoards(const ImageJob& job, const StreamImage& stream) {
   frame.stream.learns = job.options.learn_levels;
   if (frame.stream.learns) AgeLearnt(frame);
   FollowShift(job);
-  const bool sharp = frame.stream.contrast_share >= kContrastOfExpected;
+  const bool sharp = frame.stream.contrast_share >= StreamState::kContrastOfExpected;
   for (std::size_t i = 0; i < frame.expected.size(); ++i)
     job.expected_boards.HideWhatDoesNotShow(frame.expected[i], sharp, frame.boards[i]);
   LeadWithClearest(frame);
@@ -277,24 +261,23 @@ void TraceExpectations(const ImageJob& job, const StreamImage& stream) {
 void Remember(const ImageJob& job, const StreamImage& stream) {
   ImageState& frame = job.frame;
   MemoryState& state = stream.memory;
-  const Eigen::Vector2d shift_px = ShiftOfCamera(frame, job.lens);
+  const LastPlaces last_places(job);
   const double passed_s = Seconds(stream.captured - state.captured);
-  const auto place_now = [&](const RememberedBoard& before) {
-    return Shifted(before.plane_from_board, shift_px, job.lens);
-  };
   for (std::size_t i = 0; i < frame.outcomes.size(); ++i) {
     const BoardOutcome& outcome = frame.outcomes[i];
     if (outcome.is_read()) {
       const RememberedBoard* before =
           frame.IsExpected(i) ? &frame.expected[i] : state.Find(outcome.marker.family, *outcome.marker.id);
       RememberedBoard& read = frame.stream.read.emplace_back();
-      DescribeRead(job, i, stream.captured, before, read);
-      read.Move(before, before ? place_now(*before) : Eigen::Matrix3d::Identity(), outcome.plane_from_board, passed_s);
+      DescribeRead(job, i, stream.captured, last_places, before, read);
+      read.Move(before, before ? last_places.Of(before->plane_from_board) : Eigen::Matrix3d::Identity(),
+                outcome.plane_from_board, passed_s);
     } else if (frame.IsExpected(i) && outcome.deferred && !outcome.accepted) {
       // It waits for the next frame where it is expected in this one. Its identity cannot be carried across the gap.
       RememberedBoard& waits = frame.stream.read.emplace_back(frame.expected[i]);
       waits.may_carry = false;
-      waits.Move(&frame.expected[i], place_now(frame.expected[i]), frame.boards[i].plane_from_board, passed_s);
+      waits.Move(&frame.expected[i], last_places.Of(frame.expected[i].plane_from_board),
+                 frame.boards[i].plane_from_board, passed_s);
     } else if (frame.IsExpected(i) || outcome.accepted) {
       frame.open.push_back(frame.boards[i].box);
     }

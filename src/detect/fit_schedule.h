@@ -65,11 +65,11 @@ inline std::span<FitTask> FirstAlike(std::span<FitTask> tasks) {
 /// done; spent() is what the image took so far. Returns how many were run. Rounds begin with one task and grow, as each
 /// shows what is to be expected of the next; and begin anew where tasks are clear that were not before: they take more.
 /// @param in_full whether boards are fitted in full: then one is, in any case, so that there is an end to waiting
-/// however small the budget is.
+/// however small the budget is. @param learning whether rounds show also how the next are best fitted.
 template <class Spent, class Run>
-std::size_t RunInRounds(const WorkPlan& plan, bool in_full, std::span<FitTask> tasks, const Spent& spent,
+std::size_t RunInRounds(const WorkPlan& plan, bool in_full, bool learning, std::span<FitTask> tasks, const Spent& spent,
                         const Run& run) {
-  std::size_t done = 0, at_once = plan.limited() ? kFewAtOnce : tasks.size();
+  std::size_t done = 0, at_once = plan.limited() || learning ? kFewAtOnce : tasks.size();
   for (; done < tasks.size(); at_once *= 2) {
     const std::uint64_t before = spent();
     if (plan.limited() && done > 0 && tasks[done].unclear != tasks[done - 1].unclear) at_once = kFewAtOnce;

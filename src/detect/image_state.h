@@ -15,6 +15,7 @@
 #include "detect/common/work_meter.h"
 #include "detect/deferred_places.h"
 #include "detect/fit/fit.h"
+#include "detect/memory/common_motion.h"
 #include "detect/memory/expected_boards.h"
 #include "detect/memory/memory.h"
 #include "detect/tracer.h"
@@ -31,9 +32,9 @@ struct BoardOutcome {
   ImageTraits image;
   MarkerPose marker;
   Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
-  std::uint64_t kernel = 0;  ///< that the id was read from
-  double contrast = 0;       ///< as fitted: without what blur takes of it
-  BlurShape blur_shape;
+  std::uint64_t kernel = 0;      ///< that the id was read from
+  double contrast = 0;           ///< as fitted: without what blur takes of it
+  BlurShape motion, blur_shape;  ///< of FittedBoard
   /// Of a board that was expected and is not decided: what shows is the remembered one's.
   bool agrees = false;
   /// So little of it shows that it counts only if its identity is carried.
@@ -53,13 +54,21 @@ struct StreamState {
   bool learns = false;  ///< DetectorOptions::learn_levels
   int frames_on = 1;    ///< since the last frame of the stream
   FrameTime last_captured{};
+  double ahead_s = 0;                                  ///< of the last frame
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  ///< of all boards, from where they were expected
   float contrast_share = 1;  ///< of what the expected boards showed in the last frame, in the median
+  /// If the median board shows less of its last contrast, all may lie elsewhere: half a cell off, no contrast is left.
+  /// A change of illumination looks the same and costs a search (a guess).
+  static constexpr float kContrastOfExpected = 0.8f;
+  /// Whether boards do not show where they were expected, or blurred.
+  bool IsKnocked() const { return !shift_px.isZero() || contrast_share < kContrastOfExpected; }
   /// Of the expected boards, those that are searched for before they are fitted there: such a fit would take several
   /// times as much.
   std::vector<bool> postponed;
-  std::size_t missing = 0;        ///< of the expected boards, those that no fit has found there yet
-  std::vector<std::size_t> lost;  ///< of them, those that are searched around
+  std::size_t missing = 0;             ///< of the expected boards, those that no fit has found there yet
+  std::vector<std::size_t> lost;       ///< of them, those that are searched around
+  std::vector<MovedBoard> moved;       ///< boards that were fitted, as far as they tell how the camera moved
+  std::optional<CommonMotion> motion;  ///< of the camera; once enough boards tell it
   // What single steps need.
   std::vector<float> shares;
   std::vector<RememberedBoard> read;

@@ -53,6 +53,9 @@ constexpr double kReachBlurs = 2.2;
 constexpr double kLargeCellPx = 12;
 /// Steps towards a predicted board (kStillFromPrediction), …
 constexpr int kMostFromPrediction = 4;
+/// The same where others of the image tell its motion: a step that moves it less leaves a tenth of a pixel (measured).
+constexpr int kMostAlongMotion = 3;
+constexpr double kStillAlongMotionPx = 0.3;
 /// … and where it has moved farther from where its pixels were chosen, they are chosen anew: those at the rim are
 /// chosen by where the board is thought to lie, and a start that is 0.1 px off changes a pose by 0.1 standard
 /// deviations. Corners that were found have boards off by as much. Where the rim's pixels fade out with the board, it
@@ -417,9 +420,32 @@ bool BoardFit::ComeNearByFound(const LightReader& reader, const Lens& lens, cons
   return Step(LaneSums::kLevels) && run_->step.corner_px <= kRunawayPx;
 }
 
+void BoardFit::FollowMotion(const Lens& lens) {
+  BoardModel& model = run_->model;
+  const BoardGeometry from = model.geometry;
+  const double lens_px = model.blur_px;
+  const bool of_spread = SpreadCornersSuffice();
+  UsePixels(of_spread ? 1 : kFirstStrideKnown, of_spread);
+  for (int step = 0; step < kMostAlongMotion; ++step) {
+    model.blur_px = std::sqrt(lens_px * lens_px + model.motion_px.squaredNorm() / 24);
+    model.blur_shape = {model.motion_px, model.turn};
+    SetPlaces();
+    if (!Step(LaneSums::kShapes) || run_->step.corner_px > kRunawayPx) {
+      model.geometry = from;
+      run_->step.corner_px = 0;
+    }
+    pixels_.PlaceCorners(lens, model.geometry);
+    if (run_->step.corner_px < kStillAlongMotionPx) break;
+  }
+  model.blur_px = lens_px;
+  model.blur_shape = {};
+  SetPlaces();
+}
+
 bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
   if (!Prepare(reader, lens, start, choice)) return false;
   const bool looked_farther = run_->terms.look_farther;
+  if (start.predicted && start.image && run_->model.MotionTerm::on()) FollowMotion(lens);
   if (!looked_farther && !ComeNear(reader, lens, start, choice)) return false;
   run_->terms.wide = looked_farther || BlursWidely() || SeemsMoved();
   run_->terms.look_farther = run_->terms.wide && (looked_farther || choice.may_look_farther);

@@ -91,6 +91,9 @@ class BoardFit {
   /// them. @param learnt empty at first. @pre the last fit has a result, and no other has begun.
   bool UseLearntLevels(LearntBoard& learnt);
 
+  /// Whether a blur, px, of cells of so many px, is so wide that it may be a motion's.
+  static bool MayBeMotion(double blur_px, double cell_px);
+
   const FittedBoard& result() const { return run_->result; }
   /// All that the last fit tells.
   const BoardRun& run() const { return *run_; }
@@ -237,6 +240,11 @@ class BoardFit {
 
   // Levels: board_fit_levels.cpp.
   QuadrantLevels LevelsOf(int corner) const { return LevelsAround(run_->view.size, corner, run_->model.own_levels); }
+  /// Gives sampled levels the contrast that the motion took.
+  void SharpenLevels();
+  /// Steps of the plain model towards a predicted board whose motion is known, which is as a blur to it: they take a
+  /// third of those of the model with all terms.
+  void FollowMotion(const Lens& lens);
   void StartLevels(const LightReader& reader, const Start& start);
   /// Starts from another fit of the board.
   void StartFrom(const BoardRun& run);

@@ -16,7 +16,46 @@ float LightOf(const Eigen::Vector3f& light, int channels, int channel) {
   return channels == 3 ? light[channel] : RedAndGreen::Of(light[0], light[1]);
 }
 
+/// As cells are sampled: the share of a cell's side around its middle, and no more than so many pixels.
+constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
+/// The least contrast that is taken to be left: with less, little says what it was.
+constexpr double kLeastKept = 0.3;
+
+/// What a motion leaves of the contrast between cells as sampled. @param way cells. @param half width of the window.
+double ContrastKept(const Eigen::Vector2d& way, double half) {
+  constexpr int kPoints = 8;
+  const auto light = [&](double at) {
+    const double off = std::abs(at - 2 * std::round(at / 2));
+    return std::clamp((0.5 - off) / half, -1.0, 1.0);
+  };
+  double sum = 0;
+  for (int i = 0; i < kPoints; ++i) {
+    const Eigen::Vector2d at = ((i + 0.5) / kPoints - 0.5) * way;
+    sum += light(at.x()) * light(at.y());
+  }
+  return std::max(sum / kPoints, kLeastKept);
+}
+
 }  // namespace
+
+void BoardFit::SharpenLevels() {
+  const double kept = ContrastKept(BoardByPixel() * run_->model.motion_px, std::min(kSampledShare, kMostSampledPx / CellPx()));
+  std::array<PhaseValues, 2> mean{};
+  const auto colour = [&](std::size_t cell) {
+    const int i = static_cast<int>(cell);
+    return IsDark(i / run_->view.size.cols, i % run_->view.size.cols) ? std::size_t{0} : std::size_t{1};
+  };
+  std::array<float, 2> count{};
+  for (std::size_t cell = 0; cell < run_->model.levels.size(); ++cell) {
+    count[colour(cell)] += 1;
+    for (std::size_t phase = 0; phase < 4; ++phase) mean[colour(cell)][phase] += run_->model.levels[cell][phase];
+  }
+  for (std::size_t cell = 0; cell < run_->model.levels.size(); ++cell)
+    for (std::size_t phase = 0; phase < 4; ++phase) {
+      const float half = 0.5f * (mean[1][phase] / count[1] - mean[0][phase] / count[0]);
+      run_->model.levels[cell][phase] += (colour(cell) ? half : -half) * static_cast<float>(1 / kept - 1);
+    }
+}
 
 void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
   run_->model.levels.resize(start.light.size());
@@ -27,6 +66,7 @@ void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
           LightOf(start.light[cell], reader.channels(), run_->view.channel_of_phase[phase]);
       lightest = std::max(lightest, run_->model.levels[cell][phase]);
     }
+  if (run_->model.MotionTerm::on()) SharpenLevels();
   run_->model.noise = start.image ? start.image->noise : UnknownNoise(lightest);
   if (run_->model.LightVaries()) {
     for (int cell = 0; cell < run_->view.size.rows * run_->view.size.cols; ++cell) {

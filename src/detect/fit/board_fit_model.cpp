@@ -22,7 +22,7 @@ constexpr int kPixelsNear = 1000;
 /// Passes by all pixels; of them, and of those by some, the ones that follow what is done to the light.
 constexpr int kMostModelPasses = 14, kModelPassesOfLight = 4;
 /// A step that moves corners and blur less ends the fit; with less than the first, all pixels are looked at.
-constexpr double kNearPx = 0.1, kModelSettledPx = 0.04, kModelSettledBlur = 0.04;
+constexpr double kNearPx = 0.1, kNearMovedPx = 0.3, kModelSettledPx = 0.04, kModelSettledBlur = 0.04;
 /// The same in the first one where the corners of a board that moved were seen in its stripes.
 constexpr double kRunawayMovedPx = 6;
 /// Where corners lie as much farther off than was thought, other pixels are the board's.
@@ -298,9 +298,12 @@ bool BoardFit::FindTerms(int stride, const Start& start) {
   return true;
 }
 
+bool BoardFit::MayBeMotion(double blur_px, double cell_px) {
+  return blur_px > std::max(kMovedBlur * cell_px, kMovedBlurPx);
+}
+
 bool BoardFit::SeemsMoved() const {
-  return run_->terms.may_move && run_->model.motion_px.isZero() &&
-         run_->model.blur_px > std::max(kMovedBlur * CellPx(), kMovedBlurPx);
+  return run_->terms.may_move && run_->model.motion_px.isZero() && MayBeMotion(run_->model.blur_px, CellPx());
 }
 
 int BoardFit::StrideFor(int pixels) const { return std::max(1, (pixels_.pixels() + pixels - 1) / pixels); }
@@ -337,6 +340,7 @@ void BoardFit::FollowLight(const Start& start, bool light_follows) {
 bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_known, int most_steps) {
   const int stride = StrideFor(kPixelsNear);
   int judgements = 0;
+  const bool motion_known = start.predicted && start.image && run_->model.MotionTerm::on();
   bool still = false;
   for (int pass = 0; pass < most_steps; ++pass) {
     if (run_->step.corner_px > kFollowPx) pixels_.PlaceCorners(lens, run_->model.geometry);
@@ -354,6 +358,10 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
       EvenOutShading(start);
       break;
     }
+    // Where others have told the motion too, a step that is not long leaves little.
+    if (pass == 0 && motion_known && run_->step.corner_px < kNearMovedPx && run_->step.blur_share < kNearPx &&
+        run_->step.terms <= kNearTerms)
+      break;
     // What was not fitted yet says nothing of what is occluded, or of the noise.
     const bool fitted = pass > 0, judged = fitted && (Still() || still || pass >= kModelPassesOfLight);
     still = Still();

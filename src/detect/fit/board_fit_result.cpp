@@ -122,6 +122,8 @@ void BoardFit::Finish(const Lens& lens) {
   TellInformation(InformationOnMoves(), variance);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
                         run_->model.dot_gain};
+  run_->result.motion =
+      run_->terms.look_farther ? BlurShape{run_->model.motion_px, run_->model.turn} : run_->model.blur_shape;
   // A fit that begins with a long way might not ask whether the motion's own term is better.
   const bool short_way = run_->model.blur_shape.way_px.norm() < kShortWay * CellPx();
   run_->result.blur_shape = short_way && !run_->terms.look_farther ? run_->model.blur_shape : BlurShape{};

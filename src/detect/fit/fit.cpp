@@ -1,6 +1,8 @@
 #include "detect/fit/fit.h"
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 
 #include "detect/fit/motion_blur.h"
 
@@ -16,6 +18,14 @@ constexpr double kMotionsByChance = 0;
 constexpr std::uint64_t kMostUnitsOfCorner = 6000;
 constexpr double kLastBegun = 0.6;
 
+/// Whether the blur of a motion that others show is so wide that a plain fit would ask for it.
+bool WouldBeFound(const PhotometricFit::Start& start) {
+  if (start.motion.round() || !start.board.image) return false;
+  const double lens_px = start.board.image->blur_px, way_px = start.motion.way_px.norm(),
+               cell_px = std::sqrt(std::abs(start.board.geometry.PlaneByBoard({0, 0}).determinant()));
+  return BoardFit::MayBeMotion(std::sqrt(lens_px * lens_px + way_px * way_px / 24), cell_px);
+}
+
 }  // namespace
 
 const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& lens, const Start& start) {
@@ -26,7 +36,7 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
   fit_.StartWork();
   wants_more_ = cut_short_ = false;
   most_units_ = std::min(start.most_units, static_cast<std::uint64_t>(kLastBegun * static_cast<double>(most)));
-  return start.plain_only ? FitPlain(task, start.motion_blurred) : FitFully(task, start.motion_blurred);
+  return start.plain_only ? FitPlain(task, start.motion_blurred) : FitFully(task, start);
 }
 
 bool PhotometricFit::UseLearntLevels(const FittedBoard& fitted, LearntBoard& learnt) {
@@ -49,18 +59,17 @@ const FittedBoard* PhotometricFit::FitPlain(const Task& task, bool motion_blurre
   return fitted ? &fit_.result() : nullptr;
 }
 
-const FittedBoard* PhotometricFit::FitFully(const Task& task, bool motion_blurred) {
-  if (const FittedBoard* fitted = motion_blurred ? nullptr : FitFrom(task, Eigen::Vector2d::Zero())) return fitted;
-  // Others of the image may have shown how it moved.
-  if (motion_blurred && task.start.image && !task.start.image->motion_px.isZero()) {
-    const FittedBoard* fitted = FitFrom(task, task.start.image->motion_px);
+const FittedBoard* PhotometricFit::FitFully(const Task& task, const Start& start) {
+  if (start.motion_blurred ? !start.motion.round() : WouldBeFound(start)) {
+    const FittedBoard* fitted = FitFrom(task, start.motion);
     if (fitted && fitted->reprojection_rms_px <= kMostOffMotionBlurredPx) return fitted;
   }
+  if (const FittedBoard* fitted = start.motion_blurred ? nullptr : FitFrom(task, {})) return fitted;
   // What runs away may have moved so far that the plain model does not come near it.
   const MotionBlurs motion_blurs = FindMotionBlurs(task.reader, task.lens, task.start.size, task.start.geometry);
   bool found = false;
   for (std::size_t i = 0; i < motion_blurs.count; ++i) {
-    const FittedBoard* fitted = FitFrom(task, motion_blurs.by_px[i]);
+    const FittedBoard* fitted = FitFrom(task, {motion_blurs.by_px[i], 0});
     if (!fitted || fitted->reprojection_rms_px > kMostOffMotionBlurredPx) continue;
     if (found && !Better(fitted->explained, best_.explained, kMotionsByChance)) continue;
     best_ = *fitted;
@@ -69,27 +78,27 @@ const FittedBoard* PhotometricFit::FitFully(const Task& task, bool motion_blurre
   return found ? &best_ : nullptr;
 }
 
-bool PhotometricFit::FitFirst(const Task& task, const Eigen::Vector2d& motion_blur_px, bool may_move) {
+bool PhotometricFit::FitFirst(const Task& task, const BlurShape& motion, bool may_move) {
   made_ = {.start = task.start, .choice = {}};
-  made_.choice.terms.motion_px = motion_blur_px;
+  made_.choice.terms.motion_px = motion.way_px;
+  made_.choice.terms.turn = motion.turn;
   made_.choice.roughly = true;
   made_.choice.may_move = may_move;
   tried_ = {};
   kept_count_ = 0;
   // One printer's ink spreads alike.
   const ImageTraits* image = task.start.image;
-  if (motion_blur_px.isZero() && image && image->shares_dot_gain()) made_.choice.terms.dot_gain = image->dot_gain;
+  if (motion.round() && image && image->shares_dot_gain()) made_.choice.terms.dot_gain = image->dot_gain;
   if (FitOnce(task)) return true;
   if (made_.choice.terms.dot_gain == 0) return false;
   made_.choice.terms.dot_gain = 0;
   return FitOnce(task);
 }
 
-const FittedBoard* PhotometricFit::FitFrom(const Task& task, const Eigen::Vector2d& motion_blur_px) {
-  bool fitted = FitFirst(task, motion_blur_px, true) && Explain(task);
+const FittedBoard* PhotometricFit::FitFrom(const Task& task, const BlurShape& motion) {
+  bool fitted = FitFirst(task, motion, true) && Explain(task);
   // What runs away with a motion may have stood.
-  if (!fitted && motion_blur_px.isZero() && fit_.looks_farther())
-    fitted = FitFirst(task, motion_blur_px, false) && Explain(task);
+  if (!fitted && motion.round() && fit_.looks_farther()) fitted = FitFirst(task, motion, false) && Explain(task);
   if (!fitted) return nullptr;
   LeaveOutPulled(task);
   return &fit_.result();

@@ -31,6 +31,8 @@ class PhotometricFit {
     BoardFit::Start board;
     /// It was found where the image is blurred by motion.
     bool motion_blurred = false;
+    /// How it moved during the exposure, as others of the image show; zero if they do not.
+    BlurShape motion{};
     /// No other fit of the board is begun once so many units (work_meter.h) are spent; what there is by then is
     /// returned. Nor is one begun, in any case, once a board has taken 90,000 for 25 corners.
     std::uint64_t most_units = ~0ull;
@@ -70,11 +72,11 @@ class PhotometricFit {
   };
   using Compare = bool (*)(const Explained&, const Explained&, double most_by_chance);
 
-  const FittedBoard* FitFully(const Task& task, bool motion_blurred);
+  const FittedBoard* FitFully(const Task& task, const Start& start);
   const FittedBoard* FitPlain(const Task& task, bool motion_blurred);
-  const FittedBoard* FitFrom(const Task& task, const Eigen::Vector2d& motion_blur_px);
+  const FittedBoard* FitFrom(const Task& task, const BlurShape& motion);
   /// Without what only some boards have, but what the image's others taught; roughly, where all terms may be on.
-  bool FitFirst(const Task& task, const Eigen::Vector2d& motion_blur_px, bool may_move);
+  bool FitFirst(const Task& task, const BlurShape& motion, bool may_move);
   /// As made_ has it. False if it fails, or if the units are spent.
   bool FitOnce(const Task& task);
   /// The one loop: tries what the residuals of the best fit so far call for, until nothing does.

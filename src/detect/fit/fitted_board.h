@@ -51,6 +51,8 @@ struct FittedBoard {
   /// the corners and Start::register_cells; zeros where that was not given.
   RegisterColumns by_register = RegisterColumns::Zero();
   ImageTraits image;
+  /// As the blur tells it, or a term.
+  BlurShape motion;
   /// Of the blur, where the board did not move so far that image.motion_px was fitted.
   BlurShape blur_shape;
   /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.

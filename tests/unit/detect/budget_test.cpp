@@ -340,7 +340,7 @@ TEST(FitSchedule, GoesOnWithWhatTheRoundsBeforeDidNotTake) {
   std::uint64_t spent = 0;
   std::vector<std::size_t> rounds;
   const std::size_t done = RunInRounds(
-      WorkPlan(100'000), true, tasks, [&] { return spent; },
+      WorkPlan(100'000), true, false, tasks, [&] { return spent; },
       [&](std::span<const FitTask> round) {
         rounds.push_back(round.size());
         spent += round.size() * 10'000;
@@ -357,7 +357,7 @@ TEST(FitSchedule, LearnsFromTheFirstWhatTheOthersTake) {
       tasks.push_back({.board = board, .most = 1'000, .expected = 1'000, .least = 1'000});
     std::uint64_t spent = 0;
     const std::size_t done = RunInRounds(
-        WorkPlan(100'000), false, tasks, [&] { return spent; },
+        WorkPlan(100'000), false, false, tasks, [&] { return spent; },
         [&](std::span<const FitTask> round) { spent += round.size() * each; });
     EXPECT_LE(spent, 100'000u);
     EXPECT_GT(spent, done == tasks.size() ? 0u : 70'000u);
@@ -371,7 +371,7 @@ TEST(FitSchedule, BeginsAnewWithTasksThatAreClearAsTheyTakeMore) {
     tasks.push_back({.board = board, .unclear = board < 31, .most = 20'000, .expected = 10'000, .least = 1'000});
   std::uint64_t spent = 0;
   const std::size_t done = RunInRounds(
-      WorkPlan(100'000), false, tasks, [&] { return spent; },
+      WorkPlan(100'000), false, false, tasks, [&] { return spent; },
       [&](std::span<const FitTask> round) { spent += round.size() * (round[0].unclear ? 100 : 10'000); });
   EXPECT_GT(done, 36u);
   EXPECT_LE(spent, 110'000u);
