@@ -203,18 +203,17 @@ class BoardFit {
   /// The bend of the paper if that explains where the corners lie. @param least_square of a shift, information times
   /// that, by the pixels' noise.
   std::optional<BentPaper> FindBend(const Lens& lens, double least_square) const;
-  /// Of the corners that are used, after the last step: Σ of robust weights, and of the residuals that fit.
+  /// Of the corners that are used: Σ of robust weights, and of the residuals that fit.
   struct PixelSums {
     double weight, square, count;
   };
-  PixelSums SumUsedPixels() const;
+  /// After the last step. Tells the result what the pixels around each corner show.
+  PixelSums SumPixels();
   /// Of the corners that tell of shifts of their own.
   struct ShiftSums {
     double square_px = 0, chi_square = 0, contrast = 0;
   };
   ShiftSums TellShifts();
-  /// The pixels that were looked at, and what those of unused corners show, by the last step.
-  void TellUnused(Explained& explained) const;
   /// Of the result's geometry, which a bend puts right. @param in_pixels on moves of the geometry. @param variance of
   /// what the corners' pixels are worth.
   void TellInformation(const BoardGeometry::Information& in_pixels, double variance);

@@ -52,18 +52,32 @@ std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_squar
   return bent;
 }
 
-BoardFit::PixelSums BoardFit::SumUsedPixels() const {
+BoardFit::PixelSums BoardFit::SumPixels() {
   const LaneBlock& lanes = pixels_.lanes();
+  const int stride = run_->terms.look_farther ? run_->model_input.stride : run_->plain_input.stride;
   // Four lanes of a corner side by side.
   using Phases = Eigen::Array4f;
   Phases weight = Phases::Zero(), square = Phases::Zero(), count = Phases::Zero();
+  run_->result.explained = {};
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
-    const float* const of_corner = lanes.sum_data(0) + pixels_.Lane(corner);
-    const auto sum = [&](LaneSum which) { return Eigen::Map<const Phases>(of_corner + which * lanes.padded()); };
+    if (!pixels_.inside(corner)) continue;
+    const int lane = pixels_.Lane(corner);
+    const float* const of_corner = lanes.sum_data(0) + lane;
+    const auto sum = [&](int which) { return Eigen::Map<const Phases>(of_corner + which * lanes.padded()); };
+    const Phases fits = sum(kDarkCount) + sum(kLightCount);
+    Explained::Corner& explained = run_->result.explained.corners[static_cast<std::size_t>(corner)];
+    explained.pixels = stride == 1 ? static_cast<float>(pixels_.pixels(corner)) : 0;
+    for (int phase = 0; phase < 4 && stride != 1; ++phase)
+      explained.pixels += static_cast<float>(lanes.Visited(lane + phase, stride));
+    explained.fits = fits.sum();
+    if (!run_->corners.used[static_cast<std::size_t>(corner)]) {
+      const float squares = sum(ProductSum(kResidual, kResidual)).sum(), weights = sum(kWeight).sum();
+      explained.own_deviation = std::sqrt(std::max(squares, 1e-9f) / std::max(weights, 1e-9f));
+      continue;
+    }
     weight += sum(kWeight);
     square += sum(kDarkSquare) + sum(kLightSquare);
-    count += sum(kDarkCount) + sum(kLightCount);
+    count += fits;
   }
   return {double{weight.sum()}, double{square.sum()}, double{count.sum()}};
 }
@@ -97,7 +111,7 @@ BoardFit::ShiftSums BoardFit::TellShifts() {
 
 void BoardFit::Finish(const Lens& lens) {
   run_->result.geometry = run_->model.geometry;
-  const PixelSums pixels = SumUsedPixels();
+  const PixelSums pixels = SumPixels();
   ShiftSums shifts = TellShifts();
   const double n = std::max(run_->result.corners_used, 1);
   const double unknowns =
@@ -128,33 +142,13 @@ void BoardFit::Finish(const Lens& lens) {
   const bool short_way = run_->model.blur_shape.way_px.norm() < kShortWay * CellPx();
   run_->result.blur_shape = short_way && !run_->terms.look_farther ? run_->model.blur_shape : BlurShape{};
   const double noise = std::max(std::sqrt(pixels.square / std::max(pixels.count, 1.0)), 1e-6);
-  run_->result.explained = {
-      .fits = pixels.count, .deviation = noise, .unknowns = unknowns, .contrast = shifts.contrast / n};
-  TellUnused(run_->result.explained);
-  run_->result.signal_to_noise = shifts.contrast / n / noise;
+  Explained& explained = run_->result.explained;
+  explained.deviation = noise;
+  explained.unknowns = unknowns;
+  explained.contrast = shifts.contrast / n;
+  run_->result.signal_to_noise = explained.contrast / noise;
   run_->told.cell_px = CellPx();
   TellLevels();
-}
-
-void BoardFit::TellUnused(Explained& explained) const {
-  const LaneBlock& lanes = pixels_.lanes();
-  const int stride = run_->terms.look_farther ? run_->model_input.stride : run_->plain_input.stride;
-  explained.pixels = stride == 1 ? pixels_.pixels() : 0;
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    const bool used = run_->corners.used[static_cast<std::size_t>(corner)];
-    if (!pixels_.inside(corner) || (used && stride == 1)) continue;
-    double visited = 0, weight = 1e-9, square = 0;
-    for (int lane = pixels_.Lane(corner); lane < pixels_.Lane(corner) + 4; ++lane) {
-      visited += lanes.Visited(lane, stride);
-      weight += double{lanes.sum(kWeight, lane)};
-      square += double{lanes.sum(ProductSum(kResidual, kResidual), lane)};
-    }
-    if (stride != 1) explained.pixels += visited;
-    const double deviation = explained.deviation * std::sqrt(square / weight);
-    if (used || !(deviation > 0) || deviation >= explained.contrast) continue;
-    explained.unused += visited;
-    explained.unused_logs += visited * std::log(deviation);
-  }
 }
 
 void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, double variance) {

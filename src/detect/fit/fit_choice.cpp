@@ -12,18 +12,28 @@ constexpr double kFewestFree = 0.2;
 /// boards with dot gain that came to be known later, were behind by up to .42 as rough fits.
 constexpr double kRoughLacks = 0.6;
 
-double Score(const Explained& fit, double contrast) {
-  const double log_contrast = std::log(std::max(contrast, 1e-6)), n = std::max(fit.fits, 1.0), k = fit.unknowns;
+double Score(const Explained& fit, const Explained& other, double contrast) {
+  const double log_contrast = std::log(std::max(contrast, 1e-6)) - std::log(fit.deviation), k = fit.unknowns;
+  double n = 0, pixels = 0, logs = 0;
+  for (std::size_t i = 0; i < fit.corners.size(); ++i) {
+    const Explained::Corner& corner = fit.corners[i];
+    const bool used = corner.own_deviation == 0;
+    if (!used && other.corners[i].own_deviation > 0) continue;
+    pixels += double{corner.pixels};
+    if (used)
+      n += double{corner.fits};
+    else
+      logs += double{corner.pixels} * std::max(log_contrast - std::log(double{corner.own_deviation}), 0.0);
+  }
+  n = std::max(n, 1.0);
   const double by_chance = k * n / std::max(n - k - 1, kFewestFree * n);
-  return (fit.fits * (log_contrast - std::log(fit.deviation)) + fit.unused * log_contrast - fit.unused_logs -
-          by_chance) /
-         fit.pixels;
+  return (n * log_contrast + logs - by_chance) / std::max(pixels, 1.0);
 }
 
 /// By one contrast: fits without the corners in a shadow else have more.
 double Gain(const Explained& fit, const Explained& other) {
   const double contrast = std::max(fit.contrast, other.contrast);
-  return Score(fit, contrast) - Score(other, contrast);
+  return Score(fit, other, contrast) - Score(other, fit, contrast);
 }
 
 }  // namespace

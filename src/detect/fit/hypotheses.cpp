@@ -260,9 +260,8 @@ constexpr Hypothesis kHypotheses[] = {
     {Hypothesis::Path::kDetour, 0, MayHaveStood, StartStanding, Always},
     // Shadows gain up to .04; of 800 boards with a lamp's image nine in ten gain .22 and more, all but one .057.
     {Hypothesis::Path::kDirect, 0.05, MayMirrorLamp, StartHighlight, Always},
-    // Tried where quadrants show an edge, they may even lose a little. Under a blur of 3 px true ones lost .06 to rough
-    // fits without, whose few pixels do not tell their noise better.
-    {Hypothesis::Path::kArrival, -0.1, HasQuadrants, StartShadow, Always},
+    // True ones gain .03 and more over quadrants' levels; gloss loses .09 and more, or gains nothing.
+    {Hypothesis::Path::kArrival, 0, HasQuadrants, StartShadow, Always},
     {Hypothesis::Path::kDirect, kNotCompared, HasOccluded, LeaveOutOccluded, Always},
     // Where dot gain or a shadow moves all corners, boards gain up to .2 without a side; with a cover on it, .34 and
     // more.

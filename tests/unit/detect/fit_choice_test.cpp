@@ -7,42 +7,63 @@
 namespace chequer {
 namespace {
 
-constexpr Explained kPlain{.pixels = 1000, .fits = 1000, .deviation = 0.01, .unknowns = 100, .contrast = 0.5};
+constexpr int kCorners = 10;
+
+/// A fit that uses all of some corners with 100 pixels each.
+Explained Plain(float pixels = 100) {
+  Explained plain{.corners = {}, .deviation = 0.01, .unknowns = 100, .contrast = 0.5};
+  for (std::size_t i = 0; i < kCorners; ++i) plain.corners[i] = {pixels, pixels, 0};
+  return plain;
+}
+
+void GiveUp(Explained& fit, std::size_t count, float own_deviation) {
+  for (std::size_t i = 0; i < count; ++i) fit.corners[i].own_deviation = own_deviation;
+}
 
 TEST(FitChoice, UnknownsThatExplainNothingAreNotBetter) {
   // Of noise that k of n unknowns explain, a share of 1 − k / n is left.
+  const Explained plain = Plain();
   for (const double more : {1, 30, 200}) {
-    Explained richer = kPlain;
+    Explained richer = plain;
     richer.unknowns += more;
-    richer.deviation *= std::sqrt((richer.fits - richer.unknowns) / (kPlain.fits - kPlain.unknowns));
-    EXPECT_FALSE(Better(richer, kPlain, 0)) << more;
-    EXPECT_TRUE(Better(kPlain, richer, 0)) << more;
+    richer.deviation *= std::sqrt((1000 - richer.unknowns) / (1000 - plain.unknowns));
+    EXPECT_FALSE(Better(richer, plain, 0)) << more;
+    EXPECT_TRUE(Better(plain, richer, 0)) << more;
   }
 }
 
 TEST(FitChoice, GivingUpCornersCostsWhatTheirPixelsTell) {
-  Explained fewer = kPlain;
-  fewer.fits = 800;
+  Explained fewer = Plain();
+  GiveUp(fewer, 2, 1e3f);
   fewer.deviation = 0.008;
-  EXPECT_FALSE(Better(fewer, kPlain, 0));
+  EXPECT_FALSE(Better(fewer, Plain(), 0));
   // A contrast of 50 : 1 on all pixels is worth one of 50^(10/8) : 1 on eight of ten, and more for the unknowns.
   fewer.deviation = 0.5 / 150;
-  EXPECT_TRUE(Better(fewer, kPlain, 0));
+  EXPECT_TRUE(Better(fewer, Plain(), 0));
 }
 
 TEST(FitChoice, UnusedCornersTellWhatTheyShowAllTheSame) {
-  Explained given_up = kPlain, seen = kPlain;
-  given_up.fits = seen.fits = 800;
-  seen.unused = 200;
-  seen.unused_logs = 200 * std::log(0.1);
-  EXPECT_TRUE(Better(seen, given_up, 0));
-  EXPECT_FALSE(Better(seen, kPlain, 0));
+  Explained given_up = Plain(), seen = Plain();
+  GiveUp(given_up, 2, 1e3f);
+  GiveUp(seen, 2, 10);
+  EXPECT_FALSE(Better(seen, Plain(), 0));
+  given_up.deviation = seen.deviation = 0.005;
+  EXPECT_FALSE(Better(given_up, Plain(), 0));
+  EXPECT_TRUE(Better(seen, Plain(), 0));
+}
+
+TEST(FitChoice, CornersThatBothGiveUpTellNothing) {
+  Explained fit = Plain(), other = Plain();
+  GiveUp(fit, 2, 1e3f);
+  GiveUp(other, 2, 10);
+  EXPECT_FALSE(Better(other, fit, 0));
+  fit.deviation *= 0.99;
+  EXPECT_TRUE(Better(fit, other, 0));
 }
 
 TEST(FitChoice, FitsToSomeOfThePixelsCompare) {
-  Explained by_some = kPlain, better = kPlain;
+  Explained by_some = Plain(70), better = Plain();
   better.deviation *= 0.9;
-  by_some.pixels = by_some.fits = 700;
   by_some.unknowns = 70;
   EXPECT_FALSE(Better(by_some, better, 0));
   EXPECT_TRUE(Better(better, by_some, 0));
