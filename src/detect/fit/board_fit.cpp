@@ -14,12 +14,16 @@ constexpr int kMaxPasses = 8;
 /// A step that moves corners and blur less ends the fit: the errors left are those of its square and cube.
 constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
 /// Nor does what the next step would still move the geometry count: the square of so many standard deviations. Poses
-/// with and without a prediction then differ by less than a tenth of one.
-constexpr double kSettledSquare = 0.15;
+/// with and without a prediction then differ by a tenth of one.
+constexpr double kSettledSquare = 0.2;
 /// A board is explained where pixels are off by fewer variances (a guess). The next step over this one where residuals
-/// are noise, for each variance that they have; and where light cells are overexposed (measured: 0.01 to 0.06, 0.1 to
-/// 0.4 at three variances and beyond; 0.2 to 0.6).
-constexpr double kExplained = 2, kNextStep = 0.04, kNextStepOverexposed = 0.4;
+/// are noise, for each variance that they have (measured: 0.01 to 0.06, 0.1 to 0.4 at three variances and beyond).
+constexpr double kExplained = 2, kNextStep = 0.04;
+/// The same, at least, where light cells are overexposed: which of their pixels count changes with every step, so that
+/// two steps do not tell the next one (measured: 0.2 to 0.6).
+constexpr double kNextStepOverexposed = 0.4;
+/// Residuals that are less are rounding, not noise, variances (a guess).
+constexpr double kLeastVariances = 1e-3;
 /// Where a step moved corners farther, they are placed anew before the next one. (With 0.1 px, one of the tests' boards
 /// under gloss lies 5 % farther off.)
 constexpr double kFollowSettlingPx = 0.05;
@@ -29,6 +33,8 @@ constexpr double kWiderBlur = 1.2, kGrowingBlur = 0.5;
 /// of moving boards with and without memory differ by a tenth more, in 2 % less work; overexposed ones have squared
 /// errors of 1.2 with 0.1).
 constexpr double kShapeSettled = 0.01;
+/// A step that is made anyway has the shape that explains so much more: noise alone does not (see kShapeCounts).
+constexpr double kShapeFollows = 12;
 /// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
 constexpr int kPassesOfLight = 4;
 /// Until corners that were found lie right.
@@ -63,10 +69,6 @@ constexpr double kStillAlongMotionPx = 0.3;
 constexpr double kOtherPixelsPx = 0.15, kOtherSoftPixelsPx = 0.35;
 /// Where it has moved farther, the cells' illumination was sampled elsewhere than it lies.
 constexpr double kOtherLevelsPx = 0.5;
-/// The edge spread of a predicted board is estimated once a step moves the board less than this, and its noise is
-/// known: boards that were expected 1 px off seemed to have another after their first step by all pixels, which moved
-/// all boards of the image.
-constexpr double kStillForEdgesPx = 0.03;
 /// Mean light of a cell of which much is saturated.
 constexpr float kOverexposed = 0.98f;
 
@@ -276,6 +278,7 @@ bool BoardFit::Step(LaneSums sums) {
   SetLanes();
   run_->plain_input.sums = sums;
   AccumulateLanes(run_->plain_input, pixels_.lanes());
+  run_->told.sums_gone = false;
   work_.Add(WorkStep::kFitStep);
   work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(PixelsOfStep() / run_->plain_input.stride));
   const bool fixed_levels = sums == LaneSums::kShapes;
@@ -313,62 +316,57 @@ double BoardFit::FarthestStepPx() const {
   return std::sqrt(farthest);
 }
 
-double BoardFit::StepSquare() const {
+BoardFit::StepSize BoardFit::SizeOfStep() const {
   constexpr int kMoves = BoardGeometry::kParameters;
   const BoardGeometry::Parameters moves = run_->step.moves.head<kMoves>();
-  return moves.dot(equations_.normal().topLeftCorner<kMoves, kMoves>() * moves);
+  const double variances =
+      std::max((equations_.chi_square() - run_->step.gain) / std::max(WeightUsed(), 1.0), kLeastVariances);
+  return {moves.dot(equations_.normal().topLeftCorner<kMoves, kMoves>() * moves) / variances, variances};
 }
 
-bool BoardFit::NextStepCounts(double square, double square_before) const {
-  const double variances = (equations_.chi_square() - run_->step.gain) / std::max(pixels_.pixels(), 1);
+bool BoardFit::NextStepCounts(const StepSize& step, const StepSize& before) const {
   // With a budget, plain fits of all boards go before better ones of those that they do not explain.
-  if (run_->terms.plain_only && variances > kExplained) return false;
-  double next = kNextStep * std::max(variances, 1.0);
-  if (run_->view.overexposed) next = std::max(next, kNextStepOverexposed);
+  if (run_->terms.plain_only && step.variances > kExplained) return false;
+  double next = kNextStep * std::max(step.variances, 1.0);
   // Two steps tell it better.
-  if (square_before > square) next = std::sqrt(square / square_before);
-  return next * next * square > kSettledSquare;
+  if (before.square > step.square) next = std::sqrt(step.square / before.square);
+  if (run_->view.overexposed) next = std::max(next, kNextStepOverexposed);
+  return next * next * step.square > kSettledSquare;
 }
 
 bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
   run_->light.fades = true;
-  const bool found = !start.predicted;
-  bool edges_sought = false;
-  double square = 0, square_before = 0;
-  for (int pass = 1; pass < kMaxPasses; square_before = square, ++pass) {
+  bool edges_told = start.image != nullptr;
+  StepSize step, before;
+  for (int pass = 1; pass < kMaxPasses; before = step, ++pass) {
     const double shape_settled = kShapeSettled * pixels_.pixels();
     const bool moved = run_->step.corner_px > kFollowSettlingPx;
     if (moved) pixels_.PlaceCorners(lens, run_->model.geometry);
-    if (moved || pass == 1 || run_->step.shape_gain > shape_settled) SetPlaces();
+    if (moved || pass == 1 || run_->step.shape_gain > kShapeFollows) SetPlaces();
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
-    square = StepSquare();
+    step = SizeOfStep();
     if (MayBeOutOfRegister()) MoveInks(start);
     const bool changed = FindOccludedCorners();
     // What is done to the light follows the fit by a pass or two.
     const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;
     const bool follows = uneven ? pass < kPassesOfLight : again;
-    // The image's first board tells its edges; what they explain is no noise.
-    // They are not told from a board that still lies elsewhere.
-    const bool lies = found ? pass == 1 : noise_known && !edges_sought && run_->step.corner_px < kStillForEdgesPx;
-    const bool told = lies && !start.image && TellEdges(lens);
-    edges_sought = edges_sought || lies;
-    const bool told_late = told && !found;
-    if (noise_known && !told_late && !changed && !follows && run_->step.corner_px < kSettledPx &&
+    if (noise_known && !changed && !follows && run_->step.corner_px < kSettledPx &&
         run_->step.blur_share < kSettledBlur && run_->step.shape_gain < shape_settled &&
-        !NextStepCounts(square, square_before)) {
+        !NextStepCounts(step, before)) {
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
       if (!start.image && sums == LaneSums::kNoise)
         EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
       run_->told.settled = true;
-      run_->told.sums_gone = lies && !start.image;
-      break;
+      // It tells its edges, too: those of a board that lies elsewhere seem to have another shape.
+      if (edges_told || !TellEdges(lens)) break;
+      // What they explain is no noise.
+      edges_told = true;
+      run_->told.settled = noise_known = false;
+      continue;
     }
-    if (uneven ? pass > 1 && pass < kPassesOfLight : again) {
-      FollowShading(lens, start);
-    }
-    if (told) continue;
+    if (uneven ? pass > 1 && pass < kPassesOfLight : again) FollowShading(lens, start);
     noise_known = true;
     // It is the camera's: what a board has told holds for the image's others, too. What theirs have beside it, of print
     // or of steps that are not at their end, is no noise of pixels; their misfit widens the covariance.
@@ -384,8 +382,10 @@ bool BoardFit::TellEdges(const Lens& lens) {
   Finish(lens);
   if (!run_->result.flat()) return false;
   const Eigen::Matrix2d board_by_pixel = BoardByPixel();
+  // Its sums take the place of the last step's.
   const std::optional<EdgeSpread> found = FindEdgeSpread(run_->plain_input, board_by_pixel.row(0),
                                                          board_by_pixel.row(1), std::span(run_->corners.used), pixels_);
+  run_->told.sums_gone = !found;
   if (!found) return false;
   run_->model.edges = *found;
   profiles_.Set(run_->model.edges);

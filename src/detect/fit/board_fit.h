@@ -182,11 +182,16 @@ class BoardFit {
   BlurShapeFit FitOfShape(const BlurShape& shape) const;
   /// Of all corners in the image, by the last step.
   double FarthestStepPx() const;
-  /// The last step of the geometry, in standard deviations by the pixels' noise, squared.
-  double StepSquare() const;
+  /// How far the last step moved the geometry: in standard deviations, squared, by the residuals that it leaves. The
+  /// noise that is known so far may be a hundred times what they are.
+  struct StepSize {
+    double square = 0;
+    double variances = 1;  ///< of the residuals, in units of that noise
+  };
+  StepSize SizeOfStep() const;
   /// Whether the step after the last one would move the pose by what counts against its standard deviations.
-  /// @param square StepSquare() of the last step. @param square_before of the one before it; 0: there was none.
-  bool NextStepCounts(double square, double square_before) const;
+  /// @param before the step before the last one; of no length: there was none.
+  bool NextStepCounts(const StepSize& step, const StepSize& before) const;
   /// Steps until nothing moves any more.
   bool Settle(const Lens& lens, const Start& start, bool noise_known);
   void Finish(const Lens& lens);
@@ -207,6 +212,8 @@ class BoardFit {
   struct PixelSums {
     double weight, square, count;
   };
+  /// The first of these, after the last step.
+  double WeightUsed() const;
   /// After the last step. Tells the result what the pixels around each corner show.
   PixelSums SumPixels();
   /// Of the corners that tell of shifts of their own.

@@ -39,7 +39,8 @@ double ContrastKept(const Eigen::Vector2d& way, double half) {
 }  // namespace
 
 void BoardFit::SharpenLevels() {
-  const double kept = ContrastKept(BoardByPixel() * run_->model.motion_px, std::min(kSampledShare, kMostSampledPx / CellPx()));
+  const double kept =
+      ContrastKept(BoardByPixel() * run_->model.motion_px, std::min(kSampledShare, kMostSampledPx / CellPx()));
   std::array<PhaseValues, 2> mean{};
   const auto colour = [&](std::size_t cell) {
     const int i = static_cast<int>(cell);

@@ -52,6 +52,14 @@ std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_squar
   return bent;
 }
 
+double BoardFit::WeightUsed() const {
+  Eigen::Array4f weight = Eigen::Array4f::Zero();
+  for (int corner = 0; corner < pixels_.corners(); ++corner)
+    if (used(corner))
+      weight += Eigen::Map<const Eigen::Array4f>(pixels_.lanes().sum_data(kWeight) + pixels_.Lane(corner));
+  return double{weight.sum()};
+}
+
 BoardFit::PixelSums BoardFit::SumPixels() {
   const LaneBlock& lanes = pixels_.lanes();
   const int stride = run_->terms.look_farther ? run_->model_input.stride : run_->plain_input.stride;
@@ -110,6 +118,7 @@ BoardFit::ShiftSums BoardFit::TellShifts() {
 }
 
 void BoardFit::Finish(const Lens& lens) {
+  if (run_->told.sums_gone) return;  // by them, it was finished before
   run_->result.geometry = run_->model.geometry;
   const PixelSums pixels = SumPixels();
   ShiftSums shifts = TellShifts();
