@@ -2,6 +2,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <optional>
 
 #include "detect/fit/board_fit.h"
 #include "detect/fit/shading.h"
@@ -23,10 +24,19 @@ constexpr double kFineCellPx = 12;
 /// In others, a shading that changes less, per cell, is left alone: it moves a pose by less than a fifth of its
 /// deviation (of 10 px cells blurred by 0.8 px, edges by 0.002 px). Told from few levels, it would move it as much by
 /// its noise, otherwise in each frame (measured: poses with and without memory differed by 0.13 instead of 0.09
-/// deviations).
+/// deviations). Of stronger ones the same is left out in part, so that one that is as strong does not decide by its
+/// noise (measured: with and without memory, poses of knocked frames differ by 0.35 instead of 0.40 deviations).
 constexpr double kWeakShading = 0.003;
 /// Of these, twice: the levels of cells in uneven light are not quite those of their middles.
 constexpr double kTwiceCellPx = 24;
+
+/// What counts of a slope, as estimates are shrunk (James and Stein): nothing of a weak one, nearly all of a strong
+/// one, and what lies between changes steadily. A bend that was found is evident. False if nothing counts.
+bool Shrink(Shading& shading) {
+  const double counts = 1 - kWeakShading * kWeakShading / shading.slope.squaredNorm();
+  if (shading.bend.isZero()) shading.slope *= counts;
+  return counts > 0;
+}
 
 /// @param slope per plane unit, @param bend of x², xy and y² on the board.
 LightFall FallOf(const Eigen::Vector2d& slope, const Eigen::Vector3d& bend, const Eigen::Matrix2d& board_by_plane) {
@@ -64,14 +74,14 @@ void BoardFit::EvenOutShading(const Start& start) {
   if (!run_->model.LitEvenly()) return;
   const double cell_px = CellPx();
   run_->light.shade_twice = cell_px > kTwiceCellPx;
-  const auto shading = FindShading({.size = run_->view.size,
-                                    .levels = run_->model.levels,
-                                    .saturated = start.saturated,
-                                    .occluded = run_->corners.occluded_cells,
-                                    .phases = run_->view.channels == 3 ? 4 : 1,
-                                    .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
-                                    .fine = cell_px > kFineCellPx});
-  if (!shading || (cell_px <= kFineCellPx && shading->slope.norm() < kWeakShading)) return;
+  std::optional<Shading> shading = FindShading({.size = run_->view.size,
+                                                .levels = run_->model.levels,
+                                                .saturated = start.saturated,
+                                                .occluded = run_->corners.occluded_cells,
+                                                .phases = run_->view.channels == 3 ? 4 : 1,
+                                                .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
+                                                .fine = cell_px > kFineCellPx});
+  if (!shading || (cell_px <= kFineCellPx && !Shrink(*shading))) return;
   run_->light.bent |= shading->bent;
   pixels_.PrepareChange();
   // Taken out of every pixel; levels then are those in the light of the board's centre. As the lens blurs what is
