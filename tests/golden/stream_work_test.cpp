@@ -2,11 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "chequer/detector.h"
+#include "chequer/detector_memory.h"
 #include "support/stream_frames.h"
 
 namespace chequer {
@@ -37,15 +40,22 @@ struct Costs {
   std::uint64_t CalmMedian() const { return calm[calm.size() / 2]; }
 };
 
-/// One detector over the whole stream, without a budget.
-Costs CostsOf(const std::string& scenario) {
+/// One detector over the whole stream. @param budget 0: none. @param remembers whether it has a memory.
+Costs CostsOf(const std::string& scenario, std::uint64_t budget = 0, bool remembers = false) {
   const test::StreamFrames frames(scenario);
-  Detector detector(frames.Options());
+  DetectorOptions options = frames.Options();
+  options.budget = budget;
+  Detector detector(options);
+  DetectorMemory memory;
   std::vector<MarkerPose> markers;
   Costs costs;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const test::StreamFrame frame = frames.Frame(i);
-    detector.Detect(frame.image.view(), markers);
+    if (remembers)
+      detector.Detect(frame.image.view(), std::chrono::nanoseconds(std::llround(1e9 * frame.truth.time_s.value())),
+                      memory, markers);
+    else
+      detector.Detect(frame.image.view(), markers);
     const bool calm = frames.phase(i) == "calm";
     (calm ? costs.calm : costs.hard).push_back(detector.stats().work);
     if (!calm) costs.hard_score += test::ScoreFrame(markers, frame.truth);
@@ -73,8 +83,30 @@ frames = 12
   EXPECT_EQ(costs.hard_score.wrong + costs.hard_score.twice, 0);
 }
 
-// Lamps go on before the camera has adapted. What is white must not seem yellow, nor sharp edges blurred, for want of what
-// lies above full scale.
+// As chequerd sees them: with a memory, and a budget that lasts. Three boards tell the motion of all, and none is
+// fitted plainly in vain.
+TEST(Knock, CostsFiveCalmFramesWithAMemory) {
+  for (const std::uint64_t budget : {std::uint64_t{0}, std::uint64_t{1'000'000}}) {
+    const Costs costs = CostsOf(RobotsIn(R"(
+seed = 21
+[[phase]]
+kind = "calm"
+frames = 8
+[[phase]]
+kind = "knock"
+max_px = 14
+frames = 16
+)"),
+                                budget, true);
+    EXPECT_LE(costs.hard[costs.hard.size() / 2], 5 * costs.CalmMedian()) << "budget " << budget;
+    EXPECT_LE(costs.hard.back(), 8 * costs.CalmMedian()) << "budget " << budget;
+    EXPECT_GE(costs.hard_score.Recall(), 0.99) << "budget " << budget;
+    EXPECT_EQ(costs.hard_score.wrong + costs.hard_score.twice, 0) << "budget " << budget;
+  }
+}
+
+// Lamps go on before the camera has adapted. What is white must not seem yellow, nor sharp edges blurred, for want of
+// what lies above full scale.
 TEST(Overexposed, BoardsKeepTheirIdsAndCostLittle) {
   const Costs costs = CostsOf(RobotsIn(R"(
 seed = 5
