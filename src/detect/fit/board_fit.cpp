@@ -316,11 +316,15 @@ double BoardFit::FarthestStepPx() const {
   return std::sqrt(farthest);
 }
 
+double BoardFit::LeftVariances() const {
+  if (run_->plain_input.sums == LaneSums::kShapes) return 1;  // no weights were summed
+  return std::max((equations_.chi_square() - run_->step.gain) / std::max(WeightUsed(), 1.0), kLeastVariances);
+}
+
 BoardFit::StepSize BoardFit::SizeOfStep() const {
   constexpr int kMoves = BoardGeometry::kParameters;
   const BoardGeometry::Parameters moves = run_->step.moves.head<kMoves>();
-  const double variances =
-      std::max((equations_.chi_square() - run_->step.gain) / std::max(WeightUsed(), 1.0), kLeastVariances);
+  const double variances = LeftVariances();
   return {moves.dot(equations_.normal().topLeftCorner<kMoves, kMoves>() * moves) / variances, variances};
 }
 
@@ -329,7 +333,7 @@ bool BoardFit::NextStepCounts(const StepSize& step, const StepSize& before) cons
   if (run_->terms.plain_only && step.variances > kExplained) return false;
   double next = kNextStep * std::max(step.variances, 1.0);
   // Two steps tell it better.
-  if (before.square > step.square) next = std::sqrt(step.square / before.square);
+  if (before.square > 0) next = std::sqrt(step.square / before.square);
   if (run_->view.overexposed) next = std::max(next, kNextStepOverexposed);
   return next * next * step.square > kSettledSquare;
 }

@@ -189,6 +189,9 @@ class BoardFit {
     double variances = 1;  ///< of the residuals, in units of that noise
   };
   StepSize SizeOfStep() const;
+  /// What the last step of the plain model leaves of a pixel's residual, squared, in units of the noise; 1 where
+  /// that is not known.
+  double LeftVariances() const;
   /// Whether the step after the last one would move the pose by what counts against its standard deviations.
   /// @param before the step before the last one; of no length: there was none.
   bool NextStepCounts(const StepSize& step, const StepSize& before) const;

@@ -59,7 +59,9 @@ void BoardFit::MoveBlurShape(double blur_px) {
             {blur_px * sum(ProductSum(kBlur, kResidual)), blur_px * blur_px * sum(ProductSum(kBlur, kBlur)),
              sum(kUnevenResidual), sum(kUnevenSquare), sum(kSkewResidual), sum(kSkewSquare)});
   }
-  run_->step.shape_gain = fit.Step(kShapeCounts, run_->model.blur_shape);
+  // The noise that is known so far may be a hundred times what is left.
+  const double variances = std::min(LeftVariances(), 1.0);
+  run_->step.shape_gain = fit.Step(kShapeCounts * variances, run_->model.blur_shape) / variances;
   // Another motion than the last frame's begins anew: steps from that one's might not find it.
   const bool another = run_->step.shape_gain > kOtherShape * pixels_.pixels();
   const BlurShape& placed = run_->step.placed_shape;
