@@ -1,7 +1,6 @@
 #include "detect/board_fits.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 
 #include "detect/camera_motion.h"
@@ -80,11 +79,9 @@ bool MayHaveMovedFar(const ImageState& frame, std::size_t board) {
   const BoardOutcome& outcome = frame.outcomes[board];
   if (!frame.IsExpected(board) || !outcome.wants_more) return false;
   if (!outcome.accepted) return frame.stream.IsKnocked();
-  const double cell_px =
-      std::sqrt(std::abs(BoardGeometry(outcome.plane_from_board).PlaneByBoard({0, 0}).determinant()));
-  // Of a long way, the plain model takes the blur for too narrow. Its way has a 24th of its square as variance.
-  const double blur_px = std::max(outcome.image.blur_px, outcome.motion.way_px.norm() / std::sqrt(24));
-  return BoardFit::MayBeMotion(blur_px, cell_px);
+  // Of a long way, the plain model takes the blur for too narrow.
+  const double blur_px = std::max(outcome.image.blur_px, outcome.motion.BlurPx(0));
+  return BoardFit::MayBeMotion(blur_px, BoardGeometry(outcome.plane_from_board).CellSide());
 }
 
 /// Whether the budget lasts for so many boards that each take so many units.

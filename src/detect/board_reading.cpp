@@ -72,7 +72,7 @@ bool AgreesWithExpected(const ImageJob& job, std::size_t board, const FittedBoar
                         const Identifier& identifier) {
   if (!job.frame.IsExpected(board) || !identity.saturation_told) return false;
   const AnchoredBoard& expected = job.frame.boards[board];
-  const double cell = std::sqrt(std::abs(BoardGeometry(expected.plane_from_board).PlaneByBoard({0, 0}).determinant()));
+  const double cell = BoardGeometry(expected.plane_from_board).CellSide();
   return FarthestOff(expected, fitted.geometry.plane_from_board()) < kMostOffCells * cell &&
          AgreesWith(job.expected_boards.EvidenceOf(job.frame.expected[board], identifier));
 }

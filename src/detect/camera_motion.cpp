@@ -21,6 +21,13 @@ Eigen::Matrix3d MovedBy(const Eigen::Vector2d& off, Eigen::Matrix3d plane_from_b
   return plane_from_board;
 }
 
+/// Derivative of the image by the plane.
+Eigen::Matrix2d PixelByPlane(const Lens& lens, const Eigen::Vector2d& place) {
+  Eigen::Matrix2d pixel_by_plane;
+  lens.ToImage(place, &pixel_by_plane);
+  return pixel_by_plane;
+}
+
 /// How a board was expected to move by itself. The rest is left zero.
 MovedBoard OwnMotionOf(const ImageState& frame, std::size_t board) {
   const RememberedBoard& last = frame.expected[board];
@@ -36,9 +43,7 @@ std::optional<MovedBoard> MotionOf(const ImageJob& job, std::size_t board) {
   if (!frame.IsExpected(board) || !frame.WasRead(board) || frame.expected[board].before_s <= 0) return std::nullopt;
   const BoardOutcome& outcome = frame.outcomes[board];
   MovedBoard moved = OwnMotionOf(frame, board);
-  Eigen::Matrix2d pixel_by_plane;
-  job.lens.ToImage(moved.place, &pixel_by_plane);
-  moved.way = pixel_by_plane.inverse() * outcome.motion.way_px;
+  moved.way = PixelByPlane(job.lens, moved.place).inverse() * outcome.motion.way_px;
   moved.turn = outcome.motion.turn;
   moved.off = PlaceOf(outcome.plane_from_board) - moved.place;
   return moved;
@@ -71,9 +76,7 @@ void FollowCamera(const ImageJob& job, std::size_t board, PhotometricFit::Start&
   const ImageState& frame = job.frame;
   if (!frame.stream.motion || !frame.IsExpected(board) || frame.expected[board].before_s <= 0) return;
   const MovedBoard moved = frame.stream.motion->Of(OwnMotionOf(frame, board));
-  Eigen::Matrix2d pixel_by_plane;
-  job.lens.ToImage(moved.place, &pixel_by_plane);
-  start.motion = {pixel_by_plane * moved.way, moved.turn};
+  start.motion = {PixelByPlane(job.lens, moved.place) * moved.way, moved.turn};
   start.board.geometry = BoardGeometry(MovedBy(moved.off, frame.boards[board].plane_from_board));
 }
 

@@ -90,7 +90,7 @@ void FollowShift(const ImageJob& job) {
   if (shares.empty()) return;
   frame.stream.contrast_share = MedianInPlace(shares);
   // What has moved by itself since it was found does not tell how a camera moved.
-  if (frame.stream.contrast_share >= StreamState::kContrastOfExpected || !MostAreFollowed(frame)) return;
+  if (frame.stream.IsSharp() || !MostAreFollowed(frame)) return;
   const std::size_t asked = AskedForShift(frame);
   if (asked == 0) return;
   frame.stream.shift_px = FindCommonShift(frame.boards, asked, job.reader, job.lens, shares);
@@ -190,7 +190,7 @@ void ExpectBoards(const ImageJob& job, const StreamImage& stream) {
   frame.stream.learns = job.options.learn_levels;
   if (frame.stream.learns) AgeLearnt(frame);
   FollowShift(job);
-  const bool sharp = frame.stream.contrast_share >= StreamState::kContrastOfExpected;
+  const bool sharp = frame.stream.IsSharp();
   for (std::size_t i = 0; i < frame.expected.size(); ++i)
     job.expected_boards.HideWhatDoesNotShow(frame.expected[i], sharp, frame.boards[i]);
   LeadWithClearest(frame);

@@ -60,8 +60,9 @@ struct StreamState {
   /// If the median board shows less of its last contrast, all may lie elsewhere: half a cell off, no contrast is left.
   /// A change of illumination looks the same and costs a search (a guess).
   static constexpr float kContrastOfExpected = 0.8f;
+  bool IsSharp() const { return contrast_share >= kContrastOfExpected; }
   /// Whether boards do not show where they were expected, or blurred.
-  bool IsKnocked() const { return !shift_px.isZero() || contrast_share < kContrastOfExpected; }
+  bool IsKnocked() const { return !shift_px.isZero() || !IsSharp(); }
   /// Of the expected boards, those that are searched for before they are fitted there: such a fit would take several
   /// times as much.
   std::vector<bool> postponed;

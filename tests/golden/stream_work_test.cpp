@@ -33,6 +33,13 @@ speed = 0.4
 )";
 }
 
+/// The same in calm, then seen by a camera that is knocked.
+std::string RobotsInAKnock(int seed, int calm_frames, int knock_frames) {
+  return RobotsIn("seed = " + std::to_string(seed) +
+                  "\n[[phase]]\nkind = \"calm\"\nframes = " + std::to_string(calm_frames) +
+                  "\n[[phase]]\nkind = \"knock\"\nmax_px = 14\nframes = " + std::to_string(knock_frames) + "\n");
+}
+
 struct Costs {
   std::vector<std::uint64_t> calm, hard;  ///< of frames, sorted, units
   test::StreamScore hard_score;
@@ -67,16 +74,7 @@ Costs CostsOf(const std::string& scenario, std::uint64_t budget = 0, bool rememb
 
 // What one board has shown of how all of them moved starts the others.
 TEST(Knock, CostsTenCalmFramesWithoutABudget) {
-  const Costs costs = CostsOf(RobotsIn(R"(
-seed = 11
-[[phase]]
-kind = "calm"
-frames = 3
-[[phase]]
-kind = "knock"
-max_px = 14
-frames = 12
-)"));
+  const Costs costs = CostsOf(RobotsInAKnock(11, 3, 12));
   EXPECT_LE(costs.hard[costs.hard.size() / 2], 10 * costs.CalmMedian());
   EXPECT_LE(costs.hard.back(), 20 * costs.CalmMedian());
   EXPECT_GE(costs.hard_score.Recall(), 0.79);
@@ -87,17 +85,7 @@ frames = 12
 // fitted plainly in vain.
 TEST(Knock, CostsFiveCalmFramesWithAMemory) {
   for (const std::uint64_t budget : {std::uint64_t{0}, std::uint64_t{1'000'000}}) {
-    const Costs costs = CostsOf(RobotsIn(R"(
-seed = 21
-[[phase]]
-kind = "calm"
-frames = 8
-[[phase]]
-kind = "knock"
-max_px = 14
-frames = 16
-)"),
-                                budget, true);
+    const Costs costs = CostsOf(RobotsInAKnock(21, 8, 16), budget, true);
     EXPECT_LE(costs.hard[costs.hard.size() / 2], 5 * costs.CalmMedian()) << "budget " << budget;
     EXPECT_LE(costs.hard.back(), 8 * costs.CalmMedian()) << "budget " << budget;
     EXPECT_GE(costs.hard_score.Recall(), 0.99) << "budget " << budget;

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "detect/common/board_geometry.h"
+
 namespace chequer {
 namespace {
 
-/// Half the side of the square that tells a cell's light: as a share of the cell, and at most so many pixels (guesses).
-constexpr double kWindowShare = 0.3, kMostWindowPx = 2.5;
 /// As CellMesh::blur_px, with what interpolation adds: 0.7 px to red and blue, half of that to green.
 constexpr float kMosaicBlurPx = 1.0f;
 /// In narrower cells, half of what a window measures comes from their neighbours, by blur and interpolation (a guess).
@@ -72,7 +72,7 @@ void LatticeCells::Sample(int x, int y, CellSample& sample) const {
   sample.inside = place && place->center.x() >= 0 && place->center.y() >= 0 &&
                   place->center.x() <= reader_->width() - 1 && place->center.y() <= reader_->height() - 1;
   if (!sample.inside) return;
-  const float half_px = static_cast<float>(std::min(kWindowShare * place->side, kMostWindowPx));
+  const float half_px = static_cast<float>(SampledHalfPx(place->side));
   sample.light =
       reader_->RoughRgb(static_cast<float>(place->center.x()), static_cast<float>(place->center.y()), half_px)
           .cwiseMax(0);

@@ -65,6 +65,8 @@ BoardGeometry::Parameters BoardGeometry::parameters() const {
   return h;
 }
 
+double BoardGeometry::CellSide() const { return std::sqrt(std::abs(PlaneByBoard({0, 0}).determinant())); }
+
 Eigen::Matrix2d BoardGeometry::PlaneByBoard(const Eigen::Vector2d& board) const {
   const Eigen::Vector3d h = plane_from_board_ * board.homogeneous();
   const Eigen::Vector2d plane = h.hnormalized();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <optional>
 
 #include "chequer/camera_model.h"
@@ -45,6 +46,13 @@ class Lens {
   double focal_ = 1;
 };
 
+/// Half the side of the square that tells a cell's light before it is fitted, px: a share of the cell's, and at most so
+/// much (guesses).
+inline double SampledHalfPx(double cell_px) {
+  constexpr double kShare = 0.3, kMostPx = 2.5;
+  return std::min(kShare * cell_px, kMostPx);
+}
+
 /// Where a board lies: the homography from board to plane, its last entry 1.
 class BoardGeometry {
  public:
@@ -68,6 +76,8 @@ class BoardGeometry {
   }
   /// Derivative of the plane point by the board point.
   Eigen::Matrix2d PlaneByBoard(const Eigen::Vector2d& board) const;
+  /// Of a square as large as the cell in the board's middle, plane units.
+  double CellSide() const;
   /// Of a board point.
   struct Local {
     Eigen::Vector2d plane = Eigen::Vector2d::Zero();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 namespace chequer {
 
@@ -12,6 +13,8 @@ struct BlurShape {
   double turn = 0;                                   ///< rad, in the image
 
   bool round() const { return way_px.isZero(); }
+  /// Deviation of a round blur of the same variance, which is the lens's and a 24th of the way's square.
+  double BlurPx(double lens_px) const { return std::sqrt(lens_px * lens_px + way_px.squaredNorm() / 24); }
   /// A point of the image sees a board that turns go by on a bent way: its mean lies so far off the one of the board's
   /// points, image pixels.
   Eigen::Vector2d BendPx() const { return turn / 12 * Eigen::Vector2d(-way_px.y(), way_px.x()); }

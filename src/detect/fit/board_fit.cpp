@@ -134,8 +134,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
 bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reuse) {
   run_->light.collected_for_motion = run_->model.motion_px;
   run_->light.shading.Assign(0, 1);
-  const double cell_px = std::sqrt(std::abs(run_->model.geometry.PlaneByBoard({0, 0}).determinant())),
-               way = run_->model.motion_px.norm();
+  const double cell_px = run_->model.geometry.CellSide(), way = run_->model.motion_px.norm();
   const double reach_px =
       kMotionBlurReach * way + std::max(0.0, way / 2 - kMotionBlurReachAllCells * cell_px) / kReachBlurs;
   if (run_->terms.look_farther) run_->light.window_blur_px = run_->model.blur_px;
@@ -431,8 +430,8 @@ void BoardFit::FollowMotion(const Lens& lens) {
   const bool of_spread = SpreadCornersSuffice();
   UsePixels(of_spread ? 1 : kFirstStrideKnown, of_spread);
   for (int step = 0; step < kMostAlongMotion; ++step) {
-    model.blur_px = std::sqrt(lens_px * lens_px + model.motion_px.squaredNorm() / 24);
     model.blur_shape = {model.motion_px, model.turn};
+    model.blur_px = model.blur_shape.BlurPx(lens_px);
     SetPlaces();
     if (!Step(LaneSums::kShapes) || run_->step.corner_px > kRunawayPx) {
       model.geometry = from;
@@ -449,7 +448,7 @@ void BoardFit::FollowMotion(const Lens& lens) {
 bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
   if (!Prepare(reader, lens, start, choice)) return false;
   const bool looked_farther = run_->terms.look_farther;
-  if (start.predicted && start.image && run_->model.MotionTerm::on()) FollowMotion(lens);
+  if (KnowsMotion(start)) FollowMotion(lens);
   if (!looked_farther && !ComeNear(reader, lens, start, choice)) return false;
   run_->terms.wide = looked_farther || BlursWidely() || SeemsMoved();
   run_->terms.look_farther = run_->terms.wide && (looked_farther || choice.may_look_farther);

@@ -211,12 +211,12 @@ class BoardFit {
   /// The bend of the paper if that explains where the corners lie. @param least_square of a shift, information times
   /// that, by the pixels' noise.
   std::optional<BentPaper> FindBend(const Lens& lens, double least_square) const;
-  /// Of the corners that are used: Σ of robust weights, and of the residuals that fit.
-  struct PixelSums {
-    double weight, square, count;
-  };
-  /// The first of these, after the last step.
+  /// Σ of the robust weights at corners that are used, after the last step.
   double WeightUsed() const;
+  /// Of the residuals there that fit.
+  struct PixelSums {
+    double square, count;
+  };
   /// After the last step. Tells the result what the pixels around each corner show.
   PixelSums SumPixels();
   /// Of the corners that tell of shifts of their own.
@@ -251,6 +251,8 @@ class BoardFit {
   QuadrantLevels LevelsOf(int corner) const { return LevelsAround(run_->view.size, corner, run_->model.own_levels); }
   /// Gives sampled levels the contrast that the motion took.
   void SharpenLevels();
+  /// Whether a predicted board begins with the motion that others of the image have told.
+  bool KnowsMotion(const Start& start) const { return start.predicted && start.image && run_->model.MotionTerm::on(); }
   /// Steps of the plain model towards a predicted board whose motion is known, which is as a blur to it: they take a
   /// third of those of the model with all terms.
   void FollowMotion(const Lens& lens);

@@ -16,8 +16,6 @@ float LightOf(const Eigen::Vector3f& light, int channels, int channel) {
   return channels == 3 ? light[channel] : RedAndGreen::Of(light[0], light[1]);
 }
 
-/// As cells are sampled: the share of a cell's side around its middle, and no more than so many pixels.
-constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
 /// The least contrast that is taken to be left: with less, little says what it was.
 constexpr double kLeastKept = 0.3;
 
@@ -39,8 +37,7 @@ double ContrastKept(const Eigen::Vector2d& way, double half) {
 }  // namespace
 
 void BoardFit::SharpenLevels() {
-  const double kept =
-      ContrastKept(BoardByPixel() * run_->model.motion_px, std::min(kSampledShare, kMostSampledPx / CellPx()));
+  const double kept = ContrastKept(BoardByPixel() * run_->model.motion_px, SampledHalfPx(CellPx()) / CellPx());
   std::array<PhaseValues, 2> mean{};
   const auto colour = [&](std::size_t cell) {
     const int i = static_cast<int>(cell);

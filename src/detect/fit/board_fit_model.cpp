@@ -340,7 +340,7 @@ void BoardFit::FollowLight(const Start& start, bool light_follows) {
 bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_known, int most_steps) {
   const int stride = StrideFor(kPixelsNear);
   int judgements = 0;
-  const bool motion_known = start.predicted && start.image && run_->model.MotionTerm::on();
+  const bool motion_known = KnowsMotion(start);
   bool still = false;
   for (int pass = 0; pass < most_steps; ++pass) {
     if (run_->step.corner_px > kFollowPx) pixels_.PlaceCorners(lens, run_->model.geometry);

@@ -65,7 +65,7 @@ BoardFit::PixelSums BoardFit::SumPixels() {
   const int stride = run_->terms.look_farther ? run_->model_input.stride : run_->plain_input.stride;
   // Four lanes of a corner side by side.
   using Phases = Eigen::Array4f;
-  Phases weight = Phases::Zero(), square = Phases::Zero(), count = Phases::Zero();
+  Phases square = Phases::Zero(), count = Phases::Zero();
   run_->result.explained = {};
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
@@ -83,11 +83,10 @@ BoardFit::PixelSums BoardFit::SumPixels() {
       explained.own_deviation = std::sqrt(std::max(squares, 1e-9f) / std::max(weights, 1e-9f));
       continue;
     }
-    weight += sum(kWeight);
     square += sum(kDarkSquare) + sum(kLightSquare);
     count += fits;
   }
-  return {double{weight.sum()}, double{square.sum()}, double{count.sum()}};
+  return {double{square.sum()}, double{count.sum()}};
 }
 
 BoardFit::ShiftSums BoardFit::TellShifts() {
@@ -128,7 +127,7 @@ void BoardFit::Finish(const Lens& lens) {
       run_->view.channels * LevelCount(run_->view.size, run_->model.own_levels);
   const double chi_square =
       run_->terms.look_farther ? model_equations_.chi_square() : equations_.chi_square() - run_->step.gain;
-  const double chi_square_per_pixel = chi_square / std::max(pixels.weight - unknowns, 1.0);
+  const double chi_square_per_pixel = chi_square / std::max(WeightUsed() - unknowns, 1.0);
   // Edges that lie where no homography puts them (paper that is not flat, print, what is left of the lens's distortion)
   // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
   double chi_square_per_shift = shifts.chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);

@@ -1,8 +1,6 @@
 #include "detect/fit/fit.h"
 
-#include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 
 #include "detect/fit/motion_blur.h"
 
@@ -21,9 +19,7 @@ constexpr double kLastBegun = 0.6;
 /// Whether the blur of a motion that others show is so wide that a plain fit would ask for it.
 bool WouldBeFound(const PhotometricFit::Start& start) {
   if (start.motion.round() || !start.board.image) return false;
-  const double lens_px = start.board.image->blur_px, way_px = start.motion.way_px.norm(),
-               cell_px = std::sqrt(std::abs(start.board.geometry.PlaneByBoard({0, 0}).determinant()));
-  return BoardFit::MayBeMotion(std::sqrt(lens_px * lens_px + way_px * way_px / 24), cell_px);
+  return BoardFit::MayBeMotion(start.motion.BlurPx(start.board.image->blur_px), start.board.geometry.CellSide());
 }
 
 }  // namespace

@@ -4,11 +4,11 @@
 #include <array>
 #include <cmath>
 
+#include "detect/common/board_geometry.h"
+
 namespace chequer {
 namespace {
 
-/// As the search samples cells: the share of a cell's side around its middle, and no more than so many pixels.
-constexpr double kSampledShare = 0.3, kMostSampledPx = 2.5;
 /// The search asks for as many border cells, and for this share of them to match.
 constexpr int kFewestBorderCells = 9;
 constexpr double kBorderShare = 0.85;
@@ -83,8 +83,7 @@ bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matr
   Eigen::Matrix2d pixel_by_plane;
   lens.ToImage(geometry.ToPlane({0, 0}), &pixel_by_plane);
   const Eigen::Matrix2d pixel_by_board = pixel_by_plane * geometry.PlaneByBoard({0, 0});
-  const float half_px =
-      static_cast<float>(std::min(kSampledShare * pixel_by_board.colwise().norm().minCoeff(), kMostSampledPx));
+  const float half_px = static_cast<float>(SampledHalfPx(pixel_by_board.colwise().norm().minCoeff()));
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const Eigen::Vector2d pixel = lens.ToImage(geometry.ToPlane(MiddleOfCell(board.size, static_cast<int>(cell))));
     board.covered[cell] = !IsInside(reader, pixel);
