@@ -32,6 +32,7 @@ constexpr Words<LogLevel, 4> kLevels{{{"debug", LogLevel::kDebug},
 constexpr Words<LogTarget, 3> kTargets{
     {{"auto", LogTarget::kAuto}, {"console", LogTarget::kConsole}, {"journal", LogTarget::kJournal}}};
 constexpr Words<BudgetChoice, 2> kBudgets{{{"auto", BudgetChoice::kAuto}, {"unlimited", BudgetChoice::kUnlimited}}};
+constexpr Words<ThreadsChoice, 1> kThreads{{{"auto", ThreadsChoice::kAuto}}};
 constexpr IntegerRange kBudgetUnits{kLeastBudget, 1'000'000'000};
 constexpr NumberRange kOverlap{0, 0.5};
 constexpr NumberRange kCarry{0, 60};
@@ -95,7 +96,9 @@ void ReadDetect(TomlTable table, DaemonConfig& config) {
   table.Read("color_space", detector.color_space, kColorSpaces);
   table.Read("max_luminance_overlap", detector.max_luminance_overlap, kOverlap);
   table.Read("max_saturation_overlap", detector.max_saturation_overlap, kOverlap);
-  table.Read("threads", detector.threads, IntegerRange{1, 64});
+  std::uint64_t threads = 1;
+  table.Read("threads", config.threads, kThreads, ThreadsChoice::kNumber, threads, IntegerRange{1, 64});
+  detector.threads = static_cast<int>(threads);
   table.Read("memory", config.memory);
   table.Read("search_every", detector.search_every, IntegerRange{1, 64});
   table.Read("carry_s", detector.carry_s, kCarry);

@@ -24,12 +24,18 @@ enum class WhenBusyChoice : std::uint8_t {
   kWait,
 };
 
+enum class ThreadsChoice : std::uint8_t {
+  kAuto,    ///< as many as there are processors, four at most; one where the source waits for the workers
+  kNumber,  ///< DetectorOptions::threads
+};
+
 /// Everything that varies of chequerd. config/chequerd.toml documents each key.
 struct DaemonConfig {
   std::string camera_name = "camera";
   CaptureOptions capture;
-  DetectorOptions detector;  ///< with the calibration, if one is given
-  int workers = 0;           ///< 0: one a core
+  DetectorOptions detector;                      ///< with the calibration, if one is given
+  ThreadsChoice threads = ThreadsChoice::kAuto;  ///< for one frame
+  int workers = 0;                               ///< 0: one a core
   WhenBusyChoice when_busy = WhenBusyChoice::kAuto;
   BudgetOptions budget;  ///< of a frame
   bool memory = true;    ///< each frame is begun with what the last ones taught

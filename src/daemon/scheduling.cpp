@@ -36,7 +36,9 @@ void CheckCpus(const std::vector<int>& cpus) {
 }
 
 int CpuOf(const SchedulingOptions& options, int worker, int thread, int workers) {
-  return options.cpus[static_cast<std::size_t>(worker + thread * workers) % options.cpus.size()];
+  const std::size_t cpus = options.cpus.size(), own = static_cast<std::size_t>(worker) % cpus,
+                    cpu = static_cast<std::size_t>(worker + thread * workers) % cpus;
+  return options.cpus[thread > 0 && cpu == own ? (own + 1) % cpus : cpu];
 }
 
 void BecomeHelper(const SchedulingOptions& options, int worker, int thread, int workers) {

@@ -8,7 +8,8 @@ namespace chequer {
 /// Where and how urgently the pipeline's threads run.
 struct SchedulingOptions {
   /// Worker i runs on cpus[i modulo their number] alone; empty: wherever the system puts it. Where several threads work
-  /// on one frame, thread j of worker i runs on cpus[(i + j · workers) modulo their number].
+  /// on one frame, thread j of worker i runs on cpus[(i + j · workers) modulo their number], or on the next where that
+  /// is its worker's.
   std::vector<int> cpus;
   /// SCHED_FIFO priority of the workers and of the threads that help them, 1..98; capturing and publishing, which are
   /// short and must not wait for them, run one above. 0: none asked for.

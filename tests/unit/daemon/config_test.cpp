@@ -59,6 +59,7 @@ void ExpectSameOptions(const DaemonConfig& config, const DaemonConfig& defaults)
   EXPECT_EQ(config.detector.max_luminance_overlap, defaults.detector.max_luminance_overlap);
   EXPECT_EQ(config.detector.max_saturation_overlap, defaults.detector.max_saturation_overlap);
   EXPECT_EQ(config.detector.threads, defaults.detector.threads);
+  EXPECT_EQ(config.threads, defaults.threads);
   EXPECT_EQ(config.detector.print_tolerance, defaults.detector.print_tolerance);
   EXPECT_EQ(config.memory, defaults.memory);
   EXPECT_EQ(config.detector.search_every, defaults.detector.search_every);

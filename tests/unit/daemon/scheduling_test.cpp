@@ -44,7 +44,11 @@ TEST(Scheduling, SpreadsThreadsOfAWorkerBehindAllWorkers) {
   EXPECT_EQ(CpuOf(options, 1), 5);
   EXPECT_EQ(CpuOf(options, 0, 1, 2), 7);
   EXPECT_EQ(CpuOf(options, 1, 1, 2), 9);
-  EXPECT_EQ(CpuOf(options, 0, 2, 2), 3);
+  EXPECT_EQ(CpuOf(options, 0, 2, 2), 5) << "where its worker is, it would help nobody";
+  const SchedulingOptions few{.cpus = {0, 1}}, one{.cpus = {6}};
+  EXPECT_EQ(CpuOf(few, 0, 1, 2), 1);
+  EXPECT_EQ(CpuOf(few, 1, 1, 2), 0);
+  EXPECT_EQ(CpuOf(one, 1, 1, 2), 6);
 }
 
 TEST(Scheduling, SaysWhatItTakesToRunInRealTime) {

@@ -341,6 +341,21 @@ TEST_F(ServiceTest, SaysThatItIsLostWhereAReloadCannotStartItsThreads) {
   EXPECT_THROW(service_->Reload(Config(kOneWorker + "[log]\nlevel = \"error\"\n")), ServiceLost);
 }
 
+TEST_F(ServiceTest, AFrameHasThreadsByWhatThereIsUnlessTheyAreCounted) {
+  std::vector<int> threads;
+  parts_.make_detect = [&](const DetectorOptions& options) {
+    threads.push_back(options.threads);
+    return [](const ImageView&, DetectedFrame&) {};
+  };
+  const int cores = static_cast<int>(std::thread::hardware_concurrency());
+  const std::string here = std::to_string(sched_getcpu());
+  Start(Config("[pipeline]\nworkers = 1\n"));
+  service_->Reload(Config("[pipeline]\nworkers = 1\ncpus = [" + here + "]\n"));
+  service_->Reload(Config(kOneWorker));
+  service_->Reload(Config(kOneWorker + "[detect]\nthreads = 3\n"));
+  EXPECT_THAT(threads, ElementsAre(std::min(cores, 4), 1, 1, 3));
+}
+
 TEST_F(ServiceTest, DetectorsThreadsAreBegunAsTheirWorkerIs) {
   std::vector<DetectorOptions> made;
   parts_.make_detect = [&](const DetectorOptions& options) {
