@@ -90,7 +90,7 @@ void FollowShift(const ImageJob& job) {
   if (shares.empty()) return;
   frame.stream.contrast_share = MedianInPlace(shares);
   // What has moved by itself since it was found does not tell how a camera moved.
-  if (frame.stream.IsSharp() || !MostAreFollowed(frame)) return;
+  if (!frame.stream.MayBeShifted() || !MostAreFollowed(frame)) return;
   const std::size_t asked = AskedForShift(frame);
   if (asked == 0) return;
   frame.stream.shift_px = FindCommonShift(frame.boards, asked, job.reader, job.lens, shares);

@@ -13,9 +13,8 @@ constexpr int kReachPx = 16, kCoarsePx = 2;
 /// Distance of the sampled points from the middle of their cell, cells. A wrong shift moves some of them to another
 /// cell, so that the best shift is known to a fraction of a cell.
 constexpr double kFromMiddle = 0.3;
-/// Contrast of a shift over that of none: less is noise.
-constexpr double kClearer = 1.2;
-/// Shifts of nearly the best contrast: their mean is the middle of the plateau.
+/// Shifts of nearly the best contrast: their mean is the middle of the plateau. Where none lies on it, boards lie
+/// elsewhere.
 constexpr double kNearlyBest = 0.95;
 
 /// Shifts whose contrast is asked for, along each axis from −kMost on: around each of the steps, too.
@@ -122,7 +121,7 @@ Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size
       most = contrast;
       best = {x, y};
     }
-  if (most <= static_cast<float>(kClearer) * none) return Eigen::Vector2d::Zero();
+  if (none >= static_cast<float>(kNearlyBest) * most) return Eigen::Vector2d::Zero();
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   int count = 0;
   for (int y = best.y() - 2 * kCoarsePx; y <= best.y() + 2 * kCoarsePx; ++y)

@@ -79,7 +79,7 @@ Eigen::Vector2d ShiftOf(const Image& image, const std::vector<Eigen::Matrix3d>& 
 TEST(CommonShift, IsFoundToAPixelWithMotionBlurAndAtTheRim) {
   const std::vector<Eigen::Matrix3d> places = Places();
   for (const PixelFormat format : {PixelFormat::kMono8, PixelFormat::kBgr8, PixelFormat::kBayerRg8})
-    for (const Eigen::Vector2d& shift : {Eigen::Vector2d(7, -5), {-14, 3}, {4.4, 11.7}, {16, -16}})
+    for (const Eigen::Vector2d& shift : {Eigen::Vector2d(7, -5), {-14, 3}, {4.4, 11.7}, {16, -16}, {2.5, -1}})
       for (const int motion_px : {0, 6}) {
         const Image image = Draw(format, places, shift, motion_px);
         for (const std::size_t asked : {kFewestAskedForShift, kMostAskedForShift}) {
