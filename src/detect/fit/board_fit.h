@@ -16,6 +16,7 @@
 #include "detect/fit/board_equations.h"
 #include "detect/fit/board_pixels.h"
 #include "detect/fit/board_run.h"
+#include "detect/fit/edge_noise.h"
 #include "detect/fit/edge_spread.h"
 #include "detect/fit/fitted_board.h"
 #include "detect/fit/learnt_levels.h"
@@ -213,6 +214,11 @@ class BoardFit {
   std::optional<BentPaper> FindBend(const Lens& lens, double least_square) const;
   /// Σ of the robust weights at corners that are used, after the last step.
   double WeightUsed() const;
+  /// By corner, in which groups the edges through it are that follow the image's pixels (see edge_noise.h). Whether any
+  /// do.
+  bool GroupAlikeEdges(AlikeEdges& x, AlikeEdges& y) const;
+  /// What the covariance of the moves has beside the pixels' noise, where errors along edges are alike.
+  std::optional<BoardGeometry::Information> CovarianceAlongEdges(const BoardGeometry::Information& in_pixels);
   /// Of the residuals there that fit.
   struct PixelSums {
     double square, count;

@@ -166,6 +166,7 @@ void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, doub
     result.geometry = bent->middle();
     of_moves = (of_moves.inverse() + variance * bent->uncertain() * bent->uncertain().transpose()).inverse();
   }
+  if (const auto more = CovarianceAlongEdges(in_pixels)) of_moves = (of_moves.inverse() + *more).inverse();
   const double off_px = result.reprojection_rms_px / kOffLongMotionPx;
   if (run_->model.motion_px.norm() > kLongMotionCells * CellPx()) of_moves /= std::max(off_px * off_px, 1.0);
   // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.

@@ -119,7 +119,8 @@ class LaneBlock {
   int folded() const { return folded_; }
   bool is_folded() const { return folded_ < padded_; }
   /// Gives the lanes that others were dealt to the values of those. @param values one a lane.
-  void SpreadFolded(float* values) const {
+  template <typename Value>
+  void SpreadFolded(Value* values) const {
     values += folded_;
     for (int i = kFold; i < kGroup; ++i) values[i] = values[i % kFold];
   }

@@ -4,11 +4,15 @@
 #include <hwy/targets.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <random>
 #include <set>
 #include <vector>
+
+#include "detect/fit/edge_noise.h"
 
 namespace chequer {
 namespace {
@@ -98,6 +102,75 @@ class Kernel : public testing::Test {
   LaneBlock block_;
   KernelInput input_;
 };
+
+TEST_F(Kernel, ErrorsAlongEdgesAreThoseOfThePixelsAtEachDistance) {
+  // Two groups; lanes of neither are left out.
+  AlikeEdges wanted[2];
+  for (int lane = 0; lane < kLanes; ++lane)
+    for (int axis = 0; axis < 2; ++axis)
+      wanted[axis].group_of_lane[static_cast<std::size_t>(lane)] = (lane + axis) % 3 - 1;
+  struct Sums {
+    double score = 0, information = 0;
+  };
+  std::map<std::array<int, 3>, Sums> sums;  // by axis, group and distance
+  for (int lane = 0; lane < kLanes; ++lane)
+    for (int i = 0; i < block_.count(lane); ++i) {
+      const Lane& at = lanes_[static_cast<std::size_t>(lane)];
+      const auto [x, y] = Offset(lane, i);
+      const auto row = Row(lane, i);
+      const double off_px[2] = {x * at.px_x, y * at.px_y}, by_px[2] = {row[kShiftX] / at.px_x, row[kShiftY] / at.px_y};
+      for (int axis = 0; axis < 2; ++axis) {
+        Sums& sum = sums[{axis, wanted[axis].group_of_lane[static_cast<std::size_t>(lane)],
+                          static_cast<int>(std::floor(off_px[axis])) + AlikeEdges::kDistances / 2}];
+        sum.score += by_px[axis] * row[kResidual];
+        sum.information += by_px[axis] * by_px[axis];
+      }
+    }
+  for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    AlikeEdges edges[2] = {wanted[0], wanted[1]};
+    AddEdgeErrors(input_, block_, edges[0], edges[1]);
+    for (int axis = 0; axis < 2; ++axis)
+      for (int group = 0; group < AlikeEdges::kBlockPx; ++group)
+        for (int distance = 0; distance < AlikeEdges::kDistances; ++distance) {
+          const EdgeErrors& found =
+              edges[axis].errors[static_cast<std::size_t>(group)][static_cast<std::size_t>(distance)];
+          const auto expected = sums.find({axis, group, distance});
+          if (expected == sums.end()) {
+            EXPECT_EQ(found.information, 0) << hwy::TargetName(target);
+            continue;
+          }
+          // Both have factors that all pixels share, which this is without.
+          const double deviation = expected->second.score / std::sqrt(expected->second.information);
+          EXPECT_NEAR(double{found.score} / std::sqrt(double{found.information}), deviation,
+                      2e-3 * std::max(std::abs(deviation), 1.0))
+              << hwy::TargetName(target) << ", axis " << axis << ", group " << group << ", distance " << distance;
+        }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST(ErrorsAlongEdges, CountWhereTheyAreMoreThanNoise) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal;
+  // Two groups along each axis, five pixels across their edges.
+  const auto draw = [&](float times) {
+    AlikeEdges edges;
+    for (std::size_t group = 0; group < 2; ++group)
+      for (std::size_t distance = 5; distance < 10; ++distance)
+        edges.errors[group][distance] = {std::sqrt(40 * 1.5f * times) * normal(random), 40};
+    return edges;
+  };
+  constexpr int kDraws = 300;
+  double of_noise = 0, of_errors = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    of_noise += MoreAlongEdges(draw(1), draw(1), 1.5) / kDraws;
+    of_errors += MoreAlongEdges(draw(11), draw(11), 1.5) / kDraws;
+  }
+  EXPECT_LT(of_noise, 0.1);
+  EXPECT_NEAR(of_errors, 10, 1);
+  EXPECT_EQ(MoreAlongEdges({}, {}, 1), 0) << "nothing follows the pixels";
+}
 
 TEST_F(Kernel, EdgesAndCornersAreAsTold) {
   input_.edge_x.by_power = {-0.3f, 0.2f, -0.2f, 0.05f, 0.01f, -0.001f};

@@ -1,0 +1,108 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "detect/fit/edge_noise.cpp"
+#include <hwy/foreach_target.h>
+// The loop above includes this file once a target; what follows the guard at the end is compiled once.
+#include <hwy/highway.h>
+
+#include "detect/fit/edge_noise.h"
+#include "detect/fit/plain_light-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace chequer {
+namespace HWY_NAMESPACE {
+
+/// What a vector of pixels says of the edges across one axis.
+struct EdgePixels {
+  static constexpr std::size_t kMaxLanes = HWY_MAX_BYTES / sizeof(float);
+
+  HWY_INLINE void Set(V off_px, V derivative, V deviation) {
+    const D d;
+    const hn::RebindToSigned<D> di;
+    constexpr float kHalf = AlikeEdges::kDistances / 2;
+    // Numbers below zero are rounded upwards.
+    const V from_first = hn::Max(hn::Add(off_px, hn::Set(d, kHalf)), hn::Zero(d));
+    hn::Store(hn::Min(hn::ConvertTo(di, from_first), hn::Set(di, AlikeEdges::kDistances - 1)), di, distance);
+    hn::Store(hn::Mul(derivative, deviation), d, score);
+    hn::Store(hn::Mul(derivative, derivative), d, information);
+  }
+  HWY_INLINE void AddTo(AlikeEdges& edges, int first, int count) const {
+    for (int i = 0; i < count; ++i) {
+      const int group = edges.group_of_lane[static_cast<std::size_t>(first + i)];
+      if (group < 0) continue;
+      EdgeErrors& sum = edges.errors[static_cast<std::size_t>(group)][static_cast<std::size_t>(distance[i])];
+      sum.score += score[i];
+      sum.information += information[i];
+    }
+  }
+
+  HWY_ALIGN std::int32_t distance[kMaxLanes];
+  HWY_ALIGN float score[kMaxLanes], information[kMaxLanes];
+};
+
+void AddErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const Shared shared = SharedOf(input);
+  HWY_ALIGN float edges[EdgeRow::kValues * EdgePixels::kMaxLanes];
+  EdgePixels across_x, across_y;
+  for (int first = 0; first < block.padded(); first += lanes) {
+    const Model m = ModelOf(shared, block, first);
+    const int most = MostOf(block, first);
+    std::size_t at = block.Place(first, 0);
+    V left = m.count;
+    for (int k = 0; k < most; ++k, at += LaneBlock::kNextPixel, left = hn::Sub(left, hn::Set(d, 1.0f))) {
+      const auto inside = hn::Gt(left, hn::Zero(d));
+      PlaceAtEdges(m, hn::IfThenElseZero(inside, hn::LoadU(d, block.u_data() + at)),
+                   hn::IfThenElseZero(inside, hn::LoadU(d, block.v_data() + at)), edges);
+      BlurEdges(m, edges);
+      const Predicted p = Predict(m, edges);
+      const Weighed w = Weigh(m, p, hn::LoadU(d, block.light_data() + at), inside);
+      across_x.Set(hn::Mul(p.ax, shared.px), hn::Mul(p.by_ax, w.root), w.deviation);
+      across_y.Set(hn::Mul(p.ay, shared.px), hn::Mul(p.by_ay, w.root), w.deviation);
+      across_x.AddTo(x, first, lanes);
+      across_y.AddTo(y, first, lanes);
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace chequer
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+#include <algorithm>
+
+namespace chequer {
+namespace {
+
+HWY_EXPORT(AddErrors);
+
+/// Of what may be chance, so many deviations are left out: of boards whose errors are noise, one in 20 would have more
+/// (a guess).
+constexpr double kDeviationsOfChance = 2;
+
+}  // namespace
+
+void AddEdgeErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y) {
+  HWY_DYNAMIC_DISPATCH(AddErrors)(input, block, x, y);
+}
+
+double MoreAlongEdges(const AlikeEdges& x, const AlikeEdges& y, double pixel_variance) {
+  double scores = 0, information = 0, squares = 0;
+  for (const AlikeEdges* edges : {&x, &y})
+    for (const AlikeEdges::Group& group : edges->errors)
+      for (const EdgeErrors& errors : group) {
+        scores += double{errors.score} * double{errors.score};
+        information += double{errors.information};
+        squares += double{errors.information} * double{errors.information};
+      }
+  const double more = scores / std::max(information * pixel_variance, 1e-300) - 1;
+  if (!(more > 0)) return 0;
+  // The square of a normal deviate has a variance of 2.
+  const double of_chance = kDeviationsOfChance * kDeviationsOfChance * 2 * squares / (information * information);
+  return std::max(more - of_chance / more, 0.0);
+}
+
+}  // namespace chequer
+#endif  // HWY_ONCE

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+
+#include "chequer/marker.h"
+#include "detect/fit/photometric_kernel.h"
+
+namespace chequer {
+
+/// Sums over the pixels that lie at one distance from edges, with a factor that all of a board share.
+struct EdgeErrors {
+  float score = 0;        ///< what they say of the edges' place: Σ of the derivative times the residual, weighted
+  float information = 0;  ///< Σ of the derivative's weighted square: the variance of `score` where errors are noise
+};
+
+/// Edges across one of the board's axes, of which errors may be alike: JPEG rounds in blocks of so many pixels, so that
+/// they are grouped by where in a block they lie.
+struct AlikeEdges {
+  static constexpr int kBlockPx = 8;
+  /// Whole pixels, half of them on either side.
+  static constexpr int kDistances = 16;
+  using Group = std::array<EdgeErrors, kDistances>;
+
+  AlikeEdges() { group_of_lane.fill(-1); }
+
+  std::array<Group, kBlockPx> errors{};
+  /// Of each lane as it stands in memory; negative: none.
+  std::array<int, 4 * kMaxCorners + LaneBlock::kGroup> group_of_lane;
+};
+
+/// Adds up the errors of all groups. @param input as the lanes were last evaluated with.
+void AddEdgeErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y);
+
+/// How many times as much the places of groups of edges vary as the noise of their pixels tells, beside that: 0 where
+/// errors are noise, as the square of each distance's score is its information then, in the mean (a covariance of
+/// clusters: Cameron, Gelbach, Miller, "Robust inference with multiway clustering", 2011). What chance makes of that is
+/// left out, steadily.
+double MoreAlongEdges(const AlikeEdges& x, const AlikeEdges& y, double pixel_variance);
+
+}  // namespace chequer

@@ -1,0 +1,226 @@
+// The photometric model at the pixels of a vector of lanes, and what each of them counts.
+//
+// Who includes this is compiled once for each target of the processor, so this file is included once a target, too: the
+// guard turns with Highway's own.
+#if defined(CHEQUER_DETECT_PLAIN_LIGHT) == defined(HWY_TARGET_TOGGLE)
+#ifdef CHEQUER_DETECT_PLAIN_LIGHT
+#undef CHEQUER_DETECT_PLAIN_LIGHT
+#else
+#define CHEQUER_DETECT_PLAIN_LIGHT
+#endif
+
+#include <hwy/highway.h>
+
+#include "detect/common/reciprocal-inl.h"
+#include "detect/fit/blurred_edge-inl.h"
+#include "detect/fit/photometric_kernel.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace chequer {
+namespace HWY_NAMESPACE {
+
+/// What the kernel's input says of all lanes.
+struct Shared {
+  V board_from_plane[9];
+  V per_blur, px;
+  PowerTerms edge_x, edge_y;
+  /// What the correlation changes by near the corner.
+  struct {
+    V square, product, fall;
+    bool none;
+  } corner;
+  V limit;
+};
+
+inline Shared SharedOf(const KernelInput& input) {
+  const D d;
+  Shared s;
+  for (int i = 0; i < 9; ++i) s.board_from_plane[i] = hn::Set(d, input.board_from_plane[i]);
+  s.per_blur = hn::Set(d, kUnit / input.blur_px);
+  s.px = hn::Set(d, input.blur_px / kUnit);
+  s.edge_x = PowerTermsOf(input.edge_x);
+  s.edge_y = PowerTermsOf(input.edge_y);
+  constexpr float kPerSquare = 1 / (kUnit * kUnit), kOfExcess = kDensity * kDensity * kPerSquare;
+  s.corner.square = hn::Set(d, kOfExcess * input.corner.square);
+  s.corner.product = hn::Set(d, kOfExcess * input.corner.product);
+  s.corner.fall = hn::Set(d, kPerSquare * CornerExcess::kFall);
+  s.corner.none = input.corner.none();
+  s.limit = hn::Set(d, input.robust_limit);
+  return s;
+}
+
+/// The same, with what it says of some lanes.
+struct Model {
+  explicit Model(const Shared& of_all) : shared(of_all) {}
+
+  const Shared& shared;
+  /// From the plane, as homogeneous coordinates: the distances from the two edges.
+  V to_x[3], to_y[3];
+  /// l00, its change from above to below at the left, from left to right above, and that by y.
+  struct {
+    V l00, down, across, cross, middle;
+  } light;
+  V correlation;  ///< with the densities' middles
+  V noise_floor, noise_slope;
+  /// Root of a pixel's weight, by the distances.
+  struct {
+    V x, y, x_at, y_at;
+    bool any;  ///< the window of some lane fades
+  } fade;
+  V count;  ///< pixels
+};
+
+inline Model ModelOf(const Shared& shared, const LaneBlock& block, int first) {
+  const D d;
+  const auto parameter = [&](LaneBlock::Parameter which)
+                             HWY_ATTR { return hn::LoadU(d, block.parameter_data(which) + first); };
+  Model m(shared);
+  const V scale_x = hn::Mul(parameter(LaneBlock::kPxPerCellX), shared.per_blur),
+          scale_y = hn::Mul(parameter(LaneBlock::kPxPerCellY), shared.per_blur);
+  const V corner_x = parameter(LaneBlock::kCornerX), corner_y = parameter(LaneBlock::kCornerY);
+  for (int i = 0; i < 3; ++i) {
+    const V* h = shared.board_from_plane + i;
+    m.to_x[i] = hn::Mul(hn::NegMulAdd(corner_x, h[6], h[0]), scale_x);
+    m.to_y[i] = hn::Mul(hn::NegMulAdd(corner_y, h[6], h[3]), scale_y);
+  }
+  m.correlation = hn::Mul(parameter(LaneBlock::kCorrelation), hn::Set(d, kDensity * kDensity));
+  const V l10 = parameter(LaneBlock::kL10), l01 = parameter(LaneBlock::kL01), l11 = parameter(LaneBlock::kL11);
+  m.light.l00 = parameter(LaneBlock::kL00);
+  m.light.down = hn::Sub(l01, m.light.l00);
+  m.light.across = hn::Sub(l10, m.light.l00);
+  m.light.cross = hn::Sub(hn::Sub(l11, l01), m.light.across);
+  m.noise_floor = parameter(LaneBlock::kNoiseFloor);
+  m.noise_slope = parameter(LaneBlock::kNoiseSlope);
+  m.light.middle = hn::Mul(hn::Add(hn::Add(m.light.l00, l11), hn::Add(l10, l01)), hn::Set(d, 0.25f));
+  const V fade_x = parameter(LaneBlock::kFadeX), fade_y = parameter(LaneBlock::kFadeY);
+  m.fade.x = hn::Mul(fade_x, shared.px);
+  m.fade.y = hn::Mul(fade_y, shared.px);
+  m.fade.x_at = parameter(LaneBlock::kFadeXAt);
+  m.fade.y_at = parameter(LaneBlock::kFadeYAt);
+  m.fade.any = !hn::AllTrue(d, hn::Eq(hn::Or(fade_x, fade_y), hn::Zero(d)));
+  const hn::RebindToSigned<D> di;
+  m.count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
+  return m;
+}
+
+/// How far a chunk's pixels lie from the two edges, and the normal distribution there. The model is found in
+/// short loops over the chunk: the processor then has the steps of many pixels at hand, none of which wait for each
+/// other.
+struct EdgeRow {
+  enum { kX, kY, kDensityX, kDensityY, kIntegralX, kIntegralY, kValues };
+};
+
+HWY_INLINE void PlaceAtEdges(const Model& m, V u, V v, float* HWY_RESTRICT row) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto row_of = [&](const V* to) HWY_ATTR { return hn::MulAdd(to[0], u, hn::MulAdd(to[1], v, to[2])); };
+  const V w = Reciprocal(d, row_of(m.shared.board_from_plane + 6));
+  hn::Store(hn::Mul(row_of(m.to_x), w), d, row + EdgeRow::kX * lanes);
+  hn::Store(hn::Mul(row_of(m.to_y), w), d, row + EdgeRow::kY * lanes);
+}
+
+HWY_INLINE void BlurEdges(const Model& m, float* HWY_RESTRICT row) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (int axis = 0; axis < 2; ++axis) {
+    const Normal normal = NormalAt(d, hn::Load(d, row + axis * lanes), axis == 0 ? m.shared.edge_x : m.shared.edge_y);
+    hn::Store(normal.density, d, row + (EdgeRow::kDensityX + axis) * lanes);
+    hn::Store(normal.integral, d, row + (EdgeRow::kIntegralX + axis) * lanes);
+  }
+}
+
+/// The light of a pixel, and the shares of it to the right of one edge, below the other edge, and both.
+struct Predicted {
+  V light, right, down, both;
+  V ax, ay, by_ax, by_ay;  ///< the distances from the edges, and derivatives by these
+  V by_skew;               ///< and by the blur's correlation
+};
+
+/// Edges that are not square to each other blur together: the shares are those of a bivariate normal distribution, to
+/// first order in the correlation.
+HWY_INLINE Predicted Predict(const Model& m, const float* HWY_RESTRICT edges) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto of = [&](int which) HWY_ATTR { return hn::Load(d, edges + which * lanes); };
+  Predicted p;
+  p.ax = of(EdgeRow::kX), p.ay = of(EdgeRow::kY), p.right = of(EdgeRow::kIntegralX), p.down = of(EdgeRow::kIntegralY);
+  const V density_x = of(EdgeRow::kDensityX), density_y = of(EdgeRow::kDensityY);
+  V correlation = m.correlation;
+  if (!m.shared.corner.none) {
+    const V ax_square = hn::Mul(p.ax, p.ax), ay_square = hn::Mul(p.ay, p.ay);
+    const V fall = hn::NegMulAdd(m.shared.corner.fall, hn::Add(ax_square, ay_square), hn::Set(d, 1.0f));
+    const V square = hn::Mul(m.shared.corner.square, hn::Sub(ax_square, ay_square));
+    correlation = hn::MulAdd(hn::MulAdd(m.shared.corner.product, hn::Mul(p.ax, p.ay), square), fall, correlation);
+  }
+  const V densities = hn::Mul(density_x, density_y), twist = hn::Mul(correlation, densities);
+  const auto& light = m.light;
+  const V slope_x = hn::MulAdd(light.cross, p.down, light.across),
+          slope_y = hn::MulAdd(light.cross, p.right, light.down);
+  const V twist_slope = hn::Mul(light.cross, twist);
+  p.light = hn::Add(hn::MulAdd(slope_y, p.down, hn::MulAdd(light.across, p.right, light.l00)), twist_slope);
+  p.both = hn::MulAdd(p.right, p.down, twist);
+  p.by_skew = hn::Mul(light.cross, densities);
+  const V twist_change = hn::Mul(twist_slope, hn::Set(d, 1 / (kUnit * kDensity)));
+  p.by_ax = hn::NegMulAdd(p.ax, twist_change, hn::Mul(slope_x, density_x));
+  p.by_ay = hn::NegMulAdd(p.ay, twist_change, hn::Mul(slope_y, density_y));
+  return p;
+}
+
+/// What a pixel counts.
+struct Weighed {
+  V root;       ///< of its weight, so that rows carry it
+  V deviation;  ///< the residual times that
+  V robust;     ///< its weight over that of its noise
+  /// Of pixels that fit, by which noise is estimated: a few outliers would dominate it.
+  V fits, fit_residual;
+};
+
+template <class M>
+HWY_INLINE Weighed Weigh(const Model& m, const Predicted& p, V marked_light, M inside) {
+  const D d;
+  const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+  // The window ends softly, and moves with the board: which pixels count does not depend on where a fit began.
+  V window = one;
+  if (m.fade.any) {
+    window = hn::Min(hn::MulAdd(p.ax, m.fade.x, m.fade.x_at), hn::MulAdd(p.ay, m.fade.y, m.fade.y_at));
+    window = hn::Max(hn::Min(window, one), zero);
+    inside = hn::And(inside, hn::Gt(window, zero));
+  }
+  // A saturated pixel agrees with every model that saturates too.
+  const V light = hn::Abs(marked_light);
+  const auto agrees = hn::And(hn::Lt(marked_light, zero), hn::Ge(p.light, light));
+  const auto used = hn::AndNot(agrees, inside);
+  const V usable = hn::IfThenElseZero(used, one), residual = hn::IfThenElseZero(used, hn::Sub(light, p.light));
+  const V variance = hn::MulAdd(m.noise_slope, hn::Max(p.light, zero), m.noise_floor);
+  Weighed w;
+  w.root = hn::IfThenElseZero(used, RoughReciprocalSqrt(d, variance));
+  w.deviation = hn::Mul(residual, w.root);
+  w.robust = w.fits = usable, w.fit_residual = residual;
+  // Huber: beyond the limit the weight falls as 1 / deviation.
+  const auto off = hn::Gt(hn::Abs(w.deviation), m.shared.limit);
+  if (HWY_UNLIKELY(!hn::AllFalse(d, off))) {
+    w.robust = hn::IfThenElse(off, hn::Div(m.shared.limit, hn::Abs(w.deviation)), usable);
+    w.root = hn::Mul(w.root, hn::Sqrt(w.robust));
+    w.deviation = hn::Mul(residual, w.root);
+    w.fits = hn::IfThenElse(off, zero, usable);
+    w.fit_residual = hn::IfThenElse(off, zero, residual);
+  }
+  if (m.fade.any) {
+    w.root = hn::Mul(w.root, window);
+    w.deviation = hn::Mul(w.deviation, window);
+    w.robust = hn::Mul(w.robust, hn::Mul(window, window));
+  }
+  return w;
+}
+
+/// The most pixels of a lane in the vector from `first` on.
+HWY_INLINE int MostOf(const LaneBlock& block, int first) {
+  const hn::RebindToSigned<D> di;
+  return hn::GetLane(hn::MaxOfLanes(di, hn::LoadU(di, block.counts() + first)));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace chequer
+HWY_AFTER_NAMESPACE();
+
+#endif
