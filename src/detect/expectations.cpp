@@ -23,7 +23,7 @@ constexpr double kContrastKept = 0.9;
 /// 3 px cells fits that begin a third of a cell off, 2 to 5 % less are read in knocks.)
 constexpr double kContrastThatIsThere = 0.25;
 /// Cost of that search for one board, in units of WorkStep::kPlace (measured, of 10 px cells).
-constexpr std::uint64_t kPlacesOfShift = 17;
+constexpr std::uint64_t kPlacesOfShift = 10;
 /// Share of the remaining budget that the search for a common shift may take (a guess; a search of the image takes
 /// less).
 constexpr double kMostOfBudgetForShift = 0.25;

@@ -8,19 +8,14 @@
 namespace chequer {
 namespace {
 
-/// How far it is looked for, in steps of first some, then one pixel.
-constexpr int kReachPx = 16, kCoarsePx = 2;
+/// How far it is looked for, in steps of first some, then one pixel; and there, how far around the best one.
+constexpr int kReachPx = 16, kCoarsePx = 2, kReachAroundPx = 4;
 /// Distance of the sampled points from the middle of their cell, cells. A wrong shift moves some of them to another
 /// cell, so that the best shift is known to a fraction of a cell.
 constexpr double kFromMiddle = 0.3;
 /// Shifts of nearly the best contrast: their mean is the middle of the plateau. Where none lies on it, boards lie
 /// elsewhere.
 constexpr double kNearlyBest = 0.95;
-
-/// Shifts whose contrast is asked for, along each axis from −kMost on: around each of the steps, too.
-constexpr int kMost = kReachPx + 2 * kCoarsePx, kShifts = 2 * kMost + 1;
-/// Of a whole number of vectors.
-constexpr int kRow = (kShifts + 3) / 4 * 4;
 
 /// A point that should be light, or dark.
 struct Point {
@@ -32,6 +27,7 @@ using Points = std::array<Point, 4 * kMaxCells>;
 /// Those that some shift takes into the image.
 std::span<const Point> PlacePoints(const AnchoredBoard& board, const LightReader& reader, const Lens& lens,
                                    Points& points) {
+  constexpr int kMost = kReachPx + kReachAroundPx;
   const BoardGeometry geometry(board.plane_from_board);
   Eigen::Matrix2d pixel_by_plane;
   const Eigen::Vector2d middle = lens.ToImage(geometry.ToPlane({0, 0}), &pixel_by_plane);
@@ -51,85 +47,116 @@ std::span<const Point> PlacePoints(const AnchoredBoard& board, const LightReader
   return std::span(points).first(count);
 }
 
-/// Light of the light points over the dark ones, of every shift. Each row of pixels is read once, and added to the
-/// shifts that take points there.
+/// Light of the light points over the dark ones, of the shifts around one, kReach steps of kStepPx along each axis.
+template <int kReach, int kStepPx>
 class ShiftContrasts {
  public:
-  /// @param row workspace
-  ShiftContrasts(const LightReader& reader, std::vector<float>& row)
-      : reader_(reader), rows_(reader.AllRows()), row_(row) {}
+  /// @param cells workspace
+  ShiftContrasts(const LightReader& reader, const Eigen::Vector2i& middle_px, std::vector<float>& cells)
+      : reader_(reader), rows_(reader.AllRows()), middle_px_(middle_px), cells_(cells) {}
 
   void Add(std::span<const Point> points) {
     if (points.empty()) return;
     const auto [left, right] = std::ranges::minmax(points, {}, &Point::x);
     const auto [top, bottom] = std::ranges::minmax(points, {}, &Point::y);
-    const int first = left.x - kMost;
-    row_.assign(static_cast<std::size_t>(right.x - first + kMost + kRow - kShifts + 2), 0.0f);
-    for (int y = std::max(top.y - kMost, 0); y <= std::min(bottom.y + kMost, reader_.height() - 1); ++y) {
-      Read(y, first);
-      for (const Point& point : points) {
-        const int shift = y - point.y + kMost;
-        if (shift < 0 || shift >= kShifts) continue;
-        contrasts_.col(shift) += point.sign * Eigen::Map<const Shifts>(row_.data() + (point.x - kMost - first));
+    const Eigen::Vector2i first = GridOf(left.x, top.y), last = GridOf(right.x, bottom.y);
+    Read(first - Eigen::Vector2i::Constant(kReach), last + Eigen::Vector2i::Constant(kReach));
+    for (const Point& point : points) {
+      const Eigen::Vector2i at = GridOf(point.x, point.y) - first;
+      const float* row = cells_.data() + at.y() * width_ + at.x();
+      for (int shift = 0; shift <= 2 * kReach; ++shift, row += width_)
+        contrasts_.col(shift) += point.sign * Eigen::Map<const Shifts>(row);
+    }
+  }
+  /// @param shift_px one of those.
+  float At(const Eigen::Vector2i& shift_px) const {
+    const Eigen::Vector2i step = (shift_px - middle_px_) / kStepPx;
+    return contrasts_(step.x() + kReach, step.y() + kReach);
+  }
+  /// Calls act(shift in pixels, contrast) for each.
+  template <class Act>
+  void ForEach(Act&& act) const {
+    for (int y = -kReach; y <= kReach; ++y)
+      for (int x = -kReach; x <= kReach; ++x)
+        act(Eigen::Vector2i(middle_px_ + kStepPx * Eigen::Vector2i(x, y)), contrasts_(x + kReach, y + kReach));
+  }
+
+ private:
+  /// Of a whole number of vectors.
+  static constexpr int kRow = (2 * kReach + 1 + 3) / 4 * 4;
+  using Shifts = Eigen::Array<float, kRow, 1>;
+  using Contrasts = Eigen::Array<float, kRow, 2 * kReach + 1>;
+
+  /// Where the middle of the shifts takes a point, steps.
+  Eigen::Vector2i GridOf(int x, int y) const {
+    const auto steps = [&](int px) { return px >> (kStepPx - 1); };
+    return {steps(x + middle_px_.x()), steps(y + middle_px_.y())};
+  }
+
+  /// The light of two neighbours at each step, of which one is green in a mosaic; none beyond the image.
+  void Read(const Eigen::Vector2i& first, const Eigen::Vector2i& last) {
+    width_ = last.x() - first.x() + kRow;
+    cells_.assign(static_cast<std::size_t>((last.y() - first.y() + 1) * width_), 0.0f);
+    const int from = std::max(-first.x(), 0),
+              past = std::min(last.x() + 1, (reader_.width() - 2) / kStepPx + 1) - first.x();
+    for (int row = 0; row <= last.y() - first.y(); ++row) {
+      const int y = (first.y() + row) * kStepPx;
+      if (y < 0 || y >= reader_.height() || from >= past) continue;
+      const int x = (first.x() + from) * kStepPx;
+      float* const to = cells_.data() + row * width_;
+      if constexpr (kStepPx == 2) {
+        ReadPairs(rows_.At(y).From(x), to, from, past, 1);
+      } else {
+        ReadPairs(rows_.At(y).From(x), to, from, past, 2);
+        ReadPairs(rows_.At(y).From(x + 1), to, from + 1, past, 2);
       }
     }
   }
-  float At(int x, int y) const { return contrasts_(x + kMost, y + kMost); }
-
- private:
-  using Shifts = Eigen::Array<float, kRow, 1>;
-  using Contrasts = Eigen::Array<float, kRow, kShifts>;
-
-  /// The light of two neighbours each, of which one is green in a mosaic; none beyond the image.
-  void Read(int y, int first) {
-    const int size = static_cast<int>(row_.size()), from = std::max(-first, 0),
-              past = std::min(reader_.width() - first, size);
-    LightReader::Run run = rows_.From(first + from, y);
-    for (int i = from; i < past; i += 2, run.first += run.step, run.second += run.step) {
-      row_[static_cast<std::size_t>(i)] = run.is_mixed() ? run.Mixed(run.first) : run.table[*run.first];
-      if (i + 1 < past)
-        row_[static_cast<std::size_t>(i + 1)] = run.is_mixed() ? run.Mixed(run.second) : run.table[*run.second];
-    }
-    for (int i = from; i + 1 < past; ++i) row_[static_cast<std::size_t>(i)] += row_[static_cast<std::size_t>(i + 1)];
-    row_[static_cast<std::size_t>(past - 1)] = 0;
+  static void ReadPairs(LightReader::Run run, float* to, int from, int past, int apart) {
+    for (int i = from; i < past; i += apart, run.first += run.step, run.second += run.step)
+      to[i] = run.is_mixed() ? run.Mixed(run.first) + run.Mixed(run.second)
+                             : run.table[*run.first] + run.table[*run.second];
   }
 
   const LightReader& reader_;
   const LightReader::Rows rows_;
-  std::vector<float>& row_;
+  const Eigen::Vector2i middle_px_ = Eigen::Vector2i::Zero();
+  std::vector<float>& cells_;
+  int width_ = 0;                            ///< of the cells
   Contrasts contrasts_ = Contrasts::Zero();  ///< by shifts along x and y
 };
 
 }  // namespace
 
 Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size_t asked, const LightReader& reader,
-                                const Lens& lens, std::vector<float>& row) {
+                                const Lens& lens, std::vector<float>& cells) {
   static_assert(kReachPx % kCoarsePx == 0);
-  ShiftContrasts contrasts(reader, row);
   const std::size_t step = std::max<std::size_t>(1, (boards.size() + asked - 1) / asked);
   Points points;
-  for (std::size_t i = 0; i < boards.size(); i += step) {
-    contrasts.Add(PlacePoints(boards[i], reader, lens, points));
-  }
-  const float none = contrasts.At(0, 0);
+  const auto add_all = [&](auto& contrasts) {
+    for (std::size_t i = 0; i < boards.size(); i += step) contrasts.Add(PlacePoints(boards[i], reader, lens, points));
+  };
+  ShiftContrasts<kReachPx / kCoarsePx, kCoarsePx> coarse(reader, {0, 0}, cells);
+  add_all(coarse);
+  const float none = coarse.At({0, 0});
   float most = none;
   Eigen::Vector2i best(0, 0);
-  for (int y = -kReachPx; y <= kReachPx; y += kCoarsePx)
-    for (int x = -kReachPx; x <= kReachPx; x += kCoarsePx) {
-      const float contrast = contrasts.At(x, y);
-      if (contrast <= most) continue;
-      most = contrast;
-      best = {x, y};
-    }
+  coarse.ForEach([&](const Eigen::Vector2i& shift, float contrast) {
+    if (contrast <= most) return;
+    most = contrast;
+    best = shift;
+  });
   if (none >= static_cast<float>(kNearlyBest) * most) return Eigen::Vector2d::Zero();
+  ShiftContrasts<kReachAroundPx, 1> around(reader, best, cells);
+  add_all(around);
+  const float nearly = static_cast<float>(kNearlyBest) * around.At(best);
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   int count = 0;
-  for (int y = best.y() - 2 * kCoarsePx; y <= best.y() + 2 * kCoarsePx; ++y)
-    for (int x = best.x() - 2 * kCoarsePx; x <= best.x() + 2 * kCoarsePx; ++x) {
-      if (contrasts.At(x, y) < static_cast<float>(kNearlyBest) * most) continue;
-      sum += Eigen::Vector2d(x, y);
-      ++count;
-    }
+  around.ForEach([&](const Eigen::Vector2i& shift, float contrast) {
+    if (contrast < nearly) return;
+    sum += shift.cast<double>();
+    ++count;
+  });
   return sum / std::max(count, 1);
 }
 

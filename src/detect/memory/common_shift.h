@@ -19,10 +19,10 @@ inline constexpr std::size_t kFewestAskedForShift = 3;
 /// How far all boards of an image lie from where they are expected, image pixels: a camera that is knocked shifts them
 /// alike. It is the shift of at most 16 px along each axis at which their light cells stand out most from the dark
 /// ones, to about a pixel: near enough for a fit to start from, also with motion blur. Zero where none is clearly
-/// better than none. Takes 0.6 million instructions for each board of 10 px cells that is asked (measured).
-/// @param asked so many boards at most: kMostAskedForShift or fewer. @param row workspace
+/// better than none. Takes 0.35 million instructions for each board of 10 px cells that is asked (measured).
+/// @param asked so many boards at most: kMostAskedForShift or fewer. @param cells workspace
 Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size_t asked, const LightReader& reader,
-                                const Lens& lens, std::vector<float>& row);
+                                const Lens& lens, std::vector<float>& cells);
 
 /// Light of a board's light cells over its dark ones, as sampled.
 double SampledContrast(const AnchoredBoard& board);
