@@ -128,6 +128,9 @@ void BoardFits::FitFrom(const ImageJob& job, std::size_t first) {
 
 void BoardFits::FitPostponed(const ImageJob& job) {
   const ImageState& frame = job.frame;
+  // Some were tried before.
+  std::erase_if(
+      *tasks_, [&](const FitTask& task) { return frame.IsExpected(task.board) && frame.stream.postponed[task.board]; });
   const std::size_t tasks_before = tasks_->size();
   for (std::size_t i = 0; i < frame.expected.size(); ++i)
     if (frame.stream.postponed[i] && !frame.ReadElsewhere(i)) tasks_->push_back(TaskOf(job, i));

@@ -41,6 +41,7 @@ struct BoardOutcome {
   bool carried_or_none = false;
   bool carried = false;       ///< its identity is the remembered one's
   bool contradicted = false;  ///< another was read where it was expected
+  bool not_near = false;      ///< nothing shows there that a fit would come near
   bool deferred = false;      ///< it was not fitted, or not as it should be
   bool wants_more = false;    ///< only the plain fit was done, and another may explain it better
   LearntBoard learnt;         ///< with this frame; empty where nothing was, or is to be
@@ -66,8 +67,8 @@ struct StreamState {
   bool MayBeShifted() const { return contrast_share < 0.95f; }
   /// Whether boards do not show where they were expected, or blurred.
   bool IsKnocked() const { return !shift_px.isZero() || !IsSharp(); }
-  /// Of the expected boards, those that are searched for before they are fitted there: such a fit would take several
-  /// times as much.
+  /// Of the expected boards, those that are searched for before they are fitted there, by all means: such a fit would
+  /// take several times as much.
   std::vector<bool> postponed;
   std::size_t missing = 0;             ///< of the expected boards, those that no fit has found there yet
   std::vector<std::size_t> lost;       ///< of them, those that are searched around

@@ -38,6 +38,8 @@ class PhotometricFit {
     std::uint64_t most_units = ~0ull;
     /// Only the plain fit is done: no motion, dot gain, shadow, or occlusion is looked for.
     bool plain_only = false;
+    /// It was expected there, and is searched for where the plain model does not come near it.
+    bool may_lie_elsewhere = false;
   };
 
   /// Nothing if the board lies outside the image for the most part, does not look like the model, or the fit runs away.
@@ -48,6 +50,8 @@ class PhotometricFit {
   bool UseLearntLevels(const FittedBoard& fitted, LearntBoard& learnt);
   /// Whether the last fit was plain only and left something undone that may change its result.
   bool wants_more() const { return wants_more_; }
+  /// Whether the last one was given up for that.
+  bool lies_elsewhere() const { return lies_elsewhere_; }
   /// Whether the last one ended before all was tried that might explain the board better, for want of units.
   bool cut_short() const { return cut_short_; }
   /// What the last fit took.
@@ -93,7 +97,7 @@ class PhotometricFit {
   /// with them.
   void LeaveOutPulled(const Task& task);
 
-  bool wants_more_ = false, cut_short_ = false;
+  bool wants_more_ = false, cut_short_ = false, lies_elsewhere_ = false;
   std::uint64_t most_units_ = 0;
   BoardFit fit_;
   Trial made_;   ///< how
