@@ -47,7 +47,7 @@ std::optional<BoardGeometry::Information> BoardFit::CovarianceAlongEdges(const B
   if (lanes.is_folded())
     for (AlikeEdges& of_axis : in_memory) lanes.SpreadFolded(of_axis.group_of_lane.data());
   AddEdgeErrors(run_->plain_input, lanes, in_memory[0], in_memory[1]);
-  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(pixels_.pixels()));
+  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(pixels_.pixels() / AlikeEdges::kStride));
   const double more = MoreAlongEdges(in_memory[0], in_memory[1], run_->told.pixel_variance);
   if (more == 0) return std::nullopt;
   // Each group has one error that all its edges share.

@@ -50,7 +50,9 @@ void AddErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, 
     const int most = MostOf(block, first);
     std::size_t at = block.Place(first, 0);
     V left = m.count;
-    for (int k = 0; k < most; ++k, at += LaneBlock::kNextPixel, left = hn::Sub(left, hn::Set(d, 1.0f))) {
+    const V step = hn::Set(d, static_cast<float>(AlikeEdges::kStride));
+    for (int k = 0; k < most;
+         k += AlikeEdges::kStride, at += AlikeEdges::kStride * LaneBlock::kNextPixel, left = hn::Sub(left, step)) {
       const auto inside = hn::Gt(left, hn::Zero(d));
       PlaceAtEdges(m, hn::IfThenElseZero(inside, hn::LoadU(d, block.u_data() + at)),
                    hn::IfThenElseZero(inside, hn::LoadU(d, block.v_data() + at)), edges);
@@ -101,7 +103,8 @@ double MoreAlongEdges(const AlikeEdges& x, const AlikeEdges& y, double pixel_var
   if (!(more > 0)) return 0;
   // The square of a normal deviate has a variance of 2.
   const double of_chance = kDeviationsOfChance * kDeviationsOfChance * 2 * squares / (information * information);
-  return std::max(more - of_chance / more, 0.0);
+  // What pixels share grows with their number.
+  return AlikeEdges::kStride * std::max(more - of_chance / more, 0.0);
 }
 
 }  // namespace chequer

@@ -19,6 +19,8 @@ struct AlikeEdges {
   static constexpr int kBlockPx = 8;
   /// Whole pixels, half of them on either side.
   static constexpr int kDistances = 16;
+  /// Every how many of a lane's pixels are asked: enough of them share an error.
+  static constexpr int kStride = 2;
   using Group = std::array<EdgeErrors, kDistances>;
 
   AlikeEdges() { group_of_lane.fill(-1); }
