@@ -10,6 +10,7 @@
 #include "detect/camera_motion.h"
 #include "detect/identity/marker_description.h"
 #include "detect/memory/common_shift.h"
+#include "detect/memory/edge_follow.h"
 #include "detect/region_choice.h"
 
 namespace chequer {
@@ -108,6 +109,25 @@ void FollowShift(const ImageJob& job) {
   }
 }
 
+/// Boards that went as far since the frame before may have turned off since the last one, px: others lie where they are
+/// expected (a guess).
+constexpr double kMayTurnOffPx = 0.5;
+
+/// Moves boards that are near to where they are expected, but not there, as driving robots are that steer or brake.
+void FollowTurnsOff(const ImageJob& job) {
+  ImageState& frame = job.frame;
+  for (std::size_t i = 0; i < frame.expected.size(); ++i) {
+    const RememberedBoard& expected = frame.expected[i];
+    if (expected.before_s <= 0) continue;
+    const auto pixel = [&](const Eigen::Matrix3d& place) { return job.lens.ToImage(place.col(2).hnormalized()); };
+    if ((pixel(frame.boards[i].plane_from_board) - pixel(expected.plane_from_board)).norm() < kMayTurnOffPx) continue;
+    const auto place = FollowEdges(frame.boards[i], job.reader, job.lens);
+    frame.work.Add(WorkStep::kCellSample, frame.boards[i].light.size());
+    AnchoredBoard moved;
+    if (place && job.expected_boards.Expect(expected, *place, job.reader, job.lens, moved)) frame.boards[i] = moved;
+  }
+}
+
 /// Refuses a board whose word contradicts the remembered one: it is another board, or none, and may lie otherwise.
 void RefuseContradicting(const ImageJob& job, std::size_t board) {
   BoardOutcome& outcome = job.frame.outcomes[board];
@@ -150,7 +170,7 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   read.decided = outcome.carried ? before->decided : captured;
   read.scale = anchored.scale;
   if (frame.IsExpected(board) && before->before_s > 0 && frame.stream.shift_px.isZero() && last_places.same()) {
-    const Eigen::Matrix3d &expected = anchored.plane_from_board, &fitted = outcome.plane_from_board;
+    const Eigen::Matrix3d expected = Predict(*before, frame.stream.ahead_s), &fitted = outcome.plane_from_board;
     read.drift = before->drift + (fitted - expected).col(2).head<2>();
     read.spin = before->spin + TurnBetween(expected, fitted);
   }
@@ -190,6 +210,7 @@ void ExpectBoards(const ImageJob& job, const StreamImage& stream) {
   frame.stream.learns = job.options.learn_levels;
   if (frame.stream.learns) AgeLearnt(frame);
   FollowShift(job);
+  if (!frame.stream.IsKnocked()) FollowTurnsOff(job);
   const bool sharp = frame.stream.IsSharp();
   for (std::size_t i = 0; i < frame.expected.size(); ++i)
     job.expected_boards.HideWhatDoesNotShow(frame.expected[i], sharp, frame.boards[i]);

@@ -1,0 +1,181 @@
+#include "detect/memory/edge_follow.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+namespace chequer {
+namespace {
+
+/// Side of the windows whose light is asked. Over an edge it changes by the edge's place as far as that lies within.
+constexpr int kWindowPx = 4;
+/// Smaller cells have no room for them.
+constexpr float kLeastCellPx = 6;
+/// An edge nearer to its window's rim than by a tenth of it tells little (a guess).
+constexpr float kMostOff = 0.4f;
+/// Of the board's edges that are asked, those that must agree, and how well, px (guesses).
+constexpr float kMostMustAgree = 2.0f / 3, kAgreePx = 0.25f;
+/// Boards that are nearer are fitted with the pixels that were chosen (see board_fit.cpp); those that are farther,
+/// cells, may lie elsewhere.
+constexpr float kLeastMovePx = 0.1f, kMostMoveCells = 0.25f;
+
+/// Windows of pixels around points of a board.
+class Windows {
+ public:
+  Windows(const AnchoredBoard& board, const LightReader& reader, const Lens& lens)
+      : width_(reader.width()), height_(reader.height()), rows_(reader.AllRows()) {
+    const BoardGeometry geometry(board.plane_from_board);
+    const Eigen::Vector2d plane_middle = geometry.ToPlane({0, 0});
+    Eigen::Matrix2d pixel_by_plane;
+    const Eigen::Vector2d middle_px = lens.ToImage(plane_middle, &pixel_by_plane);
+    Eigen::Matrix3d pixel_from_plane = Eigen::Matrix3d::Identity();
+    pixel_from_plane.topLeftCorner<2, 2>() = pixel_by_plane;
+    pixel_from_plane.topRightCorner<2, 1>() = middle_px - pixel_by_plane * plane_middle;
+    pixel_from_board_ = (pixel_from_plane * board.plane_from_board).cast<float>();
+    pixel_by_board_ = (pixel_by_plane * geometry.PlaneByBoard({0, 0})).cast<float>();
+  }
+
+  const Eigen::Matrix2f& pixel_by_board() const { return pixel_by_board_; }
+  Eigen::Vector2f PixelOf(float x, float y) const {
+    const Eigen::Matrix3f& h = pixel_from_board_;
+    const float w = 1 / (h(2, 0) * x + h(2, 1) * y + h(2, 2));
+    return {(h(0, 0) * x + h(0, 1) * y + h(0, 2)) * w, (h(1, 0) * x + h(1, 1) * y + h(1, 2)) * w};
+  }
+
+  /// Light around a pixel: of a colour image the green; negative where the window is not all in the image.
+  /// @param middle_px set to the window's middle.
+  float Around(const Eigen::Vector2f& pixel, Eigen::Vector2f& middle_px) const {
+    constexpr float kToFirst = 0.5f * kWindowPx - 1;
+    // Also false of what is no number, or too large for one.
+    if (!(pixel.x() >= kToFirst && pixel.y() >= kToFirst && pixel.x() < static_cast<float>(width_) - kToFirst - 1 &&
+          pixel.y() < static_cast<float>(height_) - kToFirst - 1))
+      return -1;
+    const int x0 = static_cast<int>(pixel.x() - kToFirst), y0 = static_cast<int>(pixel.y() - kToFirst);
+    middle_px = {static_cast<float>(x0) + 0.5f * (kWindowPx - 1), static_cast<float>(y0) + 0.5f * (kWindowPx - 1)};
+    float sum = 0;
+    for (int y = y0; y < y0 + kWindowPx; ++y) {
+      const LightReader::Run run = rows_.At(y).From(x0);
+      sum += (run.table[*run.first] + run.table[*run.second]) +
+             (run.table[run.first[run.step]] + run.table[run.second[run.step]]);
+    }
+    return sum * (1.0f / (kWindowPx * kWindowPx));
+  }
+
+ private:
+  const int width_, height_;
+  const LightReader::Rows rows_;
+  Eigen::Matrix3f pixel_from_board_ = Eigen::Matrix3f::Identity();
+  Eigen::Matrix2f pixel_by_board_ = Eigen::Matrix2f::Identity();
+};
+
+/// How far an edge lies from where it is expected, along one of the board's axes: cells.
+struct Offset {
+  float x, y, cells;  ///< board coordinates, and how far
+  int axis;
+  float towards_light;  ///< 1 where the cell farther on is the light one, else -1
+};
+
+/// A way along both axes, and a turn, cells and rad; and how far all edges lie towards dark cells, as those of
+/// overexposed light ones do, or of dark ones without dot gain.
+struct Move {
+  Eigen::Vector4f values = Eigen::Vector4f::Zero();
+
+  static Eigen::Vector4f By(const Offset& offset) {
+    return offset.axis == 0 ? Eigen::Vector4f(1, 0, -offset.y, -offset.towards_light)
+                            : Eigen::Vector4f(0, 1, offset.x, -offset.towards_light);
+  }
+  float Of(const Offset& offset) const { return By(offset).dot(values); }
+  float x() const { return values[0]; }
+  float y() const { return values[1]; }
+  float turn() const { return values[2]; }
+};
+
+/// Of least squares.
+Move MoveOf(std::span<const Offset> offsets) {
+  Eigen::Matrix4f normal = Eigen::Matrix4f::Zero();
+  Eigen::Vector4f gradient = Eigen::Vector4f::Zero();
+  for (const Offset& offset : offsets) {
+    const Eigen::Vector4f by = Move::By(offset);
+    normal += by * by.transpose();
+    gradient += offset.cells * by;
+  }
+  return {normal.ldlt().solve(gradient)};
+}
+
+/// What edges tell of where the board lies.
+class EdgeOffsets {
+ public:
+  EdgeOffsets(const AnchoredBoard& board, const LightReader& reader, const Lens& lens)
+      : size_(board.size), windows_(board, reader, lens) {}
+
+  float cell_px() const { return windows_.pixel_by_board().colwise().norm().minCoeff(); }
+  std::span<const Offset> offsets() const { return std::span(offsets_).first(count_); }
+  /// Whether most edges show within their windows.
+  bool Find() {
+    Eigen::Vector2f middle;
+    ForCells(size_, [&](std::size_t cell, int row, int col) {
+      light_[cell] = windows_.Around(windows_.PixelOf(X(col), Y(row)), middle);
+    });
+    std::size_t asked = 0;
+    for (const int axis : {0, 1})
+      ForCells(size_, [&](std::size_t cell, int row, int col) {
+        const bool is_last = axis == 0 ? col + 1 == size_.cols : row + 1 == size_.rows;
+        if (is_last || (row + col / 2) % 2 != 0) return;  // half of them, dark to light and light to dark
+        ++asked;
+        Ask(axis, cell, row, col);
+      });
+    return static_cast<float>(count_) >= kMostMustAgree * static_cast<float>(asked);
+  }
+
+ private:
+  float X(int col) const { return static_cast<float>(col) + 0.5f - 0.5f * static_cast<float>(size_.cols); }
+  float Y(int row) const { return static_cast<float>(row) + 0.5f - 0.5f * static_cast<float>(size_.rows); }
+
+  void Ask(int axis, std::size_t cell, int row, int col) {
+    const float here = light_[cell], next = light_[cell + (axis == 0 ? 1u : static_cast<std::size_t>(size_.cols))];
+    if (here < 0 || next < 0 || (next > here) != IsDark(row, col)) return;
+    const float x = X(col) + (axis == 0 ? 0.5f : 0), y = Y(row) + (axis == 0 ? 0 : 0.5f);
+    const Eigen::Vector2f pixel = windows_.PixelOf(x, y);
+    Eigen::Vector2f middle;
+    const float light = windows_.Around(pixel, middle), off = (light - here) / (next - here) - 0.5f;
+    if (light < 0 || !(std::abs(off) < kMostOff)) return;
+    const Eigen::Vector2f across = windows_.pixel_by_board().col(axis);
+    const float per_cell = 1 / across.norm();
+    // The window's middle lies beside the edge, too.
+    const float reach_px = kWindowPx * across.cwiseAbs().maxCoeff() * per_cell;
+    offsets_[count_++] = {x, y, (across.dot(middle - pixel) * per_cell - reach_px * off) * per_cell, axis,
+                          next > here ? 1.0f : -1.0f};
+  }
+
+  const MarkerSize size_;
+  const Windows windows_;
+  std::array<float, kMaxCells> light_;
+  std::array<Offset, kMaxCells> offsets_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+std::optional<Eigen::Matrix3d> FollowEdges(const AnchoredBoard& board, const LightReader& reader, const Lens& lens) {
+  EdgeOffsets edges(board, reader, lens);
+  const float cell_px = edges.cell_px();
+  if (!(cell_px >= kLeastCellPx) || !edges.Find()) return std::nullopt;
+  const Move move = MoveOf(edges.offsets());
+  float square = 0;
+  for (const Offset& offset : edges.offsets()) square += std::pow(offset.cells - move.Of(offset), 2.0f);
+  const float left_px = std::sqrt(square / static_cast<float>(edges.offsets().size())) * cell_px;
+  const float half = 0.5f * static_cast<float>(std::max(board.size.rows, board.size.cols));
+  const float most = std::hypot(move.x(), move.y()) + half * std::abs(move.turn());
+  if (!(left_px < kAgreePx) || !(most < kMostMoveCells) || most * cell_px < kLeastMovePx) return std::nullopt;
+  Eigen::Matrix3d moved = Eigen::Matrix3d::Identity();
+  moved(0, 1) = -double{move.turn()};
+  moved(1, 0) = double{move.turn()};
+  moved(0, 2) = double{move.x()};
+  moved(1, 2) = double{move.y()};
+  moved = board.plane_from_board * moved;
+  return moved / moved(2, 2);
+}
+
+}  // namespace chequer
