@@ -4,7 +4,7 @@
 
 namespace chequer {
 
-/// The shortest text that reads back as the same number.
+/// The shortest text that reads back as the same number, also from TOML.
 std::string ExactText(double number);
 
 /// The number rounded to so many significant digits, for people.

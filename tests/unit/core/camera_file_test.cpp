@@ -122,6 +122,14 @@ TEST(CameraFile, WhatIsWrittenReadsBackExactly) {
   }
 }
 
+TEST(CameraFile, ANegativeZeroReadsBackAsWritten) {
+  CameraModel camera = ParseCamera(kGood, "cam.toml");
+  camera.kind = CameraModel::Kind::kBrownConrady;
+  camera.distortion = {-0.0, 0.08, 0, 0, 0};
+  const std::string once = FormatCamera(camera);
+  EXPECT_EQ(FormatCamera(ParseCamera(once, "cam.toml")), once);
+}
+
 TEST(CameraFile, NamesAFileThatIsNotThere) {
   try {
     LoadCamera("/nowhere/camera.toml");
