@@ -42,9 +42,9 @@ Eigen::Vector2d RegisterOf(MarkerSize size, const DetectorOptions& options) {
   return cells;
 }
 
-/// Whether a board is searched for if it does not show where it was expected. Of boards that a knocked camera blurs,
-/// the first is fitted by all means: it tells how the others moved.
-bool MayLieElsewhere(const ImageState& frame, const FitOrder& order) {
+/// Whether a fit gives the board up, and it is searched for, if it does not show where it was expected. Of boards that
+/// a knocked camera blurs, the first is fitted by all means: it tells how the others moved.
+bool MayBeGivenUp(const ImageState& frame, const FitOrder& order) {
   const bool first_of_knocked = frame.stream.IsKnocked() && order.image == nullptr;
   return frame.IsExpected(order.board) && !frame.stream.postponed[order.board] && !first_of_knocked;
 }
@@ -68,7 +68,7 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
       .motion_blurred = board.motion_blurred,
       .most_units = order.most_units,
       .plain_only = order.plain_only,
-      .may_lie_elsewhere = MayLieElsewhere(job.frame, order)};
+      .may_lie_elsewhere = MayBeGivenUp(job.frame, order)};
   if (board.motion_blurred && order.image) start.motion.way_px = order.image->motion_px;
   FollowCamera(job, order.board, start);
   return start;
@@ -116,7 +116,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   BoardOutcome outcome;
   const FittedBoard* fitted = reader.fit.Fit(job.measured, job.lens, StartOf(job, order));
   outcome.wants_more = reader.fit.wants_more();
-  outcome.not_near = reader.fit.lies_elsewhere();
+  outcome.lies_elsewhere = reader.fit.lies_elsewhere();
   outcome.work.Add(reader.fit.work());
   outcome.work.Add(WorkStep::kReading);
   const auto refuse = [&](Refusal why, double measured = 0, double required = 0) {

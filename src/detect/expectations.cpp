@@ -228,7 +228,7 @@ void JudgeExpected(const ImageJob& job, const StreamImage& stream) {
     const BoardOutcome& outcome = frame.outcomes[i];
     const bool shows = Shows(frame, i);
     frame.stream.missing += !outcome.accepted && !shows;
-    if (outcome.not_near) frame.stream.postponed[i] = true;
+    if (outcome.lies_elsewhere) frame.stream.postponed[i] = true;
     // What shows where it was expected is fitted further first; what does not is searched for in any case.
     if (frame.WasRead(i) || MayCarry(job, stream, i) || (outcome.wants_more && (outcome.accepted || shows))) continue;
     frame.stream.lost.push_back(i);

@@ -39,12 +39,12 @@ struct BoardOutcome {
   bool agrees = false;
   /// So little of it shows that it counts only if its identity is carried.
   bool carried_or_none = false;
-  bool carried = false;       ///< its identity is the remembered one's
-  bool contradicted = false;  ///< another was read where it was expected
-  bool not_near = false;      ///< nothing shows there that a fit would come near
-  bool deferred = false;      ///< it was not fitted, or not as it should be
-  bool wants_more = false;    ///< only the plain fit was done, and another may explain it better
-  LearntBoard learnt;         ///< with this frame; empty where nothing was, or is to be
+  bool carried = false;         ///< its identity is the remembered one's
+  bool contradicted = false;    ///< another was read where it was expected
+  bool lies_elsewhere = false;  ///< nothing shows where it was expected that a fit comes near
+  bool deferred = false;        ///< it was not fitted, or not as it should be
+  bool wants_more = false;      ///< only the plain fit was done, and another may explain it better
+  LearntBoard learnt;           ///< with this frame; empty where nothing was, or is to be
   WorkMeter work;
 
   bool is_read() const { return accepted && marker.id.has_value(); }

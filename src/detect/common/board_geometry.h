@@ -126,6 +126,18 @@ class BoardGeometry {
 /// Turns the board's axes (y down, z into it) into the marker's (y up, z towards the viewer).
 RigidTransform CameraFromMarker(const RigidTransform& camera_from_board);
 
+/// A board's middle, and how the image changes there by the plane and by board coordinates.
+struct BoardMiddle {
+  BoardMiddle(const BoardGeometry& geometry, const Lens& lens)
+      : plane(geometry.ToPlane({0, 0})),
+        pixel(lens.ToImage(plane, &pixel_by_plane)),
+        pixel_by_board(pixel_by_plane * geometry.PlaneByBoard({0, 0})) {}
+
+  Eigen::Matrix2d pixel_by_plane = Eigen::Matrix2d::Identity();  ///< before `pixel`, which is found with it
+  Eigen::Vector2d plane = Eigen::Vector2d::Zero(), pixel = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d pixel_by_board = Eigen::Matrix2d::Identity();
+};
+
 /// Board coordinates of the inner corner (row, col), rows and cols counted from the first inner corner.
 inline Eigen::Vector2d CornerOnBoard(MarkerSize size, int row, int col) {
   return {col + 1 - 0.5 * size.cols, row + 1 - 0.5 * size.rows};

@@ -10,7 +10,8 @@ namespace {
 /// Edges that leave their row or column of pixels by less along a cell may have errors that are alike (measured: JPEG
 /// of quality 90 makes squared errors of 10 to 20 at 0.4 px or less; none at 0.4 to 0.8 px).
 constexpr double kAlongPixels = 0.5;
-/// Of such errors, the fit follows all but one part in so many (measured: JPEG of quality 50 to 90).
+/// The variance of such errors over what the fit leaves of it in the residuals, as it follows a part of them (measured:
+/// JPEG of quality 50 to 90).
 constexpr double kOfThoseLeft = 2;
 
 }  // namespace
@@ -42,13 +43,11 @@ std::optional<BoardGeometry::Information> BoardFit::CovarianceAlongEdges(const B
   AlikeEdges edges[2];
   if (run_->terms.look_farther || !GroupAlikeEdges(edges[0], edges[1])) return std::nullopt;
   const LaneBlock& lanes = pixels_.lanes();
-  // As corners have them, and folded.
-  AlikeEdges in_memory[2] = {edges[0], edges[1]};
   if (lanes.is_folded())
-    for (AlikeEdges& of_axis : in_memory) lanes.SpreadFolded(of_axis.group_of_lane.data());
-  AddEdgeErrors(run_->plain_input, lanes, in_memory[0], in_memory[1]);
+    for (AlikeEdges& of_axis : edges) lanes.SpreadFolded(of_axis.group_of_lane.data());
+  AddEdgeErrors(run_->plain_input, lanes, edges[0], edges[1]);
   work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(pixels_.pixels() / AlikeEdges::kStride));
-  const double more = MoreAlongEdges(in_memory[0], in_memory[1], run_->told.pixel_variance);
+  const double more = MoreAlongEdges(edges[0], edges[1], run_->told.pixel_variance);
   if (more == 0) return std::nullopt;
   // Each group has one error that all its edges share.
   std::array<std::array<Parameters, AlikeEdges::kBlockPx>, 2> moves;

@@ -223,4 +223,4 @@ HWY_INLINE int MostOf(const LaneBlock& block, int first) {
 }  // namespace chequer
 HWY_AFTER_NAMESPACE();
 
-#endif
+#endif  // CHEQUER_DETECT_PLAIN_LIGHT

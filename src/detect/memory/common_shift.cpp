@@ -28,17 +28,14 @@ using Points = std::array<Point, 4 * kMaxCells>;
 std::span<const Point> PlacePoints(const AnchoredBoard& board, const LightReader& reader, const Lens& lens,
                                    Points& points) {
   constexpr int kMost = kReachPx + kReachAroundPx;
-  const BoardGeometry geometry(board.plane_from_board);
-  Eigen::Matrix2d pixel_by_plane;
-  const Eigen::Vector2d middle = lens.ToImage(geometry.ToPlane({0, 0}), &pixel_by_plane);
-  const Eigen::Matrix2d pixel_by_board = pixel_by_plane * geometry.PlaneByBoard({0, 0});
+  const BoardMiddle middle(BoardGeometry(board.plane_from_board), lens);
   std::size_t count = 0;
   for (int cell = 0; cell < board.size.rows * board.size.cols; ++cell) {
     const Eigen::Vector2d at = MiddleOfCell(board.size, cell);
     const float sign = IsDark(cell / board.size.cols, cell % board.size.cols) ? -1.0f : 1.0f;
     for (const double y : {-kFromMiddle, kFromMiddle})
       for (const double x : {-kFromMiddle, kFromMiddle}) {
-        const Eigen::Vector2d pixel = middle + pixel_by_board * (at + Eigen::Vector2d(x, y));
+        const Eigen::Vector2d pixel = middle.pixel + middle.pixel_by_board * (at + Eigen::Vector2d(x, y));
         const auto near = [](double at_px, int size) { return at_px > -kMost && at_px < size + kMost - 1; };
         if (near(pixel.x(), reader.width()) && near(pixel.y(), reader.height()))
           points[count++] = {static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())), sign};

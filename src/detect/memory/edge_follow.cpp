@@ -26,20 +26,18 @@ class Windows {
  public:
   Windows(const AnchoredBoard& board, const LightReader& reader, const Lens& lens)
       : width_(reader.width()), height_(reader.height()), rows_(reader.AllRows()) {
-    const BoardGeometry geometry(board.plane_from_board);
-    const Eigen::Vector2d plane_middle = geometry.ToPlane({0, 0});
-    Eigen::Matrix2d pixel_by_plane;
-    const Eigen::Vector2d middle_px = lens.ToImage(plane_middle, &pixel_by_plane);
+    const BoardMiddle middle(BoardGeometry(board.plane_from_board), lens);
     Eigen::Matrix3d pixel_from_plane = Eigen::Matrix3d::Identity();
-    pixel_from_plane.topLeftCorner<2, 2>() = pixel_by_plane;
-    pixel_from_plane.topRightCorner<2, 1>() = middle_px - pixel_by_plane * plane_middle;
+    pixel_from_plane.topLeftCorner<2, 2>() = middle.pixel_by_plane;
+    pixel_from_plane.topRightCorner<2, 1>() = middle.pixel - middle.pixel_by_plane * middle.plane;
     pixel_from_board_ = (pixel_from_plane * board.plane_from_board).cast<float>();
-    pixel_by_board_ = (pixel_by_plane * geometry.PlaneByBoard({0, 0})).cast<float>();
+    pixel_by_board_ = middle.pixel_by_board.cast<float>();
   }
 
   const Eigen::Matrix2f& pixel_by_board() const { return pixel_by_board_; }
-  Eigen::Vector2f PixelOf(float x, float y) const {
+  Eigen::Vector2f PixelOf(const Eigen::Vector2f& board) const {
     const Eigen::Matrix3f& h = pixel_from_board_;
+    const float x = board.x(), y = board.y();
     const float w = 1 / (h(2, 0) * x + h(2, 1) * y + h(2, 2));
     return {(h(0, 0) * x + h(0, 1) * y + h(0, 2)) * w, (h(1, 0) * x + h(1, 1) * y + h(1, 2)) * w};
   }
@@ -115,8 +113,8 @@ class EdgeOffsets {
   /// Whether most edges show within their windows.
   bool Find() {
     Eigen::Vector2f middle;
-    ForCells(size_, [&](std::size_t cell, int row, int col) {
-      light_[cell] = windows_.Around(windows_.PixelOf(X(col), Y(row)), middle);
+    ForCells(size_, [&](std::size_t cell, int, int) {
+      light_[cell] = windows_.Around(windows_.PixelOf(MiddleOf(cell)), middle);
     });
     std::size_t asked = 0;
     for (const int axis : {0, 1})
@@ -130,14 +128,14 @@ class EdgeOffsets {
   }
 
  private:
-  float X(int col) const { return static_cast<float>(col) + 0.5f - 0.5f * static_cast<float>(size_.cols); }
-  float Y(int row) const { return static_cast<float>(row) + 0.5f - 0.5f * static_cast<float>(size_.rows); }
+  Eigen::Vector2f MiddleOf(std::size_t cell) const { return MiddleOfCell(size_, static_cast<int>(cell)).cast<float>(); }
 
   void Ask(int axis, std::size_t cell, int row, int col) {
     const float here = light_[cell], next = light_[cell + (axis == 0 ? 1u : static_cast<std::size_t>(size_.cols))];
     if (here < 0 || next < 0 || (next > here) != IsDark(row, col)) return;
-    const float x = X(col) + (axis == 0 ? 0.5f : 0), y = Y(row) + (axis == 0 ? 0 : 0.5f);
-    const Eigen::Vector2f pixel = windows_.PixelOf(x, y);
+    Eigen::Vector2f at = MiddleOf(cell);
+    at[axis] += 0.5f;
+    const Eigen::Vector2f pixel = windows_.PixelOf(at);
     Eigen::Vector2f middle;
     const float light = windows_.Around(pixel, middle), off = (light - here) / (next - here) - 0.5f;
     if (light < 0 || !(std::abs(off) < kMostOff)) return;
@@ -145,7 +143,7 @@ class EdgeOffsets {
     const float per_cell = 1 / across.norm();
     // The window's middle lies beside the edge, too.
     const float reach_px = kWindowPx * across.cwiseAbs().maxCoeff() * per_cell;
-    offsets_[count_++] = {x, y, (across.dot(middle - pixel) * per_cell - reach_px * off) * per_cell, axis,
+    offsets_[count_++] = {at.x(), at.y(), (across.dot(middle - pixel) * per_cell - reach_px * off) * per_cell, axis,
                           next > here ? 1.0f : -1.0f};
   }
 

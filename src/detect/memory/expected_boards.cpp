@@ -80,9 +80,7 @@ bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matr
   board.saturated.Assign(cells, 0);
   TellSaturation(remembered, board.saturated.data());
   board.covered.Assign(cells, 0);
-  Eigen::Matrix2d pixel_by_plane;
-  lens.ToImage(geometry.ToPlane({0, 0}), &pixel_by_plane);
-  const Eigen::Matrix2d pixel_by_board = pixel_by_plane * geometry.PlaneByBoard({0, 0});
+  const Eigen::Matrix2d pixel_by_board = BoardMiddle(geometry, lens).pixel_by_board;
   const float half_px = static_cast<float>(SampledHalfPx(pixel_by_board.colwise().norm().minCoeff()));
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const Eigen::Vector2d pixel = lens.ToImage(geometry.ToPlane(MiddleOfCell(board.size, static_cast<int>(cell))));

@@ -158,7 +158,7 @@ struct Followed {
 class HonestCovarianceOfEdgesAlongPixels : public testing::TestWithParam<Followed> {};
 
 TEST_P(HonestCovarianceOfEdgesAlongPixels, ErrorsMayBeAlike) {
-  // Of JPEG, squared errors were 22 and 12 where they were taken for noise.
+  // With JPEG's errors taken for independent noise, squared errors over covariance were 22 (quality 90) and 12 (75).
   constexpr int kFollowing = 40;
   const test::PoseErrors errors = ErrorsOf(GetParam().tag, kFollowing, FollowPixels);
   EXPECT_EQ(errors.poses(), kFollowing);
