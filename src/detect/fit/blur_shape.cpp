@@ -60,7 +60,13 @@ void BlurShapeFit::Add(const Eigen::Vector2d& by_turn, const CornerBlurSums& sum
   add((log_x + log_y) / 2, sums.both_residual, sums.both_square);
   add((log_x - log_y) / 2, sums.uneven_residual, sums.uneven_square);
   const double turn = way.x() * by_turn.y() + way.y() * by_turn.x();
-  add(kOfWay / std::sqrt(x * y) * Eigen::Vector3d(way.y(), way.x(), turn), sums.skew_residual, sums.skew_square);
+  const double mean = std::sqrt(x * y);
+  add(kOfWay / mean * Eigen::Vector3d(way.y(), way.x(), turn), sums.skew_residual, sums.skew_square);
+  const auto round_leaves = [](double value, double residual, double square) {
+    return value * (2 * residual + value * square);
+  };
+  round_leaves_ += round_leaves(std::log(x / y) / 4, sums.uneven_residual, sums.uneven_square) +
+                   round_leaves(kOfWay * way.x() * way.y() / mean, sums.skew_residual, sums.skew_square);
 }
 
 double BlurShapeFit::Step(double least_gain, BlurShape& shape) const {
@@ -75,9 +81,14 @@ double BlurShapeFit::Step(double least_gain, BlurShape& shape) const {
   const double length = step.head<2>().norm();
   if (length > kMostStepPx) step.head<2>() *= kMostStepPx / length;
   step[2] = std::clamp(step[2], -kMostTurnStep, kMostTurnStep);
+  const double falls = step.dot(2 * gradient_ - information_ * step);
+  if (!(round_leaves_ + falls >= least_gain)) {
+    shape = {};
+    return std::abs(round_leaves_);
+  }
   shape.way_px += across_.inverse() * step.head<2>();
   shape.turn += step[2];
-  return step.dot(2 * gradient_ - information_ * step);
+  return falls;
 }
 
 double BlurShapeFit::StepOfRound(double least_gain, BlurShape& shape) const {

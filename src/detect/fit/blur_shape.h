@@ -50,7 +50,8 @@ class BlurShapeFit {
   CornerBlur At(const Eigen::Vector2d& by_turn) const;
   /// What the light around a corner says. @pre the model had At() there.
   void Add(const Eigen::Vector2d& by_turn, const CornerBlurSums& sums);
-  /// How much Σ w r² falls by a step, and the shape after it. A round blur stays one unless it falls by `least_gain`.
+  /// How much Σ w r² falls by a step, and the shape after it. A blur that a shape does not explain by `least_gain` more
+  /// than a round one does stays round, or becomes it: so it has one whatever it began with.
   double Step(double least_gain, BlurShape& shape) const;
 
  private:
@@ -67,6 +68,7 @@ class BlurShapeFit {
   Eigen::Vector2d way_ = Eigen::Vector2d::Zero();  ///< across the edges
   double variance_, mean_square_ = 0;
   double lens_;  ///< variance that is left without the way
+  double round_leaves_ = 0;  ///< by how much a round blur leaves more of Σ w r² than the shape
   CornerBlurSums sums_;
   /// By the way across the two edges, and the turn.
   Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();
