@@ -31,7 +31,7 @@ Eigen::Matrix2d PixelByPlane(const Lens& lens, const Eigen::Vector2d& place) {
 /// How a board was expected to move by itself. The rest is left zero.
 MovedBoard OwnMotionOf(const ImageState& frame, std::size_t board) {
   const RememberedBoard& last = frame.expected[board];
-  const Eigen::Matrix3d now = Predict(last, frame.stream.ahead_s);
+  const Eigen::Matrix3d now = last.Ahead(frame.stream.ahead_s);
   return {.place = PlaceOf(frame.boards[board].plane_from_board),
           .own_way = PlaceOf(now - last.plane_from_board),
           .own_turn = TurnBetween(last.plane_from_board, now)};
@@ -40,7 +40,7 @@ MovedBoard OwnMotionOf(const ImageState& frame, std::size_t board) {
 /// The same of one that was read there, with how it was fitted; nothing where its own motion is not known.
 std::optional<MovedBoard> MotionOf(const ImageJob& job, std::size_t board) {
   const ImageState& frame = job.frame;
-  if (!frame.IsExpected(board) || !frame.WasRead(board) || frame.expected[board].before_s <= 0) return std::nullopt;
+  if (!frame.IsExpected(board) || !frame.WasRead(board) || !frame.expected[board].is_followed()) return std::nullopt;
   const BoardOutcome& outcome = frame.outcomes[board];
   MovedBoard moved = OwnMotionOf(frame, board);
   moved.way = PixelByPlane(job.lens, moved.place).inverse() * outcome.motion.way_px;
@@ -74,7 +74,7 @@ void LearnMotion(const ImageJob& job, std::span<const FitTask> fitted) {
 
 void FollowCamera(const ImageJob& job, std::size_t board, PhotometricFit::Start& start) {
   const ImageState& frame = job.frame;
-  if (!frame.stream.motion || !frame.IsExpected(board) || frame.expected[board].before_s <= 0) return;
+  if (!frame.stream.motion || !frame.IsExpected(board) || !frame.expected[board].is_followed()) return;
   const MovedBoard moved = frame.stream.motion->Of(OwnMotionOf(frame, board));
   start.motion = {PixelByPlane(job.lens, moved.place) * moved.way, moved.turn};
   start.board.geometry = BoardGeometry(MovedBy(moved.off, frame.boards[board].plane_from_board));

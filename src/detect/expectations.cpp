@@ -36,7 +36,7 @@ constexpr double kClearAmongAll = 0.8;
 /// Whether the motion of most boards is known.
 bool MostAreFollowed(const ImageState& frame) {
   const auto followed = std::count_if(frame.expected.begin(), frame.expected.end(),
-                                      [](const RememberedBoard& board) { return board.before_s > 0; });
+                                      [](const RememberedBoard& board) { return board.is_followed(); });
   return 2 * static_cast<std::size_t>(followed) > frame.expected.size();
 }
 
@@ -48,7 +48,7 @@ bool Shows(const ImageState& frame, std::size_t board) {
 /// Whether too little of it shows there.
 bool MayLieElsewhere(const ImageState& frame, std::size_t board) {
   const RememberedBoard& expected = frame.expected[board];
-  if (expected.before_s > 0) return !Shows(frame, board);
+  if (expected.is_followed()) return !Shows(frame, board);
   // Where it went is not known.
   return SampledContrast(frame.boards[board]) < StreamState::kContrastOfExpected * expected.contrast;
 }
@@ -118,7 +118,7 @@ void FollowTurnsOff(const ImageJob& job) {
   ImageState& frame = job.frame;
   for (std::size_t i = 0; i < frame.expected.size(); ++i) {
     const RememberedBoard& expected = frame.expected[i];
-    if (expected.before_s <= 0) continue;
+    if (!expected.is_followed()) continue;
     const auto pixel = [&](const Eigen::Matrix3d& place) { return job.lens.ToImage(place.col(2).hnormalized()); };
     if ((pixel(frame.boards[i].plane_from_board) - pixel(expected.plane_from_board)).norm() < kMayTurnOffPx) continue;
     const auto place = FollowEdges(frame.boards[i], job.reader, job.lens);
@@ -169,10 +169,8 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   read.kernel = outcome.carried ? before->kernel : outcome.kernel;
   read.decided = outcome.carried ? before->decided : captured;
   read.scale = anchored.scale;
-  if (frame.IsExpected(board) && before->before_s > 0 && frame.stream.shift_px.isZero() && last_places.same()) {
-    const Eigen::Matrix3d expected = Predict(*before, frame.stream.ahead_s), &fitted = outcome.plane_from_board;
-    read.drift = before->drift + (fitted - expected).col(2).head<2>();
-    read.spin = before->spin + TurnBetween(expected, fitted);
+  if (frame.IsExpected(board) && before->is_followed() && frame.stream.shift_px.isZero() && last_places.same()) {
+    read.motion.Learn(before->motion, before->plane_from_board, frame.stream.ahead_s, outcome.plane_from_board);
   }
   read.box = anchored.box;
   read.blur_shape = outcome.blur_shape;
@@ -201,7 +199,7 @@ void ExpectBoards(const ImageJob& job, const StreamImage& stream) {
   for (const RememberedBoard& remembered : state.boards) {
     AnchoredBoard& board = frame.boards.emplace_back();
     frame.work.Add(WorkStep::kBoard);
-    if (job.expected_boards.Expect(remembered, Predict(remembered, ahead_s), job.reader, job.lens, board))
+    if (job.expected_boards.Expect(remembered, remembered.Ahead(ahead_s), job.reader, job.lens, board))
       frame.expected.push_back(remembered);
     else
       frame.boards.pop_back();

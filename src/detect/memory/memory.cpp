@@ -1,7 +1,5 @@
 #include "detect/memory/memory.h"
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -10,8 +8,6 @@ namespace {
 
 /// After a longer time, boards are no longer where their motion would take them: robots brake and turn within it.
 constexpr double kLongestGapS = 0.25;
-/// Predictions reach no farther ahead than so many times the way they were taken from.
-constexpr double kMostAhead = 4;
 /// A place where something was lost or could not be read is searched in every frame for so long; then in its turn.
 constexpr double kOpenS = 1;
 
@@ -100,47 +96,9 @@ void MemoryState::Learn(const Lesson& lesson, std::vector<RememberedBoard>& read
 
 void RememberedBoard::Move(const RememberedBoard* last, const Eigen::Matrix3d& last_place, const Eigen::Matrix3d& now,
                            double passed_s) {
-  before_s = last ? passed_s : 0;
-  before = last_place;
+  motion.before_s = last ? passed_s : 0;
+  motion.before = last_place;
   plane_from_board = now;
-}
-
-namespace {
-
-/// A homography by the board's middle: its place, its derivative there, and its third row.
-struct AroundMiddle {
-  explicit AroundMiddle(const Eigen::Matrix3d& plane_from_board)
-      : place(plane_from_board.topRightCorner<2, 1>()),
-        third(plane_from_board.bottomLeftCorner<1, 2>()),
-        plane_by_board(plane_from_board.topLeftCorner<2, 2>() - place * third) {}
-
-  Eigen::Vector2d place = Eigen::Vector2d::Zero();
-  Eigen::RowVector2d third = Eigen::RowVector2d::Zero();
-  Eigen::Matrix2d plane_by_board = Eigen::Matrix2d::Zero();
-};
-
-}  // namespace
-
-double TurnBetween(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
-  const Eigen::Matrix2d turn = AroundMiddle(to).plane_by_board * AroundMiddle(from).plane_by_board.inverse();
-  return std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1));
-}
-
-Eigen::Matrix3d Predict(const RememberedBoard& board, double ahead_s) {
-  if (board.before_s <= 0) return board.plane_from_board;
-  const double share = std::min(ahead_s / board.before_s, kMostAhead);
-  const AroundMiddle now(board.plane_from_board), before(board.before);
-  const Eigen::Vector2d place = now.place + share * (now.place - before.place) + share * share * board.drift;
-  // It turns by the same angle again, rather than moving along the same chord: (1 + t)^share, to the square of t, which
-  // is exact a whole interval ahead.
-  const Eigen::Matrix2d turn = now.plane_by_board * before.plane_by_board.inverse() - Eigen::Matrix2d::Identity();
-  const Eigen::Matrix2d plane_by_board =
-      Eigen::Rotation2Dd(share * share * board.spin) *
-      (now.plane_by_board + share * (turn + 0.5 * (share - 1) * turn * turn) * now.plane_by_board);
-  Eigen::Matrix3d predicted = board.plane_from_board;
-  predicted.topRightCorner<2, 1>() = place;
-  predicted.topLeftCorner<2, 2>() = plane_by_board + place * now.third;
-  return predicted;
 }
 
 }  // namespace chequer

@@ -14,6 +14,7 @@
 #include "detect/common/light.h"
 #include "detect/common/search_regions.h"
 #include "detect/fit/fit.h"
+#include "detect/memory/board_motion.h"
 
 namespace chequer {
 
@@ -28,15 +29,9 @@ struct RememberedBoard {
   std::uint64_t id = 0;
   std::uint64_t kernel = 0;  ///< that the id was read from
   Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
-  /// As it was `before_s` earlier; 0: not known.
-  Eigen::Matrix3d before = Eigen::Matrix3d::Identity();
-  double before_s = 0;
+  BoardMotion motion;
   PixelBox box;     ///< where it lies in the image, roughly
   float scale = 1;  ///< as of AnchoredBoard: with which it was found
-  /// How much farther its centre went than in the time before that, plane units: robots gain and lose speed over
-  /// several frames.
-  Eigen::Vector2d drift = Eigen::Vector2d::Zero();
-  double spin = 0;  ///< and how much farther it turned, rad
   /// By cell: by how much it stood out from its neighbours when nothing lay over the board, as a share of the contrast
   /// (ExpectedBoards); empty where that is not known.
   FixedVector<float, kMaxCells> leads;
@@ -47,6 +42,9 @@ struct RememberedBoard {
   bool may_carry = true;       ///< it was fitted in every frame since then
   LearntBoard learnt;          ///< empty without DetectorOptions::learn_levels
 
+  bool is_followed() const { return motion.before_s > 0; }
+  /// Where it will lie `ahead_s` later.
+  Eigen::Matrix3d Ahead(double ahead_s) const { return motion.Predict(plane_from_board, ahead_s); }
   /// It lies there by now, `passed_s` after it was as `last` says; null: nothing is known of that.
   /// @param last_place where it would have been then, had the camera already stood as it does now.
   void Move(const RememberedBoard* last, const Eigen::Matrix3d& last_place, const Eigen::Matrix3d& now,
@@ -100,12 +98,5 @@ struct MemoryState {
   /// Becomes what is known after a frame. @param read its boards; swapped with those before.
   void Learn(const Lesson& lesson, std::vector<RememberedBoard>& read);
 };
-
-/// Where a board lies `ahead_s` after it was seen: its centre moves on and it turns as fast as before, and faster or
-/// slower by as much as it did lately; it goes on growing as before.
-Eigen::Matrix3d Predict(const RememberedBoard& board, double ahead_s);
-
-/// By which angle a board lies turned from another place of it, rad.
-double TurnBetween(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to);
 
 }  // namespace chequer

@@ -103,18 +103,57 @@ TEST(Predict, GoesOnAndTurnsAsBefore) {
   };
   RememberedBoard board;
   board.plane_from_board = pose(0.1, 103);
-  EXPECT_EQ(Predict(board, 0.02), board.plane_from_board) << "nothing is known of its motion";
-  board.before = pose(0, 100);
-  board.before_s = 0.02;
-  EXPECT_LT((Predict(board, 0.02) - pose(0.2, 106)).norm(), 1e-9);
-  EXPECT_LT((Predict(board, 0.01) - pose(0.15, 104.5)).norm(), 0.01) << "exact to the cube of the turn";
-  EXPECT_NEAR(Predict(board, 0.02)(0, 2), 106, 1e-9);
-  EXPECT_NEAR(Predict(board, 0.01)(0, 2), 104.5, 1e-9);
-  board.drift = {1, 0};
-  EXPECT_NEAR(Predict(board, 0.02)(0, 2), 107, 1e-9) << "it gains speed";
-  EXPECT_NEAR(TurnBetween(board.before, board.plane_from_board), 0.1, 1e-9);
-  board.spin = -0.03;
-  EXPECT_NEAR(TurnBetween(board.plane_from_board, Predict(board, 0.02)), 0.07, 1e-9) << "it turns ever slower";
+  EXPECT_EQ(board.Ahead(0.02), board.plane_from_board) << "nothing is known of its motion";
+  board.motion.before = pose(0, 100);
+  board.motion.before_s = 0.02;
+  EXPECT_LT((board.Ahead(0.02) - pose(0.2, 106)).norm(), 1e-9);
+  EXPECT_LT((board.Ahead(0.01) - pose(0.15, 104.5)).norm(), 0.01) << "exact to the cube of the turn";
+  EXPECT_NEAR(board.Ahead(0.02)(0, 2), 106, 1e-9);
+  EXPECT_NEAR(board.Ahead(0.01)(0, 2), 104.5, 1e-9);
+  EXPECT_NEAR(TurnBetween(board.motion.before, board.plane_from_board), 0.1, 1e-9);
+}
+
+/// A board at `time` frames after a start, in pixels of a camera that looks straight down: @param path tells its place
+/// and heading.
+template <class Path>
+Eigen::Matrix3d LaidAt(const Path& path, double time) {
+  const Eigen::Vector3d at = path(time);
+  Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
+  plane_from_board.topLeftCorner<2, 2>() = 9 * Eigen::Rotation2Dd(at.z()).toRotationMatrix();
+  plane_from_board.topRightCorner<2, 1>() = at.head<2>();
+  return plane_from_board;
+}
+
+/// How far off a board is expected that was followed along a path for eight frames, px; its turn.
+template <class Path>
+Eigen::Vector2d OffAfterEight(const Path& path) {
+  constexpr double kFrameS = 0.02;
+  RememberedBoard board;
+  board.plane_from_board = LaidAt(path, 0);
+  for (int frame = 1; frame <= 8; ++frame) {
+    const RememberedBoard last = board;
+    const Eigen::Matrix3d found = LaidAt(path, frame);
+    board = {};
+    board.motion.Learn(last.motion, last.plane_from_board, kFrameS, found);
+    board.Move(&last, last.plane_from_board, found, kFrameS);
+  }
+  const Eigen::Matrix3d expected = board.Ahead(kFrameS), there = LaidAt(path, 9);
+  return {(expected - there).col(2).norm(), TurnBetween(there, expected)};
+}
+
+TEST(BoardMotion, GoesOnInTheWayThatLedLeastFarOff) {
+  const auto on_wheels = [](double t) {
+    return Eigen::Vector3d(40 * std::sin(0.2 * t), -40 * std::cos(0.2 * t), 0.2 * t);
+  };
+  EXPECT_LT(OffAfterEight(on_wheels)[0], 1e-6) << "a turning robot's way turns with it";
+  const auto gains_speed = [](double t) { return Eigen::Vector3d(3 * t + 0.4 * t * t, -t, 0.05 * t * t); };
+  EXPECT_LT(OffAfterEight(gains_speed)[0], 1e-6);
+  EXPECT_NEAR(OffAfterEight(gains_speed)[1], 0, 1e-6) << "it turns ever faster";
+  const auto slides = [](double t) { return Eigen::Vector3d(5 * t, 2 * t, 0.2 * t); };
+  EXPECT_LT(OffAfterEight(slides)[0], 1e-6) << "what turns on its way keeps it";
+  // What a pose is off shows in the predictions: of one that stands, the fewest differences show least of it.
+  const auto trembles = [](double t) { return Eigen::Vector3d(std::fmod(t, 2) < 1 ? 0.01 : -0.01, 0, 0); };
+  EXPECT_LT(OffAfterEight(trembles)[0], 0.05);
 }
 
 TEST(SearchRegions, MakesOneOfThoseThatOverlap) {
@@ -294,11 +333,11 @@ TEST(Memory, ForgetsAMotionThatIsNone) {
   Follower follower(stream.Options());
   for (std::size_t i = 0; i < 4; ++i) follower.Next(stream.Frame(i).image.view());
   constexpr double kWrongPx = 10;
-  for (RememberedBoard& board : follower.memory().state().boards) board.before(0, 2) -= kWrongPx;
+  for (RememberedBoard& board : follower.memory().state().boards) board.motion.before(0, 2) -= kWrongPx;
   follower.Next(stream.Frame(4).image.view());
   EXPECT_EQ(follower.memory().boards(), 5u);
   for (const RememberedBoard& board : follower.memory().state().boards)
-    EXPECT_LT((board.plane_from_board - board.before).col(2).head<2>().norm(), kWrongPx / 2) << board.id;
+    EXPECT_LT((board.plane_from_board - board.motion.before).col(2).head<2>().norm(), kWrongPx / 2) << board.id;
 }
 
 TEST(Memory, LeavesADetectorAsItWas) {
