@@ -49,6 +49,12 @@ bool MayBeGivenUp(const ImageState& frame, const FitOrder& order) {
   return frame.IsExpected(order.board) && !frame.stream.postponed[order.board] && !first_of_knocked;
 }
 
+/// Whether a board is thought to lie next to where it is expected.
+bool LiesNear(const ImageState& frame, std::size_t board) {
+  return frame.IsExpected(board) && !frame.stream.IsKnocked() && frame.stream.shift_px.isZero() &&
+         frame.expected[board].lay_near();
+}
+
 PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
   const AnchoredBoard& board = job.frame.boards[order.board];
   PhotometricFit::Start start{
@@ -61,6 +67,7 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
                 .covered = board.covered,
                 .found = board.found,
                 .predicted = job.frame.IsExpected(order.board),
+                .near = LiesNear(job.frame, order.board),
                 .register_cells = RegisterOf(board.size, job.options),
                 .blur_shape =
                     job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_shape : BlurShape{},
@@ -153,6 +160,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   outcome.image = fitted->image;
   outcome.motion = fitted->motion;
   outcome.blur_shape = fitted->blur_shape;
+  outcome.moved_square = fitted->moved_square;
   outcome.contrast = fitted->explained.contrast;
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);
   if (!poses) return outcome;

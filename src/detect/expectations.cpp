@@ -118,7 +118,7 @@ void FollowTurnsOff(const ImageJob& job) {
   ImageState& frame = job.frame;
   for (std::size_t i = 0; i < frame.expected.size(); ++i) {
     const RememberedBoard& expected = frame.expected[i];
-    if (!expected.is_followed()) continue;
+    if (!expected.is_followed() || expected.lay_near()) continue;
     const auto pixel = [&](const Eigen::Matrix3d& place) { return job.lens.ToImage(place.col(2).hnormalized()); };
     if ((pixel(frame.boards[i].plane_from_board) - pixel(expected.plane_from_board)).norm() < kMayTurnOffPx) continue;
     const auto place = FollowEdges(frame.boards[i], job.reader, job.lens);
@@ -174,6 +174,7 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   }
   read.box = anchored.box;
   read.blur_shape = outcome.blur_shape;
+  read.moved_square = outcome.moved_square;
   read.contrast = SampledContrast(anchored);
   read.fitted_contrast = outcome.contrast;
   read.learnt = outcome.learnt;

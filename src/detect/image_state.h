@@ -35,6 +35,7 @@ struct BoardOutcome {
   std::uint64_t kernel = 0;      ///< that the id was read from
   double contrast = 0;           ///< as fitted: without what blur takes of it
   BlurShape motion, blur_shape;  ///< of FittedBoard
+  double moved_square = std::numeric_limits<double>::infinity();
   /// Of a board that was expected and is not decided: what shows is the remembered one's.
   bool agrees = false;
   /// So little of it shows that it counts only if its identity is carried.

@@ -67,7 +67,7 @@ class BlurShapeFit {
   Eigen::Matrix2d across_ = Eigen::Matrix2d::Identity(), turned_ = Eigen::Matrix2d::Identity();
   Eigen::Vector2d way_ = Eigen::Vector2d::Zero();  ///< across the edges
   double variance_, mean_square_ = 0;
-  double lens_;  ///< variance that is left without the way
+  double lens_;              ///< variance that is left without the way
   double round_leaves_ = 0;  ///< by how much a round blur leaves more of Σ w r² than the shape
   CornerBlurSums sums_;
   /// By the way across the two edges, and the turn.

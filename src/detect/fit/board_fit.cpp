@@ -32,7 +32,7 @@ constexpr double kWiderBlur = 1.2, kGrowingBlur = 0.5;
 /// A step follows another shape of the blur where Σ w r² falls by so much for each pixel (measured: with 0.015, poses
 /// of moving boards with and without memory differ by a tenth more, in 2 % less work; overexposed ones have squared
 /// errors of 1.2 with 0.1).
-constexpr double kShapeSettled = 0.01;
+constexpr double kShapeSettled = 0.008;
 /// A step that is made anyway has the shape that explains so much more: noise alone does not (see kShapeCounts).
 constexpr double kShapeFollows = 12;
 /// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
@@ -287,6 +287,7 @@ bool BoardFit::Step(LaneSums sums) {
   const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
   if (!solver.positive()) return false;
   run_->step.moves = solver.Solve(equations_.gradient());
+  run_->step.moved += run_->step.moves.head<BoardGeometry::kParameters>();
   run_->step.inks = {};
   if (!run_->step.moves.allFinite()) return false;
   run_->step.gain = run_->step.moves.dot(equations_.gradient());
@@ -320,11 +321,14 @@ double BoardFit::LeftVariances() const {
   return std::max((equations_.chi_square() - run_->step.gain) / std::max(WeightUsed(), 1.0), kLeastVariances);
 }
 
-BoardFit::StepSize BoardFit::SizeOfStep() const {
+double BoardFit::SquareOf(const BoardGeometry::Parameters& moves) const {
   constexpr int kMoves = BoardGeometry::kParameters;
-  const BoardGeometry::Parameters moves = run_->step.moves.head<kMoves>();
+  return moves.dot(equations_.normal().topLeftCorner<kMoves, kMoves>() * moves);
+}
+
+BoardFit::StepSize BoardFit::SizeOfStep() const {
   const double variances = LeftVariances();
-  return {moves.dot(equations_.normal().topLeftCorner<kMoves, kMoves>() * moves) / variances, variances};
+  return {SquareOf(run_->step.moves.head<BoardGeometry::kParameters>()) / variances, variances};
 }
 
 bool BoardFit::NextStepCounts(const StepSize& step, const StepSize& before) const {
@@ -335,6 +339,11 @@ bool BoardFit::NextStepCounts(const StepSize& step, const StepSize& before) cons
   if (before.square > 0) next = std::sqrt(step.square / before.square);
   if (run_->view.overexposed) next = std::max(next, kNextStepOverexposed);
   return next * next * step.square > kSettledSquare;
+}
+
+bool BoardFit::BeginsNear(const Start& start) const {
+  return start.near && start.image && !run_->view.overexposed && !run_->model.own_levels &&
+         !run_->model.MotionTerm::on();
 }
 
 bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
@@ -349,6 +358,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     if (moved || pass == 1 || run_->step.shape_gain > kShapeFollows) SetPlaces();
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
+    if (pass == 1 && BeginsNear(start) && run_->step.corner_px > kOtherPixelsPx) return false;
     step = SizeOfStep();
     if (MayBeOutOfRegister()) MoveInks(start);
     const bool changed = FindOccludedCorners();
@@ -362,6 +372,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
       if (!start.image && sums == LaneSums::kNoise)
         EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
       run_->told.settled = true;
+      run_->told.moved_square = SquareOf(run_->step.moved) / step.variances;
       // It tells its edges, too: those of a board that lies elsewhere seem to have another shape.
       if (edges_told || !TellEdges(lens)) break;
       // What they explain is no noise.
@@ -461,6 +472,13 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   const bool noise_known = start.image || choice.from;
   const bool settled = run_->terms.look_farther ? SettleModel(reader, lens, start, noise_known, choice)
                                                 : Settle(lens, start, noise_known);
+  if (!settled && BeginsNear(start)) {
+    // It was not near, after all.
+    Start anew = start;
+    anew.near = false;
+    if (run_->step.corner_px < kRunawayPx) anew.geometry = run_->model.geometry;
+    return Fit(reader, lens, anew, choice);
+  }
   if (!settled) return false;
   FinishBent(reader, lens, start);
   return run_->result.determined();
@@ -518,9 +536,9 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
   const LaneSums first = knows_levels && !run_->model.own_levels ? LaneSums::kShapes : LaneSums::kLevels;
   const bool knows_all = first == LaneSums::kShapes && run_->plain_input.stride == kFirstStrideKnown;
   if (knows_all && SpreadCornersSuffice()) UsePixels(1, true);
-  const bool near = Step(first) && run_->step.corner_px <= kRunawayPx;
+  const bool near = BeginsNear(start) || (Step(first) && run_->step.corner_px <= kRunawayPx);
   if (!near && !ComeNearByFound(reader, lens, start, choice)) return false;
-  if (start.predicted && !LeavePrediction(reader, lens, first)) return false;
+  if (start.predicted && !BeginsNear(start) && !LeavePrediction(reader, lens, first)) return false;
   if (run_->view.overexposed) {
     // Levels began at full scale, and the blur has taken up what they lacked: it begins anew.
     run_->model.blur_px = start.blur_px;

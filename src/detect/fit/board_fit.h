@@ -47,6 +47,8 @@ class BoardFit {
     /// The geometry is a prediction's, off by a part of a pixel or several, not that of corners that were found, which
     /// is right to about 0.1 px.
     bool predicted = false;
+    /// So is that which the last one was near to: this one is thought to be, too.
+    bool near = false;
     /// How far the blue ink may lie off the black one, along the board's axes, cells: standard deviations. Where they
     /// are not zero, that is fitted too.
     Eigen::Vector2d register_cells = Eigen::Vector2d::Zero();
@@ -155,6 +157,8 @@ class BoardFit {
   bool Recollect(const LightReader& reader, const Lens& lens);
   /// The first step of boards in plain view, until it has the pixels that are the board's. False if it runs away.
   bool ComeNear(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
+  /// Whether the first step is by all pixels, as it is likely to be the last one.
+  bool BeginsNear(const Start& start) const;
   /// From where a board was predicted to where it lies, with the pixels that are chosen there. False if it runs away.
   bool LeavePrediction(const LightReader& reader, const Lens& lens, LaneSums sums);
   /// Where the first step runs away: by the pixels around the corners that were found alone, until those lie right,
@@ -189,6 +193,8 @@ class BoardFit {
     double square = 0;
     double variances = 1;  ///< of the residuals, in units of that noise
   };
+  /// Of moves that far, Σ of what the last step's information says of them.
+  double SquareOf(const BoardGeometry::Parameters& moves) const;
   StepSize SizeOfStep() const;
   /// What the last step of the plain model leaves of a pixel's residual, squared, in units of the noise; 1 where
   /// that is not known.

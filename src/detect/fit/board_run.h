@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -82,9 +83,10 @@ struct BoardRun {
   /// The last step.
   struct Step {
     BoardEquations::Vector moves = BoardEquations::Vector::Zero();
-    double gain = 0;                                         ///< how much Σ w r² falls by it
-    double corner_px = 0;                                    ///< the farthest that a corner moved
-    double blur_share = 0;                                   ///< by which the blur changed
+    BoardGeometry::Parameters moved = BoardGeometry::Parameters::Zero();  ///< by all steps so far
+    double gain = 0;                                                      ///< how much Σ w r² falls by it
+    double corner_px = 0;                                                 ///< the farthest that a corner moved
+    double blur_share = 0;                                                ///< by which the blur changed
     BlurShape placed_shape;                                  ///< of the blur, with which the corners were placed for it
     Eigen::Vector2d start_way_px = Eigen::Vector2d::Zero();  ///< of the shape that was known before
     double shape_gain = 0;                                   ///< how much Σ w r² falls by another one
@@ -93,7 +95,9 @@ struct BoardRun {
   };
   /// What the fit tells beside its result.
   struct Told {
-    bool settled = false;       ///< the last step moved next to nothing
+    bool settled = false;  ///< the last step moved next to nothing
+    /// As FittedBoard has it.
+    double moved_square = std::numeric_limits<double>::infinity();
     bool sums_gone = false;     ///< the plain kernel's are no longer those of that step
     double pixel_variance = 1;  ///< in units of the noise
     double variance = 1;        ///< the same, or what the corners' places say where that is more

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "detect/common/board_geometry.h"
@@ -55,6 +56,8 @@ struct FittedBoard {
   BlurShape motion;
   /// Of the blur, where the board did not move so far that image.motion_px was fitted.
   BlurShape blur_shape;
+  /// How far it lies from where the fit began, square of standard deviations; infinite after others than plain fits.
+  double moved_square = std::numeric_limits<double>::infinity();
   /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.
   double signal_to_noise = 0;
   Explained explained;
