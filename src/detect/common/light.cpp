@@ -386,6 +386,56 @@ struct OffNeighbours {
   }
 };
 
+/// What tells an interpolated mosaic, on average, in steps: least and most that values are off. Rounding alone leaves
+/// 0.25 to 0.45.
+struct MosaicBounds {
+  double most_interpolated, least_measured;
+};
+constexpr MosaicBounds kFair{0.6, 1.5};
+/// The same where a part of the window is to decide. Means of interpolated values have a deviation of 0.03 by then,
+/// those of measured ones of 0.2 (of the fewest pixels, by the values' own deviations of 0.3 and 2).
+constexpr MosaicBounds kClear{0.5, 2};
+/// Where a part shows more than this everywhere, none of it was interpolated (a guess, twice what may be).
+constexpr double kNotInterpolated = 1.2;
+/// Fewer pixels of each site tell nothing.
+constexpr int kFewestOfSite = 40;
+
+/// Of the pixels of a window, by parities.
+struct MosaicSums {
+  std::array<OffNeighbours, 2> green{};  ///< of x + y
+  std::array<OffNeighbours, 4> red{};    ///< of x (1) and y (2)
+  std::array<int, 4> count{};            ///< the same
+
+  bool are_enough() const { return *std::min_element(count.begin(), count.end()) >= kFewestOfSite; }
+  /// Nothing where these pixels do not decide it. @pre are_enough()
+  std::optional<LightReader::Mosaic> Decide(const MosaicBounds& bounds) const {
+    if (auto mosaic = DecideBy(&OffNeighbours::in_light, bounds)) return mosaic;
+    return DecideBy(&OffNeighbours::coded, bounds);
+  }
+  bool AreOfNone() const {
+    const double most = kNotInterpolated * 2 * count[0];
+    return std::ranges::all_of(green,
+                               [&](const OffNeighbours& off) { return off.in_light > most && off.coded > most; });
+  }
+
+ private:
+  std::optional<LightReader::Mosaic> DecideBy(double OffNeighbours::*member, const MosaicBounds& bounds) const {
+    const int least = *std::min_element(count.begin(), count.end());
+    const auto differ = [&](const OffNeighbours& interpolated, const OffNeighbours& measured, double pixels) {
+      return interpolated.*member <= bounds.most_interpolated * pixels &&
+             measured.*member >= bounds.least_measured * pixels;
+    };
+    const std::size_t interpolated = green[0].*member < green[1].*member ? 0 : 1;
+    if (!differ(green[interpolated], green[1 - interpolated], 2.0 * least)) return std::nullopt;
+    // Red and blue sites have interpolated green; red is interpolated from the diagonals at the blue ones.
+    const std::size_t a = interpolated == 0 ? 0 : 1, b = interpolated == 0 ? 3 : 2;
+    const std::size_t blue = red[a].*member < red[b].*member ? a : b;
+    const std::size_t red_site = blue == a ? b : a;
+    if (!differ(red[blue], red[red_site], least)) return std::nullopt;
+    return LightReader::Mosaic{static_cast<int>(red_site & 1), static_cast<int>(red_site >> 1)};
+  }
+};
+
 }  // namespace
 
 std::optional<LightReader::Mosaic> FindInterpolatedMosaic(const ImageView& image, const std::array<float, 256>& table,
@@ -394,34 +444,22 @@ std::optional<LightReader::Mosaic> FindInterpolatedMosaic(const ImageView& image
   const int red = image.format() == PixelFormat::kBgr8 ? 2 : 0;
   constexpr std::array<int, 4> kCrossX{1, -1, 0, 0}, kCrossY{0, 0, 1, -1}, kDiagonalX{1, 1, -1, -1},
       kDiagonalY{1, -1, 1, -1};
-  std::array<OffNeighbours, 2> green{};    // by parity of x + y
-  std::array<OffNeighbours, 4> red_sum{};  // by parities of x (1) and y (2)
-  std::array<int, 4> count{};
-  for (int y = std::max(y0, 1); y <= std::min(y1, image.height() - 2); ++y)
-    for (int x = std::max(x0, 1); x <= std::min(x1, image.width() - 2); ++x) {
+  x0 = std::max(x0, 1), x1 = std::min(x1, image.width() - 2);
+  y0 = std::max(y0, 1), y1 = std::min(y1, image.height() - 2);
+  MosaicSums sums;
+  for (int y = y0; y <= y1; ++y) {
+    for (int x = x0; x <= x1; ++x) {
       const std::size_t site = static_cast<std::size_t>((x & 1) + 2 * (y & 1));
-      green[static_cast<std::size_t>((x + y) & 1)].Add(image, table, 1, x, y, kCrossX, kCrossY);
-      red_sum[site].Add(image, table, red, x, y, kDiagonalX, kDiagonalY);
-      ++count[site];
+      sums.green[static_cast<std::size_t>((x + y) & 1)].Add(image, table, 1, x, y, kCrossX, kCrossY);
+      sums.red[site].Add(image, table, red, x, y, kDiagonalX, kDiagonalY);
+      ++sums.count[site];
     }
-  const int least = *std::min_element(count.begin(), count.end());
-  if (least < 40) return std::nullopt;
-  // Rounding alone leaves 0.25 to 0.45 steps on average.
-  constexpr double kRounding = 0.6, kMeasured = 1.5;
-  const auto decide = [&](auto member) -> std::optional<LightReader::Mosaic> {
-    const double n = 2.0 * least;
-    const std::size_t interpolated = green[0].*member < green[1].*member ? 0 : 1;
-    if (green[interpolated].*member / n > kRounding || green[1 - interpolated].*member / n < kMeasured)
-      return std::nullopt;
-    // Red and blue sites have interpolated green; red is interpolated from the diagonals at the blue ones.
-    const std::size_t a = interpolated == 0 ? 0 : 1, b = interpolated == 0 ? 3 : 2;
-    const std::size_t blue = red_sum[a].*member < red_sum[b].*member ? a : b;
-    const std::size_t red_site = blue == a ? b : a;
-    if (red_sum[blue].*member / least > kRounding || red_sum[red_site].*member / least < kMeasured) return std::nullopt;
-    return LightReader::Mosaic{static_cast<int>(red_site & 1), static_cast<int>(red_site >> 1)};
-  };
-  if (auto mosaic = decide(&OffNeighbours::in_light)) return mosaic;
-  return decide(&OffNeighbours::coded);
+    // After every other row, there are as many of each site.
+    if ((y - y0) % 2 == 0 || !sums.are_enough()) continue;
+    if (const auto mosaic = sums.Decide(kClear)) return mosaic;
+    if (sums.AreOfNone()) return std::nullopt;
+  }
+  return sums.are_enough() ? sums.Decide(kFair) : std::nullopt;
 }
 
 }  // namespace chequer

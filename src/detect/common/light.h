@@ -165,6 +165,7 @@ class LightReader {
 /// Looks whether a colour image (BGR8 or RGB8) is a bilinearly interpolated mosaic, by comparing, in a window, each
 /// channel with the mean of its neighbours: where it was interpolated they agree to the rounding, where it was measured
 /// they differ by noise and texture. Nothing where that does not decide it (JPEG, other interpolations, flat windows).
+/// Looks at no more rows of the window than it takes to be clear.
 /// @param x0, y0, x1, y1 window, pixels, within the image less one pixel.
 std::optional<LightReader::Mosaic> FindInterpolatedMosaic(const ImageView& image, const std::array<float, 256>& table,
                                                           int x0, int y0, int x1, int y1);
