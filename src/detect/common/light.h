@@ -115,8 +115,9 @@ class LightReader {
       const std::array<int, 2>& offset = offset_[static_cast<std::size_t>(y & 1)];
       return {base_ + stride_ * y, table_, step_, red_, {offset[0], offset[1] + step_, offset[1], offset[0] + step_}};
     }
-    /// The row becomes the next one of its parity, which may be none of the image.
+    /// The row, or a run in it, becomes the next one of its parity, which may be none of the image.
     void NextButOne(RunsOfRow& row) const { row.start += 2 * stride_; }
+    void NextButOne(Run& run) const { run.first += 2 * stride_, run.second += 2 * stride_; }
     /// @pre the pixel lies in the image.
     Run From(int x, int y) const { return At(y).From(x); }
 
