@@ -75,6 +75,7 @@ bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matr
   const BoardGeometry geometry(plane_from_board);
   if (FindCorners(geometry, reader, lens, board) < FittedBoard::kFewestCorners) return false;
   board.box.Widen(1.0f / static_cast<float>(std::min(board.size.cols, board.size.rows) - 1));
+  reader.Prefetch(board.box);
   const std::size_t cells = static_cast<std::size_t>(board.size.rows * board.size.cols);
   board.light.Assign(cells, Eigen::Vector3f::Zero());
   board.saturated.Assign(cells, 0);
