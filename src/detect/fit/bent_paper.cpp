@@ -53,6 +53,112 @@ struct Cylinder {
   Eigen::Vector3d AcrossByBend() const { return SquaresOf(direction.unitOrthogonal()); }
 };
 
+/// Columns of a linear fit: the moves of a homography, a bend, and how far corners are off. Products of all of them
+/// with each other.
+constexpr int kLinearColumns = kMoves + kBends + 1;
+using LinearProducts = Eigen::Matrix<double, kLinearColumns, kLinearColumns>;
+
+/// A homography and a bend of least squares, near one that there is: linear. The moves follow the bend.
+struct Linear {
+  Eigen::Matrix<double, kMoves, kBends> followed = Eigen::Matrix<double, kMoves, kBends>::Zero();
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of the bend
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+};
+
+/// @param products the lower triangle.
+std::optional<Linear> SolveLinear(const LinearProducts& products) {
+  const SmallCholesky<kMoves> factor(products.topLeftCorner<kMoves, kMoves>());
+  if (!factor.positive()) return std::nullopt;
+  const Eigen::Matrix<double, kBends, kMoves> common = products.block<kBends, kMoves>(kMoves, 0);
+  Linear linear;
+  for (int bend = 0; bend < kBends; ++bend) linear.followed.col(bend) = factor.Solve(common.row(bend));
+  const Eigen::Matrix3d of_bends = products.block<kBends, kBends>(kMoves, kMoves);
+  linear.information = of_bends.selfadjointView<Eigen::Lower>();
+  linear.information -= common.lazyProduct(linear.followed);
+  linear.gradient = products.row(kLinearColumns - 1).segment<kBends>(kMoves);
+  linear.gradient -=
+      linear.followed.transpose().lazyProduct(products.row(kLinearColumns - 1).head<kMoves>().transpose());
+  linear.information.diagonal().array() += 1 / (kBendKnownTo * kBendKnownTo);
+  return linear;
+}
+
+/// The same products for corners that are off by their shifts, four corners at a time. Most of a homography's moves are
+/// of x or of y alone, by 1, x or y: their products are sums of information times powers.
+class ShiftProducts {
+ public:
+  using Four = Eigen::Array4f;
+  struct Corners {
+    Four x = Four::Zero(), y = Four::Zero(), shift_x = Four::Zero(), shift_y = Four::Zero();
+    Four xx = Four::Zero(), xy = Four::Zero(), yy = Four::Zero();  ///< information
+  };
+
+  /// @param camera where it is, from the board's middle and along its axes: in cells, its z in widths of one.
+  ShiftProducts(const Eigen::Vector3d& camera, double cell_ratio)
+      : camera_x_(static_cast<float>(camera.x())),
+        camera_y_(static_cast<float>(camera.y())),
+        by_depth_(static_cast<float>(std::sqrt(cell_ratio) / camera.z())) {}
+
+  void Add(const Corners& at) {
+    const Four &x = at.x, &y = at.y, square_x = x * x, product = x * y, square_y = y * y;
+    // A point behind the plane is seen where its ray meets the plane: shifted along the way from below the camera.
+    const Four lower_x = by_depth_ * (x - camera_x_), lower_y = by_depth_ * (y - camera_y_);
+    const float mean = static_cast<float>(kAlongEdge);
+    const Four by_x[]{square_x,  product, lower_x * square_x, lower_x * product, lower_x * (square_y + mean),
+                      at.shift_x};
+    const Four by_y[]{product,           square_y,           lower_y * (square_x + mean),
+                      lower_y * product, lower_y * square_y, at.shift_y};
+    const Four powers[]{Four::Ones(), x, y, square_x, product, square_y};
+    for (int i = 0; i < 6; ++i) {
+      xx_.col(i) += at.xx * powers[i];
+      xy_.col(i) += at.xy * powers[i];
+      yy_.col(i) += at.yy * powers[i];
+    }
+    for (int row = 0; row <= kBoth; ++row) {
+      const Four pull_x = at.xx * by_x[row] + at.xy * by_y[row], pull_y = at.xy * by_x[row] + at.yy * by_y[row];
+      for (int i = 0; i < 3; ++i) {
+        x_.col(3 * row + i) += pull_x * powers[i];
+        y_.col(3 * row + i) += pull_y * powers[i];
+      }
+      for (int col = 0; col < kBoth && col <= row; ++col)
+        both_.col(kBoth * row + col) += by_x[col] * pull_x + by_y[col] * pull_y;
+    }
+  }
+
+  /// The lower triangle.
+  LinearProducts Sum() const {
+    constexpr int kPower[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    LinearProducts products;
+    for (int row = 0; row < 3; ++row)
+      for (int col = 0; col < 3; ++col) {
+        const int power = kPower[row][col];
+        products(row, col) = double{xx_.col(power).sum()};
+        products(3 + row, col) = double{xy_.col(power).sum()};
+        products(3 + row, 3 + col) = double{yy_.col(power).sum()};
+      }
+    for (int row = 0; row <= kBoth; ++row) {
+      for (int col = 0; col < 3; ++col) {
+        products(6 + row, col) = double{x_.col(3 * row + col).sum()};
+        products(6 + row, 3 + col) = double{y_.col(3 * row + col).sum()};
+      }
+      for (int col = 0; col < kBoth && col <= row; ++col)
+        products(6 + row, 6 + col) = double{both_.col(kBoth * row + col).sum()};
+    }
+    return products;
+  }
+
+ private:
+  static constexpr int kBoth = 2 + kBends;  ///< columns that move x and y: two moves, and the bend
+  template <int kCount>
+  using Fours = Eigen::Array<float, 4, kCount>;
+
+  float camera_x_, camera_y_, by_depth_;
+  /// By 1, x, y, x², xy, y².
+  Fours<6> xx_ = Fours<6>::Zero(), xy_ = Fours<6>::Zero(), yy_ = Fours<6>::Zero();
+  /// Of columns that move both, and of the shifts, with those that move x or y alone: by 1, x, y.
+  Fours<3 * (kBoth + 1)> x_ = Fours<3 * (kBoth + 1)>::Zero(), y_ = Fours<3 * (kBoth + 1)>::Zero();
+  Fours<kBoth*(kBoth + 1)> both_ = Fours<kBoth*(kBoth + 1)>::Zero();  ///< with each other
+};
+
 /// A board of bent paper in front of a camera, in widths of a cell.
 struct Lying {
   RigidTransform camera_from_board;
@@ -88,14 +194,6 @@ class BendSolver {
 
   /// What flat paper leaves, from that pose.
   double Flat(const RigidTransform& start) { return Descend({start, Eigen::Vector3d::Zero()}, false).square; }
-  /// About how much less any bend of a homography leaves than flat paper of one. @param start in which it is seen.
-  double RoughGain(const RigidTransform& start) const {
-    const std::optional<Linear> linear = Linearised(
-        {start, Eigen::Vector3d::Zero()}, [&](const Eigen::Vector2d& board) { return view_.geometry.At(board); });
-    if (!linear) return 0;
-    const SmallCholesky<kBends> bends(linear->information);
-    return bends.positive() ? linear->gradient.dot(bends.Solve(linear->gradient)) : 0;
-  }
   /// Nothing if the descent does not converge. TellGain() and TellUncertainty() fill in the rest.
   std::optional<BentPaper> Bent(const RigidTransform& start) {
     const End end = Descend({start, Eigen::Vector3d::Zero()}, true);
@@ -118,9 +216,7 @@ class BendSolver {
   /// What the bend leaves unknown of the homography of the middle.
   bool TellUncertainty(BentPaper& paper) const {
     const Lying lying{paper.camera_from_board_, paper.bend_};
-    std::optional<Linear> linear = Linearised(lying, [&](const Eigen::Vector2d& board) {
-      return BoardGeometry::Local{paper.Seen(board), 1, paper.SeenByBoard(board)};
-    });
+    std::optional<Linear> linear = Linearised(lying, paper);
     if (!linear) return false;
     const Eigen::Vector3d across = Cylinder(paper.bend_).AcrossByBend() / kAcrossKnownTo;
     linear->information += across * across.transpose();
@@ -141,9 +237,9 @@ class BendSolver {
   using ByUnknowns = Eigen::Matrix<double, 2, kUnknowns>;
 
   /// Where a corner is seen to lie, in the plane, and its derivative by pose and bend.
-  std::optional<Eigen::Vector2d> Predict(const Lying& lying, const Cylinder& cylinder, const Eigen::Vector2d& board,
-                                         ByUnknowns& by) const {
-    const Eigen::Matrix3d rotation = lying.camera_from_board.rotation.toRotationMatrix();
+  /// @param rotation of the board, as a matrix.
+  std::optional<Eigen::Vector2d> Predict(const Lying& lying, const Eigen::Matrix3d& rotation, const Cylinder& cylinder,
+                                         const Eigen::Vector2d& board, ByUnknowns& by) const {
     const Eigen::Vector3d turned =
         OnPaper(rotation, lying.bend, cylinder.direction, cylinder.curvature, view_.cell_ratio, board);
     const Eigen::Vector3d at = turned + lying.camera_from_board.translation;
@@ -152,7 +248,9 @@ class BendSolver {
     Eigen::Matrix<double, 2, 3> by_point;
     by_point << scale, 0, -scale * at.x() / at.z(), 0, scale, -scale * at.y() / at.z();
     by.leftCols<3>() = by_point;
-    for (int axis = 0; axis < 3; ++axis) by.col(3 + axis) = by_point * Eigen::Vector3d::Unit(axis).cross(turned);
+    Eigen::Matrix3d by_turn;
+    by_turn << 0, turned.z(), -turned.y(), -turned.z(), 0, turned.x(), turned.y(), -turned.x(), 0;
+    by.middleCols<3>(3) = by_point.lazyProduct(by_turn);
     const Eigen::Vector2d by_height = by_point * rotation.col(2) * std::sqrt(view_.cell_ratio);
     by.rightCols<kBends>() = by_height * SquaresOf(board).transpose();
     // What the pixels along an edge say is of the mean along it, but for the bend that was taken out of them.
@@ -172,9 +270,10 @@ class BendSolver {
     gradient.setZero();
     double square = 0;
     const Cylinder cylinder(lying.bend);
+    const Eigen::Matrix3d rotation = lying.camera_from_board.rotation.toRotationMatrix();
     for (const SeenCorner& seen : seen_) {
       ByUnknowns by;
-      const std::optional<Eigen::Vector2d> predicted = Predict(lying, cylinder, seen.board, by);
+      const std::optional<Eigen::Vector2d> predicted = Predict(lying, rotation, cylinder, seen.board, by);
       if (!predicted) return std::numeric_limits<double>::infinity();
       const Eigen::Vector2d off = seen.plane - *predicted, pull = seen.information * off;
       square += off.dot(pull);
@@ -240,48 +339,26 @@ class BendSolver {
     return best;
   }
 
-  /// A homography and a bend of least squares, near one that there is: linear. The moves follow the bend.
-  struct Linear {
-    Eigen::Matrix<double, kMoves, kBends> followed = Eigen::Matrix<double, kMoves, kBends>::Zero();
-    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of the bend
-    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-  };
-  /// @param board_at tells the plane's point and derivative of a point of the board there.
-  template <class BoardAt>
-  std::optional<Linear> Linearised(const Lying& lying, const BoardAt& board_at) const {
-    // Of moves, bends and what is off: the products of all with each other, in one go.
-    constexpr int kAll = kMoves + kBends + 1;
-    Eigen::Matrix<double, kAll, kAll> products = Eigen::Matrix<double, kAll, kAll>::Zero();
+  std::optional<Linear> Linearised(const Lying& lying, const BentPaper& paper) const {
+    LinearProducts products = LinearProducts::Zero();
     const Cylinder cylinder(lying.bend);
+    const Eigen::Matrix3d rotation = lying.camera_from_board.rotation.toRotationMatrix();
     for (const SeenCorner& seen : seen_) {
       ByUnknowns by;
-      if (!Predict(lying, cylinder, seen.board, by)) return std::nullopt;
-      const BoardGeometry::Local at = board_at(seen.board);
-      const Eigen::Matrix2d board_by_plane = at.plane_by_board.inverse();
+      if (!Predict(lying, rotation, cylinder, seen.board, by)) return std::nullopt;
+      const Eigen::Matrix2d plane_by_board = paper.SeenByBoard(seen.board), board_by_plane = plane_by_board.inverse();
       const Eigen::Matrix2d information =
-          at.plane_by_board.transpose().lazyProduct(seen.information.lazyProduct(at.plane_by_board).eval());
-      Eigen::Matrix<double, kAll, 2> on_board;
+          plane_by_board.transpose().lazyProduct(seen.information.lazyProduct(plane_by_board).eval());
+      Eigen::Matrix<double, kLinearColumns, 2> on_board;
       for (int axis = 0; axis < 2; ++axis)
         on_board.col(axis).head<kMoves>() = BoardGeometry::MoveByParameters(seen.board, axis);
       // A pixel that shows a point which the bend moved that way has coordinates that are off the other way.
       on_board.middleRows<kBends>(kMoves) = -board_by_plane.lazyProduct(by.rightCols<kBends>()).transpose();
-      on_board.row(kAll - 1) = (board_by_plane * (at.plane - seen.plane)).transpose();
-      const Eigen::Matrix<double, kAll, 2> weighted = on_board.lazyProduct(information);
+      on_board.row(kLinearColumns - 1) = (board_by_plane * (paper.Seen(seen.board) - seen.plane)).transpose();
+      const Eigen::Matrix<double, kLinearColumns, 2> weighted = on_board.lazyProduct(information);
       products += on_board.lazyProduct(weighted.transpose());
     }
-    const BoardGeometry::Information of_moves = products.topLeftCorner<kMoves, kMoves>();
-    const Eigen::Matrix<double, kMoves, kBends> common = products.block<kMoves, kBends>(0, kMoves);
-    const BoardGeometry::Parameters moves_gradient = products.col(kAll - 1).head<kMoves>();
-    Linear linear;
-    linear.information = products.block<kBends, kBends>(kMoves, kMoves);
-    linear.gradient = products.col(kAll - 1).segment<kBends>(kMoves);
-    const SmallCholesky<kMoves> factor(of_moves);
-    if (!factor.positive()) return std::nullopt;
-    for (int bend = 0; bend < kBends; ++bend) linear.followed.col(bend) = factor.Solve(common.col(bend));
-    linear.information -= common.transpose().lazyProduct(linear.followed);
-    linear.gradient -= linear.followed.transpose().lazyProduct(moves_gradient);
-    linear.information.diagonal().array() += 1 / (kBendKnownTo * kBendKnownTo);
-    return linear;
+    return SolveLinear(products);
   }
 
   const BoardView& view_;
@@ -306,11 +383,37 @@ Eigen::Matrix2d BentPaper::SeenByBoard(const Eigen::Vector2d& board) const {
   return by;
 }
 
+bool MayBeBent(const BoardView& view, std::span<const ShiftedCorner> corners, double least_gain) {
+  if (view.fitted_as) return true;
+  const auto starts = PosesAtCentre(view.geometry, {1, view.cell_ratio}, view.focal);
+  if (!starts) return false;
+  const RigidTransform& start = (*starts)[0];
+  Eigen::Vector3d camera = -(start.rotation.conjugate() * start.translation);
+  camera.y() /= view.cell_ratio;
+  ShiftProducts products(camera, view.cell_ratio);
+  for (; !corners.empty(); corners = corners.subspan(std::min<std::size_t>(4, corners.size()))) {
+    ShiftProducts::Corners four;
+    for (std::size_t i = 0; i < std::min<std::size_t>(4, corners.size()); ++i) {
+      const ShiftedCorner& corner = corners[i];
+      const Eigen::Index lane = static_cast<Eigen::Index>(i);
+      const auto set = [&](ShiftProducts::Four& to, double value) { to[lane] = static_cast<float>(value); };
+      set(four.x, corner.board.x()), set(four.y, corner.board.y());
+      set(four.shift_x, corner.shift.x()), set(four.shift_y, corner.shift.y());
+      set(four.xx, corner.information(0, 0)), set(four.xy, corner.information(0, 1));
+      set(four.yy, corner.information(1, 1));
+    }
+    products.Add(four);
+  }
+  const std::optional<Linear> linear = SolveLinear(products.Sum());
+  if (!linear) return false;
+  const SmallCholesky<kBends> bends(linear->information);
+  return bends.positive() && linear->gradient.dot(bends.Solve(linear->gradient)) > kRoughly * least_gain;
+}
+
 std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const SeenCorner> corners, double least_gain) {
   const auto starts = PosesAtCentre(view.geometry, {1, view.cell_ratio}, view.focal);
   if (!starts) return std::nullopt;
   BendSolver solver(view, corners);
-  if (!view.fitted_as && !(solver.RoughGain((*starts)[0]) > kRoughly * least_gain)) return std::nullopt;
   std::optional<BentPaper> best;
   for (const RigidTransform& start : *starts) {
     const std::optional<BentPaper> paper = solver.Bent(start);

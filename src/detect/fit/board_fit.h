@@ -209,12 +209,6 @@ class BoardFit {
   void FinishBent(const LightReader& reader, const Lens& lens, const Start& start);
   /// Fits on by the pixels that show the board as it was found to be bent.
   bool FitBent(const LightReader& reader, const Lens& lens, const Start& start);
-  /// A corner whose pixels say that it lies elsewhere, board coordinates, and how well they know.
-  struct ShiftedCorner {
-    int corner = 0;
-    Eigen::Vector2d shift = Eigen::Vector2d::Zero();
-    Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
-  };
   /// The bend of the paper if that explains where the corners lie. @param least_square of a shift, information times
   /// that, by the pixels' noise.
   std::optional<BentPaper> FindBend(const Lens& lens, double least_square) const;

@@ -26,11 +26,10 @@ constexpr double kOffByBend = 1.25;
 }  // namespace
 
 SeenCorner BoardFit::SeenAt(const ShiftedCorner& corner) const {
-  const Eigen::Vector2d printed = pixels_.Printed(corner.corner);
   // Pixels whose coordinates are too small by the shift show the corner where coordinates are that much smaller.
-  const BoardGeometry::Local seen = pixels_.SeenAt(run_->model.geometry, printed - corner.shift);
+  const BoardGeometry::Local seen = pixels_.SeenAt(run_->model.geometry, corner.board - corner.shift);
   const Eigen::Matrix2d board_by_plane = seen.plane_by_board.inverse();
-  return {printed, seen.plane, board_by_plane.transpose() * corner.information * board_by_plane};
+  return {corner.board, seen.plane, board_by_plane.transpose() * corner.information * board_by_plane};
 }
 
 std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_square) const {
@@ -39,13 +38,14 @@ std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_squar
   if (!may_bend || MayBeOutOfRegister() || !lens.calibrated() || static_cast<int>(shifted_.size()) < kFewestOfBend ||
       run_->terms.rough || run_->model.own_levels || run_->model.shadow || !run_->model.motion_px.isZero())
     return std::nullopt;
+  const BoardView view{run_->model.geometry, lens.focal(), run_->view.cell_ratio,
+                       run_->bend.taken_out ? &*run_->bend.taken_out : nullptr};
+  const double least_gain = kLeastBend * kLeastBend * least_square;
+  if (!MayBeBent(view, shifted_, least_gain)) return std::nullopt;
   std::array<SeenCorner, kMaxCorners> seen;
   std::transform(shifted_.begin(), shifted_.end(), seen.begin(),
                  [&](const ShiftedCorner& corner) { return SeenAt(corner); });
-  const std::optional<BentPaper> bent =
-      FindBentPaper({run_->model.geometry, lens.focal(), run_->view.cell_ratio,
-                     run_->bend.taken_out ? &*run_->bend.taken_out : nullptr},
-                    std::span(seen).first(shifted_.size()), kLeastBend * kLeastBend * least_square);
+  const std::optional<BentPaper> bent = FindBentPaper(view, std::span(seen).first(shifted_.size()), least_gain);
   if (!bent) return std::nullopt;
   const double left = bent->left() / (2 * static_cast<double>(shifted_.size()) - BentPaper::kUnknowns);
   if (bent->gain() < kLeastBend * kLeastBend * std::max(left, least_square)) return std::nullopt;
@@ -106,7 +106,7 @@ BoardFit::ShiftSums BoardFit::TellShifts() {
     const Eigen::Vector2d shift = Eigen::Vector2d(information(1, 1) * gradient[0] - information(0, 1) * gradient[1],
                                                   information(0, 0) * gradient[1] - information(1, 0) * gradient[0]) /
                                   determinant;
-    shifted_.push_back({corner, shift, information});
+    shifted_.push_back({corner, pixels_.place(corner).board, shift, information});
     sums.square_px += (pixels_.place(corner).pixel_by_board * shift).squaredNorm();
     sums.chi_square += shift.dot(gradient);
     sums.contrast += LightAt(corner) * Contrast(corner);
