@@ -1,10 +1,11 @@
 #include "detect/fit/shading.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <limits>
+
+#include "detect/common/small_cholesky.h"
 
 namespace chequer {
 namespace {
@@ -32,100 +33,100 @@ constexpr double kFewestOfFine = 10;
 /// A weak shading bends no more, of the logarithm, per cell².
 constexpr double kMostBend = 0.03;
 
-/// Sums of a linear regression with an offset of its own, over kTerms terms.
-template <int kTerms>
+constexpr int kTerms = 5;
+using Terms = Eigen::Matrix<double, kTerms, 1>;
+
+Terms Powers(double x, double y) { return (Terms() << x, y, x * x, x * y, y * y).finished(); }
+
+/// What explains a cell's level in all phases: 1, the terms, and the lower triangle of the terms' products.
+struct CellTerms {
+  static constexpr int kFirstProduct = 1 + kTerms;
+  /// Whole vectors of doubles: the last value is not used.
+  Eigen::Matrix<double, kFirstProduct + kTerms*(kTerms + 1) / 2 + 1, 1> values;
+
+  explicit CellTerms(const Terms& terms) {
+    values[0] = 1, values[values.size() - 1] = 0;
+    values.segment<kTerms>(1) = terms;
+    for (int row = 0, at = kFirstProduct; row < kTerms; ++row)
+      for (int col = 0; col <= row; ++col) values[at++] = terms[row] * terms[col];
+  }
+};
+
+/// Sums of a linear regression with an offset of its own.
 struct Group {
-  using Terms = Eigen::Matrix<double, kTerms, 1>;
-  using Products = Eigen::Matrix<double, kTerms, kTerms>;
+  decltype(CellTerms::values) products = decltype(CellTerms::values)::Zero();
+  Eigen::Matrix<double, CellTerms::kFirstProduct, 1> by_value = decltype(by_value)::Zero();
+  double value_square = 0;
 
-  double n = 0, value = 0, value_square = 0;
-  Terms terms = Terms::Zero(), by_value = Terms::Zero();
-  Products products = Products::Zero();
-
-  void Add(const Terms& at, double v) {
-    n += 1;
-    value += v;
-    value_square += v * v;
-    terms += at;
-    by_value += v * at;
-    products += at * at.transpose();
+  void Add(const CellTerms& cell, double value) {
+    products += cell.values;
+    by_value += value * cell.values.head<CellTerms::kFirstProduct>();
+    value_square += value * value;
   }
 };
 
 /// Least squares over groups of cells, the offsets eliminated.
-template <int kTerms>
 struct Regression {
-  using Sums = Group<kTerms>;
-
-  typename Sums::Products normal = Sums::Products::Zero();
-  typename Sums::Terms right = Sums::Terms::Zero();
+  Eigen::Matrix<double, kTerms, kTerms> normal = decltype(normal)::Zero();  ///< the lower triangle
+  Terms right = Terms::Zero();
   double square = 0;  ///< of the values about their groups' means
   double freedom = 0;
 
-  void Add(const Sums& g) {
-    if (g.n < 4) return;
-    normal += g.products - g.terms * g.terms.transpose() / g.n;
-    right += g.by_value - g.terms * g.value / g.n;
-    square += g.value_square - g.value * g.value / g.n;
-    freedom += g.n - 1;
+  void Add(const Group& group, double times) {
+    const double n = group.products[0], value = group.by_value[0];
+    if (n < 4) return;
+    const Terms sums = group.products.segment<kTerms>(1), means = sums / n;
+    for (int row = 0, at = CellTerms::kFirstProduct; row < kTerms; ++row)
+      for (int col = 0; col <= row; ++col) normal(row, col) += times * (group.products[at++] - means[row] * sums[col]);
+    right += times * (group.by_value.tail<kTerms>() - value * means);
+    square += times * (group.value_square - value * value / n);
+    freedom += times * (n - 1);
   }
 };
 
-/// Calls add(saturation, x, y, level) for the light cells that tell of a phase.
-template <class Visit>
-void VisitCells(const ShadedCells& cells, int phase, const Visit& visit) {
+/// Of the light cells' logarithms. @param terms(x, y) are a cell's, @param known(x, y) is taken off its logarithm.
+template <class TermsAt, class Known>
+Regression Regress(const ShadedCells& cells, const TermsAt& terms, const Known& known) {
+  // The two phases of green have the same levels.
+  const bool mosaic = cells.blue_phase >= 0;
+  const int green = mosaic ? cells.blue_phase ^ 1 : -1, other_green = mosaic ? cells.blue_phase ^ 2 : -1;
+  std::array<std::array<Group, 2>, 4> groups;  // by phase and saturation
   for (int row = 0; row < cells.size.rows; ++row)
     for (int col = IsDark(row, 0) ? 1 : 0; col < cells.size.cols; col += 2) {
       const std::size_t cell = static_cast<std::size_t>(row * cells.size.cols + col);
-      if (cells.saturated[cell] && phase == cells.blue_phase) continue;
       if (!cells.occluded.empty() && cells.occluded[cell]) continue;
-      const float level = cells.levels[cell][static_cast<std::size_t>(phase)];
-      if (level < kLeastLevel || level > kMostLevel) continue;
-      visit(cells.saturated[cell] != 0, col + 0.5 - 0.5 * cells.size.cols, row + 0.5 - 0.5 * cells.size.rows, level);
+      const bool saturated = cells.saturated[cell] != 0;
+      const double x = col + 0.5 - 0.5 * cells.size.cols, y = row + 0.5 - 0.5 * cells.size.rows;
+      const CellTerms of_cell(terms(x, y));
+      for (int phase = 0; phase < cells.phases; ++phase) {
+        const float level = cells.levels[cell][static_cast<std::size_t>(phase)];
+        if (phase == other_green || (saturated && phase == cells.blue_phase)) continue;
+        if (level < kLeastLevel || level > kMostLevel) continue;
+        groups[static_cast<std::size_t>(phase)][saturated].Add(of_cell, double{std::log(level)} - known(x, y));
+      }
     }
-}
-
-/// terms(x, y) are a cell's, value(x, y, level) what they are to explain.
-template <int kTerms, class Terms, class Value>
-Regression<kTerms> Regress(const ShadedCells& cells, const Terms& terms, const Value& value) {
-  Regression<kTerms> regression;
-  for (int phase = 0; phase < cells.phases; ++phase) {
-    // The two phases of green have the same levels.
-    const bool mosaic = cells.blue_phase >= 0, both_green = mosaic && phase == (cells.blue_phase ^ 1);
-    if (mosaic && phase == (cells.blue_phase ^ 2)) continue;
-    std::array<Group<kTerms>, 2> groups;  // by saturation
-    VisitCells(cells, phase, [&](bool saturated, double x, double y, float level) {
-      groups[saturated].Add(terms(x, y), value(x, y, level));
-    });
-    for (const Group<kTerms>& group : groups) regression.Add(group);
-    if (both_green)
-      for (const Group<kTerms>& group : groups) regression.Add(group);
-  }
+  Regression regression;
+  for (int phase = 0; phase < cells.phases; ++phase)
+    for (const Group& group : groups[static_cast<std::size_t>(phase)]) regression.Add(group, phase == green ? 2 : 1);
   return regression;
 }
 
-using Bent = Eigen::Matrix<double, 5, 1>;
+double LightOf(const Terms& bent, double x, double y) { return 1 + bent.dot(Powers(x, y)); }
 
-Bent Powers(double x, double y) { return (Bent() << x, y, x * x, x * y, y * y).finished(); }
-
-double LightOf(const Bent& bent, double x, double y) { return 1 + bent.dot(Powers(x, y)); }
-
-bool IsLight(const Bent& bent, MarkerSize size) {
+bool IsLight(const Terms& bent, MarkerSize size) {
   for (const double x : {-0.5, 0.0, 0.5})
     for (const double y : {-0.5, 0.0, 0.5})
       if (!(LightOf(bent, x * size.cols, y * size.rows) > kLeastLight)) return false;
   return true;
 }
 
-/// A slope and the second order of the light's logarithm. Nothing where the cells hardly tell them, or too steep ones,
-/// or if they leave more than `most_square`.
-std::optional<Shading> FindWeak(const ShadedCells& cells, double most_square) {
-  const auto regression =
-      Regress<5>(cells, Powers, [](double, double, float level) { return double{std::log(level)}; });
+/// A slope and the second order of the light's logarithm, by a regression on powers. Nothing where the cells hardly
+/// tell them, or too steep ones, or if they leave more than `most_square`.
+std::optional<Shading> FindWeak(const Regression& regression, double most_square) {
   if (regression.freedom < kFewestOfFine) return std::nullopt;
-  const Eigen::LLT<Eigen::Matrix<double, 5, 5>> solver(regression.normal);
-  if (solver.info() != Eigen::Success) return std::nullopt;
-  const Bent weak = solver.solve(regression.right);
+  const SmallCholesky<kTerms> solver(regression.normal);
+  if (!solver.positive()) return std::nullopt;
+  const Terms weak = solver.Solve(regression.right);
   if (!weak.allFinite() || weak.head<2>().norm() > kMostPerCell || weak.tail<3>().norm() > kMostBend)
     return std::nullopt;
   if (regression.square - weak.dot(regression.right) > most_square) return std::nullopt;
@@ -134,20 +135,20 @@ std::optional<Shading> FindWeak(const ShadedCells& cells, double most_square) {
 
 /// Gauss and Newton's descent from the slope. Nothing if it leaves more than `most_square`.
 std::optional<Shading> FindBent(const ShadedCells& cells, const Eigen::Vector2d& slope, double most_square) {
-  Bent bent;
+  Terms bent;
   bent << slope, slope.x() * slope.x() / 2, slope.x() * slope.y(), slope.y() * slope.y() / 2;
   for (int step = 0; step <= kSteps; ++step) {
     if (!bent.allFinite() || !IsLight(bent, cells.size)) return std::nullopt;
-    const auto regression = Regress<5>(
-        cells, [&](double x, double y) -> Bent { return Powers(x, y) / LightOf(bent, x, y); },
-        [&](double x, double y, float level) { return double{std::log(level)} - std::log(LightOf(bent, x, y)); });
+    const Regression regression = Regress(
+        cells, [&](double x, double y) -> Terms { return Powers(x, y) / LightOf(bent, x, y); },
+        [&](double x, double y) { return std::log(LightOf(bent, x, y)); });
     if (step == kSteps) {
       if (regression.square > most_square || bent.head<2>().norm() > kMostPerCellBent) return std::nullopt;
       return Shading{bent.head<2>(), bent.tail<3>(), true};
     }
-    const Eigen::LLT<Eigen::Matrix<double, 5, 5>> solver(regression.normal);
-    if (regression.freedom < 10 || solver.info() != Eigen::Success) return std::nullopt;
-    bent += solver.solve(regression.right);
+    const SmallCholesky<kTerms> solver(regression.normal);
+    if (regression.freedom < 10 || !solver.positive()) return std::nullopt;
+    bent += solver.Solve(regression.right);
   }
   return std::nullopt;
 }
@@ -155,17 +156,17 @@ std::optional<Shading> FindBent(const ShadedCells& cells, const Eigen::Vector2d&
 }  // namespace
 
 std::optional<Shading> FindShading(const ShadedCells& cells) {
-  const auto regression = Regress<2>(
-      cells, [](double x, double y) { return Eigen::Vector2d(x, y); },
-      [](double, double, float level) { return double{std::log(level)}; });
-  if (!(regression.normal.determinant() > 1)) return std::nullopt;
-  const Eigen::Vector2d slope = regression.normal.inverse() * regression.right;
+  const Regression regression = Regress(cells, Powers, [](double, double) { return 0.0; });
+  const Eigen::Matrix2d normal = regression.normal.topLeftCorner<2, 2>().selfadjointView<Eigen::Lower>();
+  if (!(normal.determinant() > 1)) return std::nullopt;
+  const Eigen::Vector2d slope = normal.inverse() * regression.right.head<2>();
   if (!slope.allFinite()) return std::nullopt;
-  const double square = regression.square - slope.dot(regression.right);
+  const double square = regression.square - slope.dot(regression.right.head<2>());
   if (slope.norm() > kSteep && square > kUneven * kUneven * regression.freedom)
     if (const auto bent = FindBent(cells, slope, kBentLeaves * square)) return bent;
   if (cells.fine || square > kQuiet * kQuiet * regression.freedom)
-    if (const auto weak = FindWeak(cells, cells.fine ? std::numeric_limits<double>::infinity() : kBentLeaves * square))
+    if (const auto weak =
+            FindWeak(regression, cells.fine ? std::numeric_limits<double>::infinity() : kBentLeaves * square))
       return weak;
   if (slope.norm() > kMostPerCell) return std::nullopt;
   return Shading{slope, Eigen::Vector3d::Zero(), false};
