@@ -24,7 +24,8 @@ Lens::Lens(const CameraModel& camera)
     : camera_(camera),
       uncertain_(!camera.covariance.isZero(0)),
       calibrated_(true),
-      focal_(std::sqrt(camera.fx * camera.fy)) {
+      focal_(std::sqrt(camera.fx * camera.fy)),
+      by_focal_(1 / focal_) {
   if (uncertain_) deviations_ = RootOf(camera.covariance);
 }
 
@@ -46,7 +47,7 @@ std::optional<Eigen::Vector2d> Lens::ToPlane(const Eigen::Vector2d& pixel) const
 }
 
 Eigen::Vector2d Lens::ToImage(const Eigen::Vector2d& plane) const {
-  return calibrated_ ? camera_.Distort(plane / focal_) : plane;
+  return calibrated_ ? camera_.Distort(plane * by_focal_) : plane;
 }
 
 Eigen::Vector2d Lens::ToImage(const Eigen::Vector2d& plane, Eigen::Matrix2d* jacobian) const {
@@ -54,8 +55,8 @@ Eigen::Vector2d Lens::ToImage(const Eigen::Vector2d& plane, Eigen::Matrix2d* jac
     jacobian->setIdentity();
     return plane;
   }
-  const Eigen::Vector2d pixel = camera_.Distort(plane / focal_, jacobian);
-  *jacobian /= focal_;
+  const Eigen::Vector2d pixel = camera_.Distort(plane * by_focal_, jacobian);
+  *jacobian *= by_focal_;
   return pixel;
 }
 
@@ -84,18 +85,6 @@ BoardGeometry::Derivative BoardGeometry::PlaneByParameters(const Eigen::Vector2d
 
 void BoardGeometry::Add(const Parameters& step) {
   for (int i = 0; i < kParameters; ++i) plane_from_board_(i / 3, i % 3) += step[i];
-}
-
-BoardGeometry::Parameters BoardGeometry::MoveByParameters(const Eigen::Vector2d& board, int axis) {
-  const double x = board.x(), y = board.y();
-  Parameters by = Parameters::Zero();
-  const int first = axis == 0 ? 0 : 3;
-  by[first] = 1;
-  by[first + 1] = x;
-  by[first + 2] = y;
-  by[6] = board[axis] * x;
-  by[7] = board[axis] * y;
-  return by;
 }
 
 void BoardGeometry::MoveCoordinates(const Parameters& m) {

@@ -43,7 +43,7 @@ class Lens {
   LensCovariance deviations_ = LensCovariance::Zero();
   bool uncertain_ = false;
   bool calibrated_ = false;
-  double focal_ = 1;
+  double focal_ = 1, by_focal_ = 1;
 };
 
 /// Half the side of the square that tells a cell's light before it is fitted, px: a share of the cell's, and at most so
@@ -106,7 +106,11 @@ class BoardGeometry {
   //   δx = m₀ + m₁ x + m₂ y + x (m₆ x + m₇ y),  δy = m₃ + m₄ x + m₅ y + y (m₆ x + m₇ y).
 
   /// The derivative of the move of coordinate `axis` by the parameters.
-  static Parameters MoveByParameters(const Eigen::Vector2d& board, int axis);
+  static Parameters MoveByParameters(const Eigen::Vector2d& board, int axis) {
+    const double x = board.x(), y = board.y(), along = board[axis];
+    if (axis == 0) return {1, x, y, 0, 0, 0, along * x, along * y};
+    return {0, 0, 0, 1, x, y, along * x, along * y};
+  }
   /// The move by parameters m. @param by_x, by_y MoveByParameters() of the two axes: only what is not zero in them is
   /// looked at.
   template <class Moves>
