@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <type_traits>
 
 namespace chequer {
 
@@ -20,16 +21,26 @@ struct BlurShape {
   Eigen::Vector2d BendPx() const { return turn / 12 * Eigen::Vector2d(-way_px.y(), way_px.x()); }
 };
 
-/// The blur at a corner: its deviations across edges of constant x and of constant y over that of a round one, and what
-/// it adds to the correlation of the two.
+// A Value is that of one corner, or an array of those of several.
+
+/// The blur: its deviations across edges of constant x and of constant y over that of a round one, and what it adds to
+/// the correlation of the two.
+template <class Value>
 struct CornerBlur {
-  double wider_x = 1, wider_y = 1, skew = 0;
+  Value wider_x, wider_y, skew;
 };
 
-/// What pixels say of the blur at a corner: products of derivatives with the residual, and their squares. By the mean
-/// and by half the difference of the logarithms of the two deviations, and by the skew.
+/// What pixels say of the blur: products of derivatives with the residual, and their squares. By the mean and by half
+/// the difference of the logarithms of the two deviations, and by the skew.
+template <class Value>
 struct CornerBlurSums {
-  double both_residual = 0, both_square = 0, uneven_residual = 0, uneven_square = 0, skew_residual = 0, skew_square = 0;
+  Value both_residual, both_square, uneven_residual, uneven_square, skew_residual, skew_square;
+};
+
+/// How much more a point goes for each radian of a turn, across the two edges.
+template <class Value>
+struct WayByTurn {
+  Value x, y;
 };
 
 /// The shape of a board's blur, beside the fit of the rest (Gauss-Newton). The mean variance over the board stays,
@@ -41,26 +52,59 @@ class BlurShapeFit {
   /// @param blur_px deviation of the round blur of the same variance.
   BlurShapeFit(const BlurShape& shape, const Eigen::Matrix2d& across, double blur_px);
 
-  /// By how much more a point goes for each radian of a turn, across the two edges. @param off_px from the board's
-  /// middle.
-  Eigen::Vector2d ByTurn(const Eigen::Vector2d& off_px) const { return turned_ * off_px; }
+  /// @param off_px from the board's middle.
+  template <class Value>
+  WayByTurn<Value> ByTurn(const Value& off_px_x, const Value& off_px_y) const {
+    return {As<Value>(turned_(0, 0)) * off_px_x + As<Value>(turned_(0, 1)) * off_px_y,
+            As<Value>(turned_(1, 0)) * off_px_x + As<Value>(turned_(1, 1)) * off_px_y};
+  }
   /// @param square mean of ByTurn()'s square over the corners.
   void SetMeanSquare(double square);
 
-  CornerBlur At(const Eigen::Vector2d& by_turn) const;
+  template <class Value>
+  CornerBlur<Value> At(const WayByTurn<Value>& by_turn) const {
+    const Blurred<Value> at = BlurredAt(by_turn);
+    const Value by_variance = As<Value>(1 / variance_);
+    return {sqrt(at.x * by_variance), sqrt(at.y * by_variance),
+            As<Value>(kOfWay) * at.way_x * at.way_y / sqrt(at.x * at.y)};
+  }
   /// What the light around a corner says. @pre the model had At() there.
-  void Add(const Eigen::Vector2d& by_turn, const CornerBlurSums& sums);
-  /// How much Σ w r² falls by a step, and the shape after it. A blur that a shape does not explain by `least_gain` more
-  /// than a round one does stays round, or becomes it: so it has one whatever it began with.
+  template <class Value>
+  void Add(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums);
+  /// How much Σ w r² falls by a step, or changes otherwise, and the shape after it. A blur that a shape does not
+  /// explain by `least_gain` more than a round one does stays round, or becomes it: whatever it began with.
   double Step(double least_gain, BlurShape& shape) const;
 
  private:
+  /// Variance of what is spread evenly over a way, over the way's square.
+  static constexpr double kOfWay = 1.0 / 12;
+
   /// Of a point: its way across the two edges, and the variances that come of it.
+  template <class Value>
   struct Blurred {
-    Eigen::Vector2d way = Eigen::Vector2d::Zero();
-    double x = 0, y = 0;
+    Value way_x, way_y, x, y;
   };
-  Blurred BlurredAt(const Eigen::Vector2d& by_turn) const;
+  template <class Value>
+  Blurred<Value> BlurredAt(const WayByTurn<Value>& by_turn) const {
+    const Value way_x = As<Value>(way_.x()) + As<Value>(shape_.turn) * by_turn.x,
+                way_y = As<Value>(way_.y()) + As<Value>(shape_.turn) * by_turn.y;
+    return {way_x, way_y, As<Value>(lens_) + As<Value>(kOfWay) * way_x * way_x,
+            As<Value>(lens_) + As<Value>(kOfWay) * way_y * way_y};
+  }
+  template <class Value>
+  static Value As(double value) {
+    if constexpr (std::is_same_v<Value, double>)
+      return value;
+    else
+      return Value::Constant(static_cast<typename Value::Scalar>(value));
+  }
+  template <class Value>
+  static double Sum(const Value& values) {
+    if constexpr (std::is_same_v<Value, double>)
+      return values;
+    else
+      return values.sum();
+  }
   double StepOfRound(double least_gain, BlurShape& shape) const;
 
   BlurShape shape_;
@@ -69,10 +113,47 @@ class BlurShapeFit {
   double variance_, mean_square_ = 0;
   double lens_;              ///< variance that is left without the way
   double round_leaves_ = 0;  ///< by how much a round blur leaves more of Σ w r² than the shape
-  CornerBlurSums sums_;
+  double uneven_residual_ = 0, uneven_square_ = 0, skew_residual_ = 0, skew_square_ = 0;  ///< of a round one
   /// By the way across the two edges, and the turn.
-  Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();  ///< the lower triangle
   Eigen::Vector3d gradient_ = Eigen::Vector3d::Zero();
 };
+
+template <class Value>
+void BlurShapeFit::Add(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums) {
+  if (shape_.round()) {
+    uneven_residual_ += Sum(sums.uneven_residual);
+    uneven_square_ += Sum(sums.uneven_square);
+    skew_residual_ += Sum(sums.skew_residual);
+    skew_square_ += Sum(sums.skew_square);
+    return;
+  }
+  const Blurred<Value> at = BlurredAt(by_turn);
+  // The deviations' logarithms; what the way adds on the whole, the lens has less.
+  const Eigen::Vector3d less = 0.5 * Eigen::Vector3d(way_.x(), way_.y(), shape_.turn * mean_square_);
+  const Value half_x = As<Value>(kOfWay / 2) / at.x, half_y = As<Value>(kOfWay / 2) / at.y;
+  const Value log_x[] = {half_x * (at.way_x - As<Value>(less[0])), half_x * As<Value>(-less[1]),
+                         half_x * (at.way_x * by_turn.x - As<Value>(less[2]))};
+  const Value log_y[] = {half_y * As<Value>(-less[0]), half_y * (at.way_y - As<Value>(less[1])),
+                         half_y * (at.way_y * by_turn.y - As<Value>(less[2]))};
+  const Value of_skew = As<Value>(kOfWay) / sqrt(at.x * at.y);
+  const Value skew[] = {of_skew * at.way_y, of_skew * at.way_x,
+                        of_skew * (at.way_x * by_turn.y + at.way_y * by_turn.x)};
+  for (int row = 0; row < 3; ++row) {
+    const Value both = log_x[row] + log_y[row], uneven = log_x[row] - log_y[row];
+    const Value both_square = both * sums.both_square, uneven_square = uneven * sums.uneven_square,
+                skew_square = skew[row] * sums.skew_square;
+    gradient_[row] +=
+        Sum<Value>(both * sums.both_residual + uneven * sums.uneven_residual + skew[row] * sums.skew_residual);
+    for (int col = 0; col <= row; ++col)
+      information_(row, col) += Sum<Value>(both_square * (log_x[col] + log_y[col]) +
+                                           uneven_square * (log_x[col] - log_y[col]) + skew_square * skew[col]);
+  }
+  const auto round_leaves = [](const Value& value, const Value& residual, const Value& square) {
+    return Sum<Value>(value * (As<Value>(2) * residual + value * square));
+  };
+  round_leaves_ += round_leaves(As<Value>(0.25) * log(at.x / at.y), sums.uneven_residual, sums.uneven_square) +
+                   round_leaves(of_skew * at.way_x * at.way_y, sums.skew_residual, sums.skew_square);
+}
 
 }  // namespace chequer

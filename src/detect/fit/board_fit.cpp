@@ -174,33 +174,39 @@ void BoardFit::SetDerivatives() {
 }
 
 void BoardFit::SetPlaces() {
-  LaneBlock& lanes = pixels_.lanes();
-  const auto set = [&](LaneBlock::Parameter which, int lane, double value) {
-    std::fill_n(lanes.parameter_data(which) + lane, 4, static_cast<float>(value));
-  };
+  using Four = CornerFour::Values;
   const BlurShapeFit shape = FitOfShape(run_->step.placed_shape = run_->model.blur_shape);
-  const bool round = run_->step.placed_shape.round();
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!pixels_.inside(corner)) continue;
-    const CornerPlace& place = pixels_.place(corner);
-    const Eigen::Matrix2d& board_by_pixel = place.board_by_pixel;
-    const double px_x = 1 / board_by_pixel.row(0).norm(), px_y = 1 / board_by_pixel.row(1).norm();
-    const CornerBlur blur = round ? CornerBlur{} : shape.At(shape.ByTurn(OffMiddlePx(corner)));
-    const int lane = pixels_.Lane(corner);
-    const Eigen::Vector2d printed = Printed(corner) - board_by_pixel * run_->model.blur_shape.BendPx();
-    set(LaneBlock::kCornerX, lane, printed.x());
-    set(LaneBlock::kCornerY, lane, printed.y());
-    const double blurs_x = px_x / blur.wider_x, blurs_y = px_y / blur.wider_y;
-    set(LaneBlock::kPxPerCellX, lane, blurs_x);
-    set(LaneBlock::kPxPerCellY, lane, blurs_y);
-    const double cosine = board_by_pixel.row(0).dot(board_by_pixel.row(1)) * px_x * px_y;
-    set(LaneBlock::kCorrelation, lane, cosine + blur.skew);
-    // Without a fade, they stay as they were cleared.
-    if (!run_->light.fades || place.fade.isZero()) continue;
-    set(LaneBlock::kFadeX, lane, place.fade.x() / blurs_x);
-    set(LaneBlock::kFadeY, lane, place.fade.y() / blurs_y);
-    set(LaneBlock::kFadeXAt, lane, place.fade_at.x());
-    set(LaneBlock::kFadeYAt, lane, place.fade_at.y());
+  const bool round = run_->step.placed_shape.round(), printed_elsewhere = MayBeOutOfRegister();
+  const Eigen::Vector2f bend_px = run_->model.blur_shape.BendPx().cast<float>();
+  float* to = pixels_.lanes().parameter_data(LaneBlock::kCornerX);
+  const int next = pixels_.lanes().padded();
+  for (const CornerFour& at : pixels_.fours()) {
+    const auto set = [&](LaneBlock::Parameter which, const Four& values) {
+      for (int i = 0; i < 4; ++i) Eigen::Map<Four>(to + which * next + 4 * i).setConstant(values[i]);
+    };
+    Four x = at.board_x, y = at.board_y;
+    for (std::size_t i = 0; printed_elsewhere && i < 4; ++i) {
+      if (at.corner[i] < 0) continue;
+      const Eigen::Vector2f printed = Printed(at.corner[i]).cast<float>();
+      x[static_cast<Eigen::Index>(i)] = printed.x(), y[static_cast<Eigen::Index>(i)] = printed.y();
+    }
+    Four px_x = (at.x_by_x * at.x_by_x + at.x_by_y * at.x_by_y).rsqrt(),
+         px_y = (at.y_by_x * at.y_by_x + at.y_by_y * at.y_by_y).rsqrt(),
+         correlation = (at.x_by_x * at.y_by_x + at.x_by_y * at.y_by_y) * px_x * px_y;
+    if (!round) {
+      const CornerBlur<Four> blur = shape.At(shape.ByTurn(at.off_x, at.off_y));
+      px_x /= blur.wider_x, px_y /= blur.wider_y, correlation += blur.skew;
+      x -= at.x_by_x * bend_px.x() + at.x_by_y * bend_px.y();
+      y -= at.y_by_x * bend_px.x() + at.y_by_y * bend_px.y();
+    }
+    set(LaneBlock::kCornerX, x), set(LaneBlock::kCornerY, y);
+    set(LaneBlock::kPxPerCellX, px_x), set(LaneBlock::kPxPerCellY, px_y);
+    set(LaneBlock::kCorrelation, correlation);
+    if (run_->light.fades) {
+      set(LaneBlock::kFadeX, at.fade_x / px_x), set(LaneBlock::kFadeY, at.fade_y / px_y);
+      set(LaneBlock::kFadeXAt, at.fade_x_at), set(LaneBlock::kFadeYAt, at.fade_y_at);
+    }
+    to += 16;
   }
 }
 

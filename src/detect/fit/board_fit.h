@@ -181,8 +181,8 @@ class BoardFit {
   void MoveBlurShape(double blur_px);
   /// The step only has to come near: it is by some of the pixels.
   bool ComesNear() const;
-  /// Of a corner, from the board's middle, in the image.
-  Eigen::Vector2d OffMiddlePx(int corner) const;
+  /// What the last step's sums say of the blur at those that are used. @param blur_px that they are of.
+  CornerBlurSums<CornerFour::Values> SumBlur(const CornerFour& four, float blur_px) const;
   /// Of that shape, with the corners as they were placed.
   BlurShapeFit FitOfShape(const BlurShape& shape) const;
   /// Of all corners in the image, by the last step.

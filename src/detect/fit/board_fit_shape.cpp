@@ -18,26 +18,40 @@ constexpr double kLeastShaped = 0.4;
 
 }  // namespace
 
-Eigen::Vector2d BoardFit::OffMiddlePx(int corner) const {
-  return pixels_.place(corner).pixel - pixels_.place(pixels_.corners() / 2).pixel;
-}
-
 BlurShapeFit BoardFit::FitOfShape(const BlurShape& shape) const {
   BlurShapeFit fit(shape, BoardByPixel().rowwise().normalized(), run_->model.blur_px);
   if (shape.round()) return fit;
-  double square = 0;
-  int inside = 0;
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!pixels_.inside(corner)) continue;
-    square += fit.ByTurn(OffMiddlePx(corner)).squaredNorm();
-    ++inside;
+  CornerFour::Values square = CornerFour::Values::Zero();
+  for (const CornerFour& four : pixels_.fours()) {
+    const WayByTurn<CornerFour::Values> by_turn = fit.ByTurn(four.off_x, four.off_y);
+    square += by_turn.x * by_turn.x + by_turn.y * by_turn.y;
   }
-  fit.SetMeanSquare(square / std::max(inside, 1));
+  fit.SetMeanSquare(double{square.sum()} / std::max(pixels_.inside(), 1));
   return fit;
 }
 
 bool BoardFit::ComesNear() const {
   return run_->plain_input.stride > 1 || run_->plain_input.lanes != KernelInput::kAllLanes;
+}
+
+CornerBlurSums<CornerFour::Values> BoardFit::SumBlur(const CornerFour& four, float blur_px) const {
+  const CornerFour::Values none = CornerFour::Values::Zero();
+  CornerBlurSums<CornerFour::Values> sums{none, none, none, none, none, none};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const int corner = four.corner[i], lane = corner < 0 ? 0 : pixels_.Lane(corner);
+    if (corner < 0 || !used(corner) || lane >= run_->plain_input.lanes) continue;
+    const auto sum = [&](int which) {
+      return Eigen::Map<const Eigen::Array4f>(pixels_.lanes().sum_data(which) + lane).sum();
+    };
+    const Eigen::Index at = static_cast<Eigen::Index>(i);
+    sums.both_residual[at] = blur_px * sum(ProductSum(kBlur, kResidual));
+    sums.both_square[at] = blur_px * blur_px * sum(ProductSum(kBlur, kBlur));
+    sums.uneven_residual[at] = sum(kUnevenResidual);
+    sums.uneven_square[at] = sum(kUnevenSquare);
+    sums.skew_residual[at] = sum(kSkewResidual);
+    sums.skew_square[at] = sum(kSkewSquare);
+  }
+  return sums;
 }
 
 void BoardFit::MoveBlurShape(double blur_px) {
@@ -49,19 +63,9 @@ void BoardFit::MoveBlurShape(double blur_px) {
   // What lies elsewhere says nothing of its blur. Some of the pixels tell a shape less well than the last frame did.
   if (run_->step.corner_px > kStillFromPrediction * blur_px) return;
   if (ComesNear() && !run_->step.placed_shape.round()) return;
-  const LaneBlock& lanes = pixels_.lanes();
   BlurShapeFit fit = FitOfShape(run_->step.placed_shape);
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    const int first = pixels_.Lane(corner);
-    if (!run_->corners.used[static_cast<std::size_t>(corner)] || first >= run_->plain_input.lanes) continue;
-    const auto sum = [&](int which) {
-      const float* of = lanes.sum_data(which) + first;
-      return double{(of[0] + of[1]) + (of[2] + of[3])};
-    };
-    fit.Add(fit.ByTurn(OffMiddlePx(corner)),
-            {blur_px * sum(ProductSum(kBlur, kResidual)), blur_px * blur_px * sum(ProductSum(kBlur, kBlur)),
-             sum(kUnevenResidual), sum(kUnevenSquare), sum(kSkewResidual), sum(kSkewSquare)});
-  }
+  for (const CornerFour& four : pixels_.fours())
+    fit.Add(fit.ByTurn(four.off_x, four.off_y), SumBlur(four, static_cast<float>(blur_px)));
   // The noise that is known so far may be a hundred times what is left.
   const double variances = std::min(LeftVariances(), 1.0);
   run_->step.shape_gain = fit.Step(kShapeCounts * variances, run_->model.blur_shape) / variances;

@@ -183,6 +183,41 @@ BoardGeometry::Local BoardPixels::SeenAt(const BoardGeometry& geometry, const Ei
 }
 
 void BoardPixels::PlaceCorners(const Lens& lens, const BoardGeometry& geometry) {
+  Place(lens, geometry);
+  MoveFours();
+}
+
+void BoardPixels::FillFours() {
+  std::fill_n(fours_.begin(), fours().size(), CornerFour{});
+  for (int corner = 0; corner < corners_; ++corner) {
+    const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
+    if (!place.inside) continue;
+    const int rank = rank_[static_cast<std::size_t>(corner)];
+    CornerFour& four = fours_[static_cast<std::size_t>(rank / 4)];
+    const auto set = [&](CornerFour::Values& values, double value) { values[rank % 4] = static_cast<float>(value); };
+    four.corner[static_cast<std::size_t>(rank % 4)] = corner;
+    set(four.board_x, place.board.x()), set(four.board_y, place.board.y());
+    set(four.fade_x, place.fade.x()), set(four.fade_y, place.fade.y());
+    set(four.fade_x_at, place.fade_at.x()), set(four.fade_y_at, place.fade_at.y());
+  }
+  MoveFours();
+}
+
+void BoardPixels::MoveFours() {
+  const Eigen::Vector2d middle = place(corners_ / 2).pixel;
+  for (int corner = 0; corner < corners_; ++corner) {
+    const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
+    if (!place.inside) continue;
+    const int rank = rank_[static_cast<std::size_t>(corner)];
+    CornerFour& four = fours_[static_cast<std::size_t>(rank / 4)];
+    const auto set = [&](CornerFour::Values& values, double value) { values[rank % 4] = static_cast<float>(value); };
+    set(four.off_x, place.pixel.x() - middle.x()), set(four.off_y, place.pixel.y() - middle.y());
+    set(four.x_by_x, place.board_by_pixel(0, 0)), set(four.x_by_y, place.board_by_pixel(0, 1));
+    set(four.y_by_x, place.board_by_pixel(1, 0)), set(four.y_by_y, place.board_by_pixel(1, 1));
+  }
+}
+
+void BoardPixels::Place(const Lens& lens, const BoardGeometry& geometry) {
   for (int corner = 0; corner < corners_; ++corner) {
     CornerPlace& place = places_[static_cast<std::size_t>(corner)];
     const BoardGeometry::Local local = SeenAt(geometry, place.board);
@@ -231,7 +266,7 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
   for (int corner = 0; corner < corners_; ++corner) places_[static_cast<std::size_t>(corner)].board = Printed(corner);
   origin_ = geometry.ToPlane({0, 0});
   collected_ = {geometry, blur_px, of_lane, 0, 0, origin_, false, paper};
-  PlaceCorners(lens, geometry);
+  Place(lens, geometry);
   lanes_.Reset(4 * corners_, kLaneCapacity);
   if (!origin_.allFinite()) return 0;
   LightReader::Rows rows = reader.AllRows();
@@ -247,6 +282,7 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
     if (bend) CollectCorner(reader, rows, corner, PlaneAround(place.plane - origin_, place.plane_by_pixel, *bend));
     collected_.pixels += place.pixels;
   }
+  FillFours();
   lanes_.Fold();
   // What is mixed of two codes, the codes' table does not mark.
   if (rows.are_mixed()) MarkSaturated(kSaturation, lanes_);

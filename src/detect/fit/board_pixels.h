@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
+#include <span>
 
 #include "detect/common/board_geometry.h"
 #include "detect/common/light.h"
@@ -26,6 +27,18 @@ struct CornerPlace {
   Eigen::Vector2d fade = Eigen::Vector2d::Zero(), fade_at = Eigen::Vector2d::Ones();
   bool inside = false;  ///< the image
   int pixels = 0;       ///< that are the corner's
+};
+
+/// Four corners whose lanes stand side by side: for vectors, in single precision.
+struct CornerFour {
+  using Values = Eigen::Array4f;
+  std::array<int, 4> corner{-1, -1, -1, -1};  ///< −1 where there is none, or none inside the image
+  // As CornerPlace has them.
+  Values board_x = Values::Zero(), board_y = Values::Zero();
+  Values fade_x = Values::Zero(), fade_y = Values::Zero(), fade_x_at = Values::Ones(), fade_y_at = Values::Ones();
+  Values off_x = Values::Zero(), off_y = Values::Zero();  ///< image, from the board's middle
+  /// Derivative of the board coordinates x and y by the pixel's.
+  Values x_by_x = Values::Ones(), x_by_y = Values::Zero(), y_by_x = Values::Zero(), y_by_y = Values::Ones();
 };
 
 /// The pixels of a board, dealt to the corners they are nearest to, in the lanes of the photometric kernel: lane
@@ -68,6 +81,13 @@ class BoardPixels {
   int pixels() const { return collected_.pixels; }
   /// The first of the corner's four lanes.
   int Lane(int corner) const { return 4 * rank_[static_cast<std::size_t>(corner)]; }
+  static constexpr int kMostFours = (kMaxCorners + 3) / 4;
+  /// The corners in the order of their lanes.
+  std::span<const CornerFour> fours() const {
+    return std::span(fours_).first(static_cast<std::size_t>((corners_ + 3) / 4));
+  }
+  /// How many lie in the image.
+  int inside() const { return collected_.inside; }
   /// Corners of every other row and column, and of the last ones: they have the first lanes. @{
   int spread_corners() const { return spread_; }
   bool is_spread(int corner) const { return rank_[static_cast<std::size_t>(corner)] < spread_; }
@@ -85,6 +105,10 @@ class BoardPixels {
 
  private:
   void RankCorners();
+  void Place(const Lens& lens, const BoardGeometry& geometry);
+  /// From the places: all that the fours have, or what changes with the geometry.
+  void FillFours();
+  void MoveFours();
   /// Which corners lie in the image. Returns how many.
   int FindInside(const LightReader& reader);
   void TakeOutBend();
@@ -101,6 +125,7 @@ class BoardPixels {
     std::optional<BentPaper> paper;  ///< whose bend was taken out
   } collected_;
   std::array<CornerPlace, kMaxCorners> places_;
+  std::array<CornerFour, kMostFours> fours_;
   std::array<int, kMaxCorners> rank_{};
   int spread_ = 0;  ///< the first so many ranks are those of corners spread over the board
   Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();

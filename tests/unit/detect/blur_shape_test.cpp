@@ -27,10 +27,21 @@ std::vector<Eigen::Vector2d> Corners() {
   return corners;
 }
 
+WayByTurn<double> ByTurn(const BlurShapeFit& fit, const Eigen::Vector2d& off_px) {
+  return fit.ByTurn(off_px.x(), off_px.y());
+}
+
+CornerBlur<double> BlurAt(const BlurShapeFit& fit, const Eigen::Vector2d& off_px) {
+  return fit.At(ByTurn(fit, off_px));
+}
+
 BlurShapeFit FitOf(const BlurShape& shape) {
   BlurShapeFit fit(shape, Across(), kBlurPx);
   double square = 0;
-  for (const Eigen::Vector2d& corner : Corners()) square += fit.ByTurn(corner).squaredNorm() / 25;
+  for (const Eigen::Vector2d& corner : Corners()) {
+    const WayByTurn<double> by_turn = ByTurn(fit, corner);
+    square += (by_turn.x * by_turn.x + by_turn.y * by_turn.y) / 25;
+  }
   fit.SetMeanSquare(square);
   return fit;
 }
@@ -40,10 +51,10 @@ double StepTowards(const BlurShape& truth, double information, double least_gain
   BlurShapeFit fit = FitOf(shape);
   const BlurShapeFit true_fit = FitOf(truth);
   for (const Eigen::Vector2d& corner : Corners()) {
-    const CornerBlur is = fit.At(fit.ByTurn(corner)), should = true_fit.At(true_fit.ByTurn(corner));
+    const CornerBlur<double> is = BlurAt(fit, corner), should = BlurAt(true_fit, corner);
     const double x = std::log(should.wider_x / is.wider_x), y = std::log(should.wider_y / is.wider_y);
-    fit.Add(fit.ByTurn(corner), {information * (x + y) / 2, information, information * (x - y) / 2, information,
-                                 information * (should.skew - is.skew), information});
+    fit.Add<double>(ByTurn(fit, corner), {information * (x + y) / 2, information, information * (x - y) / 2,
+                                          information, information * (should.skew - is.skew), information});
   }
   return fit.Step(least_gain, shape);
 }
@@ -52,7 +63,7 @@ TEST(BlurShape, AWayBlursAlongItself) {
   BlurShape shape;
   shape.way_px = Across().row(0).transpose() * 2;  // across edges of constant x
   const BlurShapeFit fit = FitOf(shape);
-  const CornerBlur blur = fit.At({0, 0});
+  const CornerBlur<double> blur = BlurAt(fit, {0, 0});
   const double along = blur.wider_x * kBlurPx, across = blur.wider_y * kBlurPx;
   EXPECT_NEAR(along * along - across * across, 2.0 * 2 / 12, 1e-9);
   EXPECT_NEAR(along * along + across * across, 2 * kBlurPx * kBlurPx, 1e-9) << "the mean stays";
@@ -62,13 +73,13 @@ TEST(BlurShape, AWayBlursAlongItself) {
 TEST(BlurShape, OneSideOfABoardThatTurnsIsBlurredMore) {
   const BlurShape shape{{1.5, 0}, 0.04};
   const BlurShapeFit fit = FitOf(shape);
-  const auto variance = [&](const CornerBlur& blur) {
+  const auto variance = [&](const CornerBlur<double>& blur) {
     return (blur.wider_x * blur.wider_x + blur.wider_y * blur.wider_y) / 2;
   };
   // Points below the middle go the other way by the turn.
-  EXPECT_GT(variance(fit.At(fit.ByTurn({0, -20}))), variance(fit.At(fit.ByTurn({0, 20}))) + 0.1);
+  EXPECT_GT(variance(BlurAt(fit, {0, -20})), variance(BlurAt(fit, {0, 20})) + 0.1);
   double mean = 0;
-  for (const Eigen::Vector2d& corner : Corners()) mean += variance(fit.At(fit.ByTurn(corner))) / 25;
+  for (const Eigen::Vector2d& corner : Corners()) mean += variance(BlurAt(fit, corner)) / 25;
   EXPECT_NEAR(mean, 1, 1e-9);
 }
 
@@ -95,7 +106,7 @@ TEST(BlurShape, ARoundBlurStaysOneWhereNoiseWouldDo) {
 TEST(BlurShape, AWayAsWideAsTheBlurLeavesSomeOfTheLens) {
   const BlurShapeFit fit = FitOf({{20, 0}, 0.3});
   for (const Eigen::Vector2d& corner : Corners()) {
-    const CornerBlur blur = fit.At(fit.ByTurn(corner));
+    const CornerBlur<double> blur = BlurAt(fit, corner);
     EXPECT_TRUE(std::isfinite(blur.wider_x) && std::isfinite(blur.wider_y) && std::abs(blur.skew) < 1);
   }
 }
