@@ -42,10 +42,6 @@ double BlurShapeFit::Step(double least_gain, BlurShape& shape) const {
   if (length > kMostStepPx) step.head<2>() *= kMostStepPx / length;
   step[2] = std::clamp(step[2], -kMostTurnStep, kMostTurnStep);
   const double falls = step.dot(2 * gradient_ - of_pixels * step);
-  if (!(round_leaves_ + falls >= least_gain)) {
-    shape = {};
-    return std::abs(round_leaves_);
-  }
   shape.way_px += across_.inverse() * step.head<2>();
   shape.turn += step[2];
   return falls;

@@ -71,9 +71,10 @@ class BlurShapeFit {
   /// What the light around a corner says. @pre the model had At() there.
   template <class Value>
   void Add(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums);
-  /// How much Σ w r² falls by a step, or changes otherwise, and the shape after it. A blur that a shape does not
-  /// explain by `least_gain` more than a round one does stays round, or becomes it: whatever it began with.
+  /// How much Σ w r² falls by a step, and the shape after it. A round blur stays one unless it falls by `least_gain`.
   double Step(double least_gain, BlurShape& shape) const;
+  /// How much more of Σ w r² a round blur leaves than the shape before that step.
+  double round_leaves() const { return round_leaves_; }
 
  private:
   /// Variance of what is spread evenly over a way, over the way's square.
@@ -111,8 +112,8 @@ class BlurShapeFit {
   Eigen::Matrix2d across_ = Eigen::Matrix2d::Identity(), turned_ = Eigen::Matrix2d::Identity();
   Eigen::Vector2d way_ = Eigen::Vector2d::Zero();  ///< across the edges
   double variance_, mean_square_ = 0;
-  double lens_;              ///< variance that is left without the way
-  double round_leaves_ = 0;  ///< by how much a round blur leaves more of Σ w r² than the shape
+  double lens_;  ///< variance that is left without the way
+  double round_leaves_ = 0;
   double uneven_residual_ = 0, uneven_square_ = 0, skew_residual_ = 0, skew_square_ = 0;  ///< of a round one
   /// By the way across the two edges, and the turn.
   Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();  ///< the lower triangle

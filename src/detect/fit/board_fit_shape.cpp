@@ -77,7 +77,13 @@ void BoardFit::MoveBlurShape(double blur_px) {
     run_->step.shape_gain = 0;
     return;
   }
-  if (another && !placed.round() && placed.way_px == run_->step.start_way_px) run_->model.blur_shape = {};
+  if (placed.round() || placed.way_px != run_->step.start_way_px) return;
+  if (another) run_->model.blur_shape = {};
+  // So does one that explains no more than it would take to have it: such a one leads anywhere, step by step.
+  const double round_leaves = fit.round_leaves() / variances;
+  if (round_leaves + run_->step.shape_gain >= kShapeCounts) return;
+  run_->model.blur_shape = {};
+  run_->step.shape_gain = std::abs(round_leaves);
 }
 
 }  // namespace chequer

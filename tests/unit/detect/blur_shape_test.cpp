@@ -46,8 +46,8 @@ BlurShapeFit FitOf(const BlurShape& shape) {
   return fit;
 }
 
-/// One step from a shape towards another, as pixels without noise would tell of it.
-double StepTowards(const BlurShape& truth, double information, double least_gain, BlurShape& shape) {
+/// A fit at a shape, with what pixels without noise would tell of another one.
+BlurShapeFit LitBy(const BlurShape& truth, double information, const BlurShape& shape) {
   BlurShapeFit fit = FitOf(shape);
   const BlurShapeFit true_fit = FitOf(truth);
   for (const Eigen::Vector2d& corner : Corners()) {
@@ -56,7 +56,12 @@ double StepTowards(const BlurShape& truth, double information, double least_gain
     fit.Add<double>(ByTurn(fit, corner), {information * (x + y) / 2, information, information * (x - y) / 2,
                                           information, information * (should.skew - is.skew), information});
   }
-  return fit.Step(least_gain, shape);
+  return fit;
+}
+
+/// One step towards it.
+double StepTowards(const BlurShape& truth, double information, double least_gain, BlurShape& shape) {
+  return LitBy(truth, information, shape).Step(least_gain, shape);
 }
 
 TEST(BlurShape, AWayBlursAlongItself) {
@@ -101,6 +106,17 @@ TEST(BlurShape, ARoundBlurStaysOneWhereNoiseWouldDo) {
   EXPECT_TRUE(shape.round());
   EXPECT_GT(StepTowards(truth, 1e5, 12, shape), 12);
   EXPECT_NEAR(shape.way_px.norm(), 0.3, 0.03);
+}
+
+TEST(BlurShape, TellsWhatARoundBlurWouldLeave) {
+  const BlurShape truth{{0.6, 0.2}, 0};
+  BlurShape round;
+  const double explained = StepTowards(truth, 1e4, 12, round);
+  EXPECT_NEAR(LitBy(truth, 1e4, truth).round_leaves(), explained, 0.1 * explained);
+  BlurShape shape = truth;
+  BlurShapeFit of_round = LitBy({}, 1e4, shape);
+  EXPECT_NEAR(of_round.round_leaves(), -explained, 0.1 * explained) << "it is what there is";
+  EXPECT_LT(of_round.round_leaves() + of_round.Step(12, shape), 0.3 * explained);
 }
 
 TEST(BlurShape, AWayAsWideAsTheBlurLeavesSomeOfTheLens) {
