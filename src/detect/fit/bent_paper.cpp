@@ -127,7 +127,7 @@ class ShiftProducts {
   /// The lower triangle.
   LinearProducts Sum() const {
     constexpr int kPower[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-    LinearProducts products;
+    LinearProducts products = LinearProducts::Zero();
     for (int row = 0; row < 3; ++row)
       for (int col = 0; col < 3; ++col) {
         const int power = kPower[row][col];

@@ -47,7 +47,7 @@ class BoardFit {
     /// The geometry is a prediction's, off by a part of a pixel or several, not that of corners that were found, which
     /// is right to about 0.1 px.
     bool predicted = false;
-    /// So is that which the last one was near to: this one is thought to be, too.
+    /// The last frame's prediction was off by little more than its own errors: so, it is thought, is this one.
     bool near = false;
     /// How far the blue ink may lie off the black one, along the board's axes, cells: standard deviations. Where they
     /// are not zero, that is fitted too.
@@ -157,7 +157,7 @@ class BoardFit {
   bool Recollect(const LightReader& reader, const Lens& lens);
   /// The first step of boards in plain view, until it has the pixels that are the board's. False if it runs away.
   bool ComeNear(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
-  /// Whether the first step is by all pixels, as it is likely to be the last one.
+  /// Whether there is no first step by some of the pixels: the first one by all is likely to be the last.
   bool BeginsNear(const Start& start) const;
   /// From where a board was predicted to where it lies, with the pixels that are chosen there. False if it runs away.
   bool LeavePrediction(const LightReader& reader, const Lens& lens, LaneSums sums);
@@ -193,7 +193,7 @@ class BoardFit {
     double square = 0;
     double variances = 1;  ///< of the residuals, in units of that noise
   };
-  /// Of moves that far, Σ of what the last step's information says of them.
+  /// How far moves lead, square of the deviations that pixels' noise gives the last step.
   double SquareOf(const BoardGeometry::Parameters& moves) const;
   StepSize SizeOfStep() const;
   /// What the last step of the plain model leaves of a pixel's residual, squared, in units of the noise; 1 where
