@@ -1,5 +1,6 @@
 // Of BoardFit: the shape that a short motion gives the blur.
 #include <algorithm>
+#include <limits>
 
 #include "detect/fit/board_fit.h"
 #include "detect/fit/board_fit_limits.h"
@@ -57,6 +58,8 @@ CornerBlurSums<CornerFour::Values> BoardFit::SumBlur(const CornerFour& four, flo
 void BoardFit::MoveBlurShape(double blur_px) {
   run_->step.shape_gain = 0;
   if (run_->model.blur_px < kLeastShaped) {
+    // Corners that were placed with one, as after a knock, make blurs seem as small: a step without it has to follow.
+    if (!run_->step.placed_shape.round()) run_->step.shape_gain = std::numeric_limits<double>::infinity();
     run_->model.blur_shape = {};
     return;
   }

@@ -330,6 +330,28 @@ TEST(Memory, MakesTheSameOfTheSameFrames) {
   }
 }
 
+TEST(Memory, ForgetsABlurThatIsNone) {
+  std::string near(kDriving);
+  near.replace(near.find("focal_px = 800"), 14, "focal_px = 1500");
+  const test::StreamFrames stream{std::string_view(near)};
+  Follower follower(stream.Options()), misled(stream.Options());
+  for (std::size_t i = 0; i < 5; ++i) {
+    follower.Next(stream.Frame(i).image.view());
+    misled.Next(stream.Frame(i).image.view());
+  }
+  // As after the last frame of a knock. Without the blur that it brings, what is left is less than a pixel's own.
+  for (RememberedBoard& board : misled.memory().state().boards) board.blur_shape = {{-0.7, 4.4}, 0.01};
+  const test::StreamFrame frame = stream.Frame(5);
+  const Detected &found = follower.Next(frame.image.view()), &again = misled.Next(frame.image.view());
+  ASSERT_EQ(again.markers.size(), found.markers.size());
+  test::PoseErrors differences;
+  differences.AddDifferences(again.markers, found.markers);
+  EXPECT_EQ(differences.poses(), static_cast<int>(found.markers.size()));
+  EXPECT_LT(differences.position(), 0.1);
+  EXPECT_LT(differences.orientation(), 0.1);
+  for (const MarkerPose& marker : again.markers) EXPECT_FALSE(marker.Has(Warning::kPoorFit)) << *marker.id;
+}
+
 TEST(Memory, ForgetsAMotionThatIsNone) {
   const test::StreamFrames stream{std::string_view(kDriving)};
   Follower follower(stream.Options());
