@@ -51,8 +51,7 @@ bool MayBeGivenUp(const ImageState& frame, const FitOrder& order) {
 
 /// Whether a board is thought to lie next to where it is expected.
 bool LiesNear(const ImageState& frame, std::size_t board) {
-  return frame.IsExpected(board) && !frame.stream.IsKnocked() && frame.stream.shift_px.isZero() &&
-         frame.expected[board].lay_near();
+  return frame.IsExpected(board) && !frame.stream.IsKnocked() && frame.expected[board].lay_near();
 }
 
 PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {

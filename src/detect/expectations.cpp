@@ -169,7 +169,7 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   read.kernel = outcome.carried ? before->kernel : outcome.kernel;
   read.decided = outcome.carried ? before->decided : captured;
   read.scale = anchored.scale;
-  if (frame.IsExpected(board) && before->is_followed() && frame.stream.shift_px.isZero() && last_places.same()) {
+  if (frame.IsExpected(board) && frame.stream.shift_px.isZero() && last_places.same()) {
     read.motion.Learn(before->motion, before->plane_from_board, frame.stream.ahead_s, outcome.plane_from_board);
   }
   read.box = anchored.box;

@@ -378,7 +378,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
       if (!start.image && sums == LaneSums::kNoise)
         EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
       run_->told.settled = true;
-      run_->told.moved_square = SquareOf(run_->step.moved) / step.variances;
+      run_->result.moved_square = SquareOf(run_->step.moved) / step.variances;
       // It tells its edges, too: those of a board that lies elsewhere seem to have another shape.
       if (edges_told || !TellEdges(lens)) break;
       // What they explain is no noise.
@@ -542,9 +542,11 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
   const LaneSums first = knows_levels && !run_->model.own_levels ? LaneSums::kShapes : LaneSums::kLevels;
   const bool knows_all = first == LaneSums::kShapes && run_->plain_input.stride == kFirstStrideKnown;
   if (knows_all && SpreadCornersSuffice()) UsePixels(1, true);
-  const bool near = BeginsNear(start) || (Step(first) && run_->step.corner_px <= kRunawayPx);
-  if (!near && !ComeNearByFound(reader, lens, start, choice)) return false;
-  if (start.predicted && !BeginsNear(start) && !LeavePrediction(reader, lens, first)) return false;
+  if (!BeginsNear(start)) {
+    const bool near = Step(first) && run_->step.corner_px <= kRunawayPx;
+    if (!near && !ComeNearByFound(reader, lens, start, choice)) return false;
+    if (start.predicted && !LeavePrediction(reader, lens, first)) return false;
+  }
   if (run_->view.overexposed) {
     // Levels began at full scale, and the blur has taken up what they lacked: it begins anew.
     run_->model.blur_px = start.blur_px;

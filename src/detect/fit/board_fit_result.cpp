@@ -119,7 +119,6 @@ BoardFit::ShiftSums BoardFit::TellShifts() {
 void BoardFit::Finish(const Lens& lens) {
   if (run_->told.sums_gone) return;  // by them, it was finished before
   run_->result.geometry = run_->model.geometry;
-  run_->result.moved_square = run_->told.moved_square;
   const PixelSums pixels = SumPixels();
   ShiftSums shifts = TellShifts();
   const double n = std::max(run_->result.corners_used, 1);

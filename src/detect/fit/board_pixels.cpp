@@ -187,34 +187,35 @@ void BoardPixels::PlaceCorners(const Lens& lens, const BoardGeometry& geometry) 
   MoveFours();
 }
 
-void BoardPixels::FillFours() {
-  std::fill_n(fours_.begin(), fours().size(), CornerFour{});
+template <class Act>
+void BoardPixels::ForFours(Act&& act) {
   for (int corner = 0; corner < corners_; ++corner) {
     const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
     if (!place.inside) continue;
     const int rank = rank_[static_cast<std::size_t>(corner)];
-    CornerFour& four = fours_[static_cast<std::size_t>(rank / 4)];
-    const auto set = [&](CornerFour::Values& values, double value) { values[rank % 4] = static_cast<float>(value); };
-    four.corner[static_cast<std::size_t>(rank % 4)] = corner;
+    act(corner, place, fours_[static_cast<std::size_t>(rank / 4)],
+        [rank](CornerFour::Values& values, double value) { values[rank % 4] = static_cast<float>(value); });
+  }
+}
+
+void BoardPixels::FillFours() {
+  std::fill_n(fours_.begin(), fours().size(), CornerFour{});
+  ForFours([&](int corner, const CornerPlace& place, CornerFour& four, const auto& set) {
+    four.corner[static_cast<std::size_t>(rank_[static_cast<std::size_t>(corner)] % 4)] = corner;
     set(four.board_x, place.board.x()), set(four.board_y, place.board.y());
     set(four.fade_x, place.fade.x()), set(four.fade_y, place.fade.y());
     set(four.fade_x_at, place.fade_at.x()), set(four.fade_y_at, place.fade_at.y());
-  }
+  });
   MoveFours();
 }
 
 void BoardPixels::MoveFours() {
   const Eigen::Vector2d middle = place(corners_ / 2).pixel;
-  for (int corner = 0; corner < corners_; ++corner) {
-    const CornerPlace& place = places_[static_cast<std::size_t>(corner)];
-    if (!place.inside) continue;
-    const int rank = rank_[static_cast<std::size_t>(corner)];
-    CornerFour& four = fours_[static_cast<std::size_t>(rank / 4)];
-    const auto set = [&](CornerFour::Values& values, double value) { values[rank % 4] = static_cast<float>(value); };
+  ForFours([&](int, const CornerPlace& place, CornerFour& four, const auto& set) {
     set(four.off_x, place.pixel.x() - middle.x()), set(four.off_y, place.pixel.y() - middle.y());
     set(four.x_by_x, place.board_by_pixel(0, 0)), set(four.x_by_y, place.board_by_pixel(0, 1));
     set(four.y_by_x, place.board_by_pixel(1, 0)), set(four.y_by_y, place.board_by_pixel(1, 1));
-  }
+  });
 }
 
 void BoardPixels::Place(const Lens& lens, const BoardGeometry& geometry) {

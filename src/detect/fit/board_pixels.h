@@ -106,6 +106,9 @@ class BoardPixels {
  private:
   void RankCorners();
   void Place(const Lens& lens, const BoardGeometry& geometry);
+  /// act(corner, place, four, set) for each corner in the image; set(values, value) sets the corner's of the four.
+  template <class Act>
+  void ForFours(Act&& act);
   /// From the places: all that the fours have, or what changes with the geometry.
   void FillFours();
   void MoveFours();

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -96,8 +95,6 @@ struct BoardRun {
   /// What the fit tells beside its result.
   struct Told {
     bool settled = false;  ///< the last step moved next to nothing
-    /// As FittedBoard has it.
-    double moved_square = std::numeric_limits<double>::infinity();
     bool sums_gone = false;     ///< the plain kernel's are no longer those of that step
     double pixel_variance = 1;  ///< in units of the noise
     double variance = 1;        ///< the same, or what the corners' places say where that is more

@@ -158,7 +158,8 @@ struct Followed {
 class HonestCovarianceOfEdgesAlongPixels : public testing::TestWithParam<Followed> {};
 
 TEST_P(HonestCovarianceOfEdgesAlongPixels, ErrorsMayBeAlike) {
-  // With JPEG's errors taken for independent noise, squared errors over covariance were 22 (quality 90) and 12 (75).
+  // JPEG's errors are alike along an edge. As independent noise, they made squared errors 22 times what the covariances
+  // say at quality 90, and 12 times at 75.
   constexpr int kFollowing = 40;
   const test::PoseErrors errors = ErrorsOf(GetParam().tag, kFollowing, FollowPixels);
   EXPECT_EQ(errors.poses(), kFollowing);

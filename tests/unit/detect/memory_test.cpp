@@ -110,7 +110,13 @@ TEST(Predict, GoesOnAndTurnsAsBefore) {
   EXPECT_LT((board.Ahead(0.01) - pose(0.15, 104.5)).norm(), 0.01) << "exact to the cube of the turn";
   EXPECT_NEAR(board.Ahead(0.02)(0, 2), 106, 1e-9);
   EXPECT_NEAR(board.Ahead(0.01)(0, 2), 104.5, 1e-9);
+  board.motion.drift = {1, 0};
+  board.motion.off = {1, 1, 0};
+  EXPECT_NEAR(board.Ahead(0.02)(0, 2), 107, 1e-9) << "it gains speed";
   EXPECT_NEAR(TurnBetween(board.motion.before, board.plane_from_board), 0.1, 1e-9);
+  board.motion.spin = -0.03;
+  board.motion.turned_off = {1, 0};
+  EXPECT_NEAR(TurnBetween(board.plane_from_board, board.Ahead(0.02)), 0.07, 1e-9) << "it turns ever slower";
 }
 
 /// A board at `time` frames after a start, in pixels of a camera that looks straight down: @param path tells its place
