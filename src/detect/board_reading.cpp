@@ -160,7 +160,6 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   outcome.motion = fitted->motion;
   outcome.blur_shape = fitted->blur_shape;
   outcome.moved_square = fitted->moved_square;
-  outcome.contrast = fitted->explained.contrast;
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);
   if (!poses) return outcome;
   DescribePose(*poses, measured, outcome.marker);

@@ -17,7 +17,7 @@ namespace chequer {
 namespace {
 
 /// A board that shows less contrast than before may be blurred: its remembered contrast falls by no more than this
-/// factor a frame, and by as much as its light fell, which the fit tells from blur (a guess).
+/// factor a frame (a guess).
 constexpr double kContrastKept = 0.9;
 /// A board that shows less of it is not where it was expected: half a cell off leaves none. One that moved while the
 /// shutter was open shows more, and is missed by the plain fit alone. (With half or more, which would spare boards of
@@ -176,12 +176,8 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   read.blur_shape = outcome.blur_shape;
   read.moved_square = outcome.moved_square;
   read.contrast = SampledContrast(anchored);
-  read.fitted_contrast = outcome.contrast;
+  if (before) read.contrast = std::max(read.contrast, kContrastKept * before->contrast);
   read.learnt = outcome.learnt;
-  if (before) {
-    const double light = std::min(outcome.contrast / std::max(before->fitted_contrast, 1e-9), 1.0);
-    read.contrast = std::max(read.contrast, kContrastKept * light * before->contrast);
-  }
   if (!outcome.carried && !outcome.marker.Has(Warning::kPartlyHidden) &&
       outcome.marker.corners_used == CornerCount(anchored.size))
     job.expected_boards.LearnLeads(anchored, read);

@@ -33,7 +33,6 @@ struct BoardOutcome {
   MarkerPose marker;
   Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
   std::uint64_t kernel = 0;      ///< that the id was read from
-  double contrast = 0;           ///< as fitted: without what blur takes of it
   BlurShape motion, blur_shape;  ///< of FittedBoard
   double moved_square = std::numeric_limits<double>::infinity();
   /// Of a board that was expected and is not decided: what shows is the remembered one's.
@@ -59,8 +58,8 @@ struct StreamState {
   double ahead_s = 0;                                  ///< of the last frame
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  ///< of all boards, from where they were expected
   float contrast_share = 1;  ///< of what the expected boards showed in the last frame, in the median
-  /// If the median board shows less of its last contrast, all may lie elsewhere: half a cell off, no contrast is left.
-  /// A change of illumination looks the same and costs a search (a guess).
+  /// If the median board shows less of its last contrast, all may lie elsewhere, or blurred: half a cell off, no
+  /// contrast is left (a guess).
   static constexpr float kContrastOfExpected = 0.8f;
   bool IsSharp() const { return contrast_share >= kContrastOfExpected; }
   /// Whether they may lie elsewhere by a part of a cell: a third of one leaves 0.84; of boards that the camera did not

@@ -159,12 +159,13 @@ Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size
 
 double SampledContrast(const AnchoredBoard& board) {
   if (board.light.size() == 0) return 0;
-  float sum = 0;
+  float difference = 0, sum = 0;
   ForCells(board.size, [&](std::size_t cell, int row, int col) {
     const float light = board.light[cell][0] + board.light[cell][1];
-    sum += IsDark(row, col) ? -light : light;
+    difference += IsDark(row, col) ? -light : light;
+    sum += light;
   });
-  return double{sum} / static_cast<double>(board.light.size());
+  return sum > 0 ? double{difference} / double{sum} : 0.0;
 }
 
 Eigen::Matrix3d Shifted(const Eigen::Matrix3d& plane_from_board, const Eigen::Vector2d& shift_px, const Lens& lens) {

@@ -24,7 +24,8 @@ inline constexpr std::size_t kFewestAskedForShift = 3;
 Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size_t asked, const LightReader& reader,
                                 const Lens& lens, std::vector<float>& cells);
 
-/// Light of a board's light cells over its dark ones, as sampled.
+/// Michelson contrast of a board's light cells and its dark ones, as sampled: another exposure or illumination leaves
+/// it as it was. 0 where no light shows.
 double SampledContrast(const AnchoredBoard& board);
 
 /// The homography of a board that lies so much farther on in the image.

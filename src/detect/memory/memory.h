@@ -39,14 +39,13 @@ struct RememberedBoard {
   BlurShape blur_shape;
   /// How far its fit took it from where it was expected, square of standard deviations.
   double moved_square = std::numeric_limits<double>::infinity();
-  double contrast = 0;         ///< as sampled where it was (SampledContrast)
-  double fitted_contrast = 0;  ///< without what blur took of it
-  FrameTime decided{};         ///< when its identity was last read
-  bool may_carry = true;       ///< it was fitted in every frame since then
-  LearntBoard learnt;          ///< empty without DetectorOptions::learn_levels
+  double contrast = 0;    ///< as sampled where it was (SampledContrast)
+  FrameTime decided{};    ///< when its identity was last read
+  bool may_carry = true;  ///< it was fitted in every frame since then
+  LearntBoard learnt;     ///< empty without DetectorOptions::learn_levels
 
-  /// A prediction adds its own errors to the pose's, so moved_square is 40 where a board goes on as expected, and 70 for
-  /// one in ten (measured). A fit that begins less than 11 deviations off ends with the first step by all pixels.
+  /// A prediction adds its own errors to the pose's, so moved_square is 40 where a board goes on as expected, and 70
+  /// for one in ten (measured). A fit that begins less than 11 deviations off ends with the first step by all pixels.
   static constexpr double kNearSquare = 80;
   bool lay_near() const { return moved_square < kNearSquare; }
   bool is_followed() const { return motion.before_s > 0; }
