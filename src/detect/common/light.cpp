@@ -150,7 +150,7 @@ int LightReader::ChannelOf(int x_parity, int y_parity) const {
 
 void LightReader::Rows::Negate(float from, std::array<float, 256>& table) {
   std::copy_n(table_, table.size(), table.begin());
-  for (auto light = table.rbegin(); light != table.rend() && *light >= from; ++light) *light = -*light;
+  for (auto light = table.rbegin(); light != table.rend() && *light >= from; ++light) *light = -from;
   table_ = table.data();
 }
 

@@ -107,7 +107,7 @@ class LightReader {
    public:
     /// Of all runs, Run::is_mixed().
     bool are_mixed() const { return red_ != 0; }
-    /// From now on, their runs tell the light of codes from that light on negated. @param table room for the light of
+    /// From now on, their runs tell of codes from that light on that light, negated. @param table room for the light of
     /// all codes, which must outlive them. @pre !are_mixed()
     void Negate(float from, std::array<float, 256>& table);
     /// @pre the row lies in the image.

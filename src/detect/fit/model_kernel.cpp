@@ -9,6 +9,7 @@
 #include "detect/common/reciprocal-inl.h"
 #include "detect/fit/model_kernel.h"
 #include "detect/fit/model_light-inl.h"
+#include "detect/fit/saturated_pixel-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace chequer {
@@ -33,18 +34,26 @@ HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, con
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V one = Splat(1), zero = hn::Zero(d), limit = Splat(input.robust_limit);
-  const V light = hn::Abs(marked_light);
-  const auto agrees = hn::And(hn::Lt(marked_light, zero), hn::Ge(p.light, light));
-  const auto used = hn::AndNot(agrees, inside);
-  const V residual = hn::IfThenElseZero(used, hn::Sub(light, p.light));
+  const V residual = hn::IfThenElseZero(inside, hn::Sub(hn::Abs(marked_light), p.light));
   const V variance = hn::MulAdd(m.of(ModelLanes::kNoiseSlope), hn::Max(p.light, zero), m.of(ModelLanes::kNoiseFloor));
-  V root = hn::IfThenElseZero(used, ReciprocalSqrt(d, variance));
-  const V deviation = hn::Abs(hn::Mul(residual, root));
-  const auto off = hn::Gt(deviation, limit);
-  const V counts = hn::IfThenElseZero(used, one);
-  const V robust = hn::IfThenElse(off, hn::Div(limit, deviation), counts);
-  root = hn::Mul(root, hn::Mul(window, hn::Sqrt(robust)));
-  const V fits = hn::IfThenElse(off, zero, counts), square = hn::Mul(hn::Mul(residual, residual), fits);
+  V root = hn::IfThenElseZero(inside, ReciprocalSqrt(d, variance)), deviation = hn::Mul(residual, root);
+  V robust = hn::IfThenElseZero(inside, one), fits = robust;
+  const auto saturated = hn::And(hn::Lt(marked_light, zero), inside);
+  if (HWY_UNLIKELY(!hn::AllFalse(d, saturated))) {
+    const SaturatedPixel pixel = SaturatedAt(d, hn::Neg(deviation));
+    const V by = hn::Sqrt(pixel.weight);
+    root = hn::IfThenElse(saturated, hn::Mul(root, by), root);
+    deviation = hn::IfThenElse(saturated, hn::Mul(pixel.deviation, by), deviation);
+    robust = hn::IfThenElse(saturated, pixel.weight, robust);
+    fits = hn::IfThenElse(saturated, zero, fits);
+  }
+  const auto off = hn::Gt(hn::Abs(deviation), limit);
+  const V share = hn::IfThenElse(off, hn::Div(limit, hn::Abs(deviation)), one),
+          by_window = hn::Mul(window, hn::Sqrt(share));
+  robust = hn::Mul(robust, share);
+  root = hn::Mul(root, by_window);
+  fits = hn::IfThenElse(off, zero, fits);
+  const V square = hn::Mul(hn::Mul(residual, residual), fits);
   const V middle =
       hn::Mul(Splat(0.25f), hn::Add(hn::Add(m.light[1][1], m.light[1][2]), hn::Add(m.light[2][1], m.light[2][2])));
   const V dark = hn::IfThenElseZero(hn::Lt(p.light, middle), fits), bright = hn::Sub(fits, dark);
@@ -55,7 +64,7 @@ HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, con
   sums.light_square = hn::MulAdd(square, bright, sums.light_square);
   sums.light_light = hn::MulAdd(p.light, bright, sums.light_light);
   sums.light_count = hn::Add(bright, sums.light_count);
-  const V weighted = hn::Mul(residual, root);
+  const V weighted = hn::Mul(deviation, by_window);
   sums.square = hn::MulAdd(weighted, weighted, sums.square);
 
   const auto put = [&](int column, V value) HWY_ATTR { hn::Store(value, d, row + column * lanes); };

@@ -240,7 +240,7 @@ void Mark(float saturation, LaneBlock& block) {
     std::size_t at = block.Place(first, 0);
     for (int k = 0; k < most; ++k, at += LaneBlock::kNextPixel) {
       const V light = hn::LoadU(d, block.light_data() + at);
-      hn::StoreU(hn::IfThenElse(hn::Ge(light, limit), hn::Neg(light), light), d, block.light_data() + at);
+      hn::StoreU(hn::IfThenElse(hn::Ge(light, limit), hn::Neg(limit), light), d, block.light_data() + at);
     }
   }
 }

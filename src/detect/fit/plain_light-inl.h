@@ -14,6 +14,7 @@
 #include "detect/common/reciprocal-inl.h"
 #include "detect/fit/blurred_edge-inl.h"
 #include "detect/fit/photometric_kernel.h"
+#include "detect/fit/saturated_pixel-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace chequer {
@@ -186,24 +187,31 @@ HWY_INLINE Weighed Weigh(const Model& m, const Predicted& p, V marked_light, M i
     window = hn::Max(hn::Min(window, one), zero);
     inside = hn::And(inside, hn::Gt(window, zero));
   }
-  // A saturated pixel agrees with every model that saturates too.
-  const V light = hn::Abs(marked_light);
-  const auto agrees = hn::And(hn::Lt(marked_light, zero), hn::Ge(p.light, light));
-  const auto used = hn::AndNot(agrees, inside);
-  const V usable = hn::IfThenElseZero(used, one), residual = hn::IfThenElseZero(used, hn::Sub(light, p.light));
+  const V residual = hn::IfThenElseZero(inside, hn::Sub(hn::Abs(marked_light), p.light));
   const V variance = hn::MulAdd(m.noise_slope, hn::Max(p.light, zero), m.noise_floor);
   Weighed w;
-  w.root = hn::IfThenElseZero(used, RoughReciprocalSqrt(d, variance));
+  w.root = hn::IfThenElseZero(inside, RoughReciprocalSqrt(d, variance));
   w.deviation = hn::Mul(residual, w.root);
-  w.robust = w.fits = usable, w.fit_residual = residual;
+  w.robust = w.fits = hn::IfThenElseZero(inside, one), w.fit_residual = residual;
+  const auto saturated = hn::And(hn::Lt(marked_light, zero), inside);
+  if (HWY_UNLIKELY(!hn::AllFalse(d, saturated))) {
+    const SaturatedPixel pixel = SaturatedAt(d, hn::Neg(w.deviation));
+    const V root = hn::Sqrt(pixel.weight);
+    w.root = hn::IfThenElse(saturated, hn::Mul(w.root, root), w.root);
+    w.deviation = hn::IfThenElse(saturated, hn::Mul(pixel.deviation, root), w.deviation);
+    w.robust = hn::IfThenElse(saturated, pixel.weight, w.robust);
+    w.fits = hn::IfThenElse(saturated, zero, w.fits);
+    w.fit_residual = hn::IfThenElse(saturated, zero, w.fit_residual);
+  }
   // Huber: beyond the limit the weight falls as 1 / deviation.
   const auto off = hn::Gt(hn::Abs(w.deviation), m.shared.limit);
   if (HWY_UNLIKELY(!hn::AllFalse(d, off))) {
-    w.robust = hn::IfThenElse(off, hn::Div(m.shared.limit, hn::Abs(w.deviation)), usable);
-    w.root = hn::Mul(w.root, hn::Sqrt(w.robust));
-    w.deviation = hn::Mul(residual, w.root);
-    w.fits = hn::IfThenElse(off, zero, usable);
-    w.fit_residual = hn::IfThenElse(off, zero, residual);
+    const V share = hn::IfThenElse(off, hn::Div(m.shared.limit, hn::Abs(w.deviation)), one), root = hn::Sqrt(share);
+    w.robust = hn::Mul(w.robust, share);
+    w.root = hn::Mul(w.root, root);
+    w.deviation = hn::Mul(w.deviation, root);
+    w.fits = hn::IfThenElse(off, zero, w.fits);
+    w.fit_residual = hn::IfThenElse(off, zero, w.fit_residual);
   }
   if (m.fade.any) {
     w.root = hn::Mul(w.root, window);

@@ -60,7 +60,7 @@ std::size_t CollectAndCheck(double x, double y, double cell_px, double most_px,
       farthest = std::max(farthest, (pixel - Eigen::Vector2d(px, py)).norm());
       EXPECT_EQ((px & 1) + 2 * (py & 1), lane % 4) << "phase of pixel " << px << ", " << py;
       const std::uint8_t code = bytes[of_pixel * static_cast<std::size_t>(py * kImageWidth + px)];
-      EXPECT_EQ(lanes.light_data()[at], code >= 254 ? -table[code] : table[code])
+      EXPECT_EQ(lanes.light_data()[at], code >= 254 ? -253.5f / 255 : table[code])
           << "light of pixel " << px << ", " << py;
       seen.emplace(px, py);
     }

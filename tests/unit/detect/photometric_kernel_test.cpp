@@ -368,14 +368,41 @@ TEST_F(Kernel, APixelFarOffCountsLess) {
   EXPECT_LT(block_.sum(kWeight, 4), static_cast<float>(block_.count(4)));
 }
 
-TEST_F(Kernel, ASaturatedPixelAgreesWithABrighterModel) {
-  for (double& level : lanes_[0].level) level = 1.2;
-  for (int i = 0; i < 4; ++i) block_.parameter_data(LaneBlock::kL00 + i)[0] = 1.2f;
+/// Derivatives of log Φ, by how far the model lies above full scale, standard deviations.
+struct LogNormal {
+  double score, information;
+
+  explicit LogNormal(double above) {
+    const double ratio = std::exp(-0.5 * above * above) / std::sqrt(2 * M_PI) * 2 / std::erfc(-above / std::sqrt(2));
+    score = ratio, information = ratio * (ratio + above);
+  }
+};
+
+TEST_F(Kernel, ASaturatedPixelSaysThatItsLightIsFullScaleOrMore) {
+  constexpr double kFull = 0.99;
+  input_.robust_limit = 1e9f;
   for (int i = 0; i < block_.count(0); ++i) block_.light_data()[block_.Place(0, i)] = 1;
-  MarkSaturated(0.99f, block_);
-  AccumulateLanes(input_, block_);
-  EXPECT_EQ(block_.sum(kWeight, 0), 0);
-  EXPECT_EQ(block_.sum(ProductSum(kResidual, kResidual), 0), 0);
+  MarkSaturated(static_cast<float>(kFull), block_);
+  const auto sigma_at = [&](double light) { return std::sqrt(lanes_[0].floor + lanes_[0].slope * light); };
+  const double pixels = block_.count(0);
+  for (const double above : {-9.0, -4.0, -2.6, -2.4, -1.0, 0.0, 1.0, 2.0, 4.0, 30.0}) {
+    double model = kFull;
+    for (int i = 0; i < 50; ++i) model = kFull + above * sigma_at(model);
+    for (int i = 0; i < 4; ++i) block_.parameter_data(LaneBlock::kL00 + i)[0] = static_cast<float>(model);
+    AccumulateLanes(input_, block_);
+    const LogNormal wanted(above);
+    EXPECT_NEAR(block_.sum(kWeight, 0), pixels * wanted.information, 0.006 * pixels) << above;
+    double score = 0, information = 0;
+    for (int level = kLevel00; level <= kLevel11; ++level) {
+      score += double{block_.sum(ProductSum(level, kResidual), 0)};
+      for (int other = kLevel00; other <= kLevel11; ++other)
+        information += double{block_.sum(ProductSum(std::min(level, other), std::max(level, other)), 0)};
+    }
+    const double sigma = sigma_at(model);
+    EXPECT_NEAR(score * sigma, pixels * wanted.score, 0.006 * pixels * std::max(1.0, wanted.score)) << above;
+    EXPECT_NEAR(information * sigma * sigma, pixels * wanted.information, 0.008 * pixels) << above;
+    EXPECT_EQ(block_.sum(kLightCount, 0) + block_.sum(kDarkCount, 0), 0) << "it does not tell the noise";
+  }
 }
 
 /// A gradient was taken out of the light before it was asked whether a pixel is saturated: bright pixels that are not
@@ -393,8 +420,13 @@ TEST_F(Kernel, APixelIsSaturatedByItsCodeNotByItsCorrectedLight) {
     return block_.sum(kWeight, 0);
   };
   EXPECT_GT(weight_of(0.9f, 1.2f, 1.2f), 0) << "it says 1.08, though that is above full scale";
-  EXPECT_EQ(weight_of(1.0f, 0.8f, 0.9f), 0) << "it says at least 0.8";
-  EXPECT_GT(weight_of(1.0f, 1.2f, 1.1f), 0) << "it says at least 1.2";
+  const auto saturated_weight = [&](double limit, double model) {
+    const double above = (model - limit) / std::sqrt(lanes_[0].floor + lanes_[0].slope * model);
+    return block_.count(0) * LogNormal(above).information;
+  };
+  EXPECT_NEAR(weight_of(1.0f, 0.8f, 0.9f), saturated_weight(0.99 * 0.8, 0.9), 0.02) << "it says at least 0.8";
+  EXPECT_NEAR(weight_of(1.0f, 1.2f, 1.1f), saturated_weight(0.99 * 1.2, 1.1), 0.02 * block_.count(0))
+      << "it says at least 1.2";
 }
 
 TEST_F(Kernel, EvenOutTakesAGradientOut) {
@@ -408,7 +440,7 @@ TEST_F(Kernel, EvenOutTakesAGradientOut) {
   MarkSaturated(0.99f, block_);
   EvenOutLanes({0.02f, -0.03f, 0.004f, -0.003f, 0.002f}, block_);
   EXPECT_NEAR(block_.light_data()[plain], light * std::exp(-fall_at(plain)), 1e-4);
-  EXPECT_NEAR(block_.light_data()[saturated], -std::exp(-fall_at(saturated)), 1e-4) << "marked as it was";
+  EXPECT_NEAR(block_.light_data()[saturated], -0.99 * std::exp(-fall_at(saturated)), 1e-4) << "marked as it was";
 }
 
 }  // namespace
