@@ -28,9 +28,9 @@ void BlurShapeFit::SetMeanSquare(double square) {
   lens_ = std::max(variance_ - kOfWay / 2 * way, kLeastOfLens * variance_);
 }
 
-double BlurShapeFit::Step(double least_gain, BlurShape& shape) const {
+double BlurShapeFit::Step(double least_gain, bool may_turn, BlurShape& shape) const {
   shape = shape_;
-  if (shape_.round()) return StepOfRound(least_gain, shape);
+  if (shape_.round()) return StepOfRound(least_gain, may_turn, shape);
   const Eigen::Matrix3d of_pixels = information_.selfadjointView<Eigen::Lower>();
   Eigen::Matrix3d information = of_pixels;
   Eigen::Vector3d gradient = gradient_;
@@ -47,9 +47,16 @@ double BlurShapeFit::Step(double least_gain, BlurShape& shape) const {
   return falls;
 }
 
-double BlurShapeFit::StepOfRound(double least_gain, BlurShape& shape) const {
+double BlurShapeFit::StepOfRound(double least_gain, bool may_turn, BlurShape& shape) const {
   const auto gain = [](double residual, double square) { return square > 0 ? residual * residual / square : 0; };
   const double falls = gain(uneven_residual_, uneven_square_) + gain(skew_residual_, skew_square_);
+  // The likelihood's fall by a turn's square t is t² turn_square_ - 2 t turn_residual_ + t / kTurn².
+  const double turn_residual = std::max(turn_residual_ - 0.5 / (kTurn * kTurn), 0.0),
+               turn_falls = gain(turn_residual, turn_square_);
+  if (may_turn && turn_falls > falls && turn_falls >= least_gain) {
+    shape.turn = std::min(std::sqrt(turn_residual / turn_square_), kMostTurnStep);
+    return turn_falls;
+  }
   if (!(falls >= least_gain) || !(uneven_square_ > 0) || !(skew_square_ > 0)) return 0;
   // A way has its variance along it, and nothing across: each differs from their mean by half of it.
   const double difference = 2 * variance_ * uneven_residual_ / uneven_square_,

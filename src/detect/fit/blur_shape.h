@@ -13,7 +13,8 @@ struct BlurShape {
   Eigen::Vector2d way_px = Eigen::Vector2d::Zero();  ///< of its middle, image pixels; there and back are the same
   double turn = 0;                                   ///< rad, in the image
 
-  bool round() const { return way_px.isZero(); }
+  bool operator==(const BlurShape&) const = default;
+  bool round() const { return way_px.isZero() && turn == 0; }
   /// Deviation of a round blur of the same variance, which is the lens's and a 24th of the way's square.
   double BlurPx(double lens_px) const { return std::sqrt(lens_px * lens_px + way_px.squaredNorm() / 24); }
   /// A point of the image sees a board that turns go by on a bent way: its mean lies so far off the one of the board's
@@ -72,7 +73,8 @@ class BlurShapeFit {
   template <class Value>
   void Add(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums);
   /// How much Σ w r² falls by a step, and the shape after it. A round blur stays one unless it falls by `least_gain`.
-  double Step(double least_gain, BlurShape& shape) const;
+  /// @param may_turn whether a round blur may become one of a turn on the spot.
+  double Step(double least_gain, bool may_turn, BlurShape& shape) const;
   /// How much more of Σ w r² a round blur leaves than the shape before that step.
   double round_leaves() const { return round_leaves_; }
 
@@ -106,7 +108,11 @@ class BlurShapeFit {
     else
       return values.sum();
   }
-  double StepOfRound(double least_gain, BlurShape& shape) const;
+  /// The same of a round blur: what a way makes of it, alike at all corners, and what a turn on the spot does. Both
+  /// grow with their squares, so that no step of Gauss-Newton finds them.
+  template <class Value>
+  void AddToRound(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums);
+  double StepOfRound(double least_gain, bool may_turn, BlurShape& shape) const;
 
   BlurShape shape_;
   Eigen::Matrix2d across_ = Eigen::Matrix2d::Identity(), turned_ = Eigen::Matrix2d::Identity();
@@ -114,19 +120,34 @@ class BlurShapeFit {
   double variance_, mean_square_ = 0;
   double lens_;  ///< variance that is left without the way
   double round_leaves_ = 0;
-  double uneven_residual_ = 0, uneven_square_ = 0, skew_residual_ = 0, skew_square_ = 0;  ///< of a round one
+  // Of a round one, the last two by the turn's square.
+  double uneven_residual_ = 0, uneven_square_ = 0, skew_residual_ = 0, skew_square_ = 0;
+  double turn_residual_ = 0, turn_square_ = 0;
   /// By the way across the two edges, and the turn.
   Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();  ///< the lower triangle
   Eigen::Vector3d gradient_ = Eigen::Vector3d::Zero();
 };
 
 template <class Value>
+void BlurShapeFit::AddToRound(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums) {
+  uneven_residual_ += Sum(sums.uneven_residual);
+  uneven_square_ += Sum(sums.uneven_square);
+  skew_residual_ += Sum(sums.skew_residual);
+  skew_square_ += Sum(sums.skew_square);
+  // Half the deviations' logarithms, as in Add(); what the turn adds on the whole, the lens has less.
+  const Value quarter = As<Value>(kOfWay / 4 / variance_), less = As<Value>(mean_square_ / 2);
+  const Value log_x = quarter * (by_turn.x * by_turn.x - less), log_y = quarter * (by_turn.y * by_turn.y - less),
+              skew = As<Value>(kOfWay / variance_) * by_turn.x * by_turn.y;
+  const Value both = log_x + log_y, uneven = log_x - log_y;
+  turn_residual_ += Sum<Value>(both * sums.both_residual + uneven * sums.uneven_residual + skew * sums.skew_residual);
+  turn_square_ += Sum<Value>(both * both * sums.both_square + uneven * uneven * sums.uneven_square +
+                             skew * skew * sums.skew_square);
+}
+
+template <class Value>
 void BlurShapeFit::Add(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums) {
   if (shape_.round()) {
-    uneven_residual_ += Sum(sums.uneven_residual);
-    uneven_square_ += Sum(sums.uneven_square);
-    skew_residual_ += Sum(sums.skew_residual);
-    skew_square_ += Sum(sums.skew_square);
+    AddToRound(by_turn, sums);
     return;
   }
   const Blurred<Value> at = BlurredAt(by_turn);

@@ -101,7 +101,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->model.blur_px = run_->light.window_blur_px = start.blur_px;
   run_->model.geometry = start.geometry;
   run_->model.blur_shape = start.blur_shape;
-  run_->step.start_way_px = start.blur_shape.way_px;
+  run_->step.start_shape = start.blur_shape;
   // Another fit of the board has left its pixels.
   if (!Collect(reader, lens, choice.from && choice.from->terms.look_farther)) return false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {

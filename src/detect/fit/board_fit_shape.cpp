@@ -14,6 +14,10 @@ constexpr double kShapeCounts = 12, kOtherShape = 0.3;
 /// A first step, whose levels are as sampled and which begins elsewhere, takes errors of these for a shape: it has one
 /// that explains so much for each pixel (measured: of still boards, 95 % seem to have less; of driving ones, a third).
 constexpr double kShapeOfFirstStep = 0.05;
+/// One of a turn on the spot, which few boards make, is looked for after a step that moved corners less: errors of
+/// places and levels grow towards the rim, too (measured: one of 12 boards behind a sharpening filter seemed to turn by
+/// 2.5 degrees after a step of 0.07 px, and ended so far off that the RMS of all was a quarter more).
+constexpr double kNearForTurnPx = 0.03;
 /// Blurs that are less have none: a pixel's own square is 0.29, so they are drawn, not seen, or sharpened (a guess).
 constexpr double kLeastShaped = 0.4;
 
@@ -21,7 +25,6 @@ constexpr double kLeastShaped = 0.4;
 
 BlurShapeFit BoardFit::FitOfShape(const BlurShape& shape) const {
   BlurShapeFit fit(shape, BoardByPixel().rowwise().normalized(), run_->model.blur_px);
-  if (shape.round()) return fit;
   CornerFour::Values square = CornerFour::Values::Zero();
   for (const CornerFour& four : pixels_.fours()) {
     const WayByTurn<CornerFour::Values> by_turn = fit.ByTurn(four.off_x, four.off_y);
@@ -71,7 +74,8 @@ void BoardFit::MoveBlurShape(double blur_px) {
     fit.Add(fit.ByTurn(four.off_x, four.off_y), SumBlur(four, static_cast<float>(blur_px)));
   // The noise that is known so far may be a hundred times what is left.
   const double variances = std::min(LeftVariances(), 1.0);
-  run_->step.shape_gain = fit.Step(kShapeCounts * variances, run_->model.blur_shape) / variances;
+  const bool near = !ComesNear() && run_->step.corner_px < kNearForTurnPx;
+  run_->step.shape_gain = fit.Step(kShapeCounts * variances, near, run_->model.blur_shape) / variances;
   // Another motion than the last frame's begins anew: steps from that one's might not find it.
   const bool another = run_->step.shape_gain > kOtherShape * pixels_.pixels();
   const BlurShape& placed = run_->step.placed_shape;
@@ -80,7 +84,7 @@ void BoardFit::MoveBlurShape(double blur_px) {
     run_->step.shape_gain = 0;
     return;
   }
-  if (placed.round() || placed.way_px != run_->step.start_way_px) return;
+  if (placed.round() || !(placed == run_->step.start_shape)) return;
   if (another) run_->model.blur_shape = {};
   // So does one that explains no more than it would take to have it: such a one leads anywhere, step by step.
   const double round_leaves = fit.round_leaves() / variances;

@@ -86,15 +86,15 @@ struct BoardRun {
     double gain = 0;                                                      ///< how much Σ w r² falls by it
     double corner_px = 0;                                                 ///< the farthest that a corner moved
     double blur_share = 0;                                                ///< by which the blur changed
-    BlurShape placed_shape;                                  ///< of the blur, with which the corners were placed for it
-    Eigen::Vector2d start_way_px = Eigen::Vector2d::Zero();  ///< of the shape that was known before
-    double shape_gain = 0;                                   ///< how much Σ w r² falls by another one
-    double terms = 0;                                        ///< of the terms, over what no longer counts
-    InkRegister::Step inks;                                  ///< what followed it where inks may lie out of register
+    BlurShape placed_shape;  ///< of the blur, with which the corners were placed for it
+    BlurShape start_shape;   ///< that was known before
+    double shape_gain = 0;   ///< how much Σ w r² falls by another one
+    double terms = 0;        ///< of the terms, over what no longer counts
+    InkRegister::Step inks;  ///< what followed it where inks may lie out of register
   };
   /// What the fit tells beside its result.
   struct Told {
-    bool settled = false;  ///< the last step moved next to nothing
+    bool settled = false;       ///< the last step moved next to nothing
     bool sums_gone = false;     ///< the plain kernel's are no longer those of that step
     double pixel_variance = 1;  ///< in units of the noise
     double variance = 1;        ///< the same, or what the corners' places say where that is more

@@ -18,7 +18,7 @@ constexpr double kLastBegun = 0.6;
 
 /// Whether the blur of a motion that others show is so wide that a plain fit would ask for it.
 bool WouldBeFound(const PhotometricFit::Start& start) {
-  if (start.motion.round() || !start.board.image) return false;
+  if (start.motion.way_px.isZero() || !start.board.image) return false;
   return BoardFit::MayBeMotion(start.motion.BlurPx(start.board.image->blur_px), start.board.geometry.CellSide());
 }
 
@@ -56,7 +56,7 @@ const FittedBoard* PhotometricFit::FitPlain(const Task& task, bool motion_blurre
 }
 
 const FittedBoard* PhotometricFit::FitFully(const Task& task, const Start& start) {
-  if (start.motion_blurred ? !start.motion.round() : WouldBeFound(start)) {
+  if (start.motion_blurred ? !start.motion.way_px.isZero() : WouldBeFound(start)) {
     const FittedBoard* fitted = FitFrom(task, start.motion);
     if (fitted && fitted->reprojection_rms_px <= kMostOffMotionBlurredPx) return fitted;
   }
@@ -88,7 +88,7 @@ bool PhotometricFit::FitFirst(const Task& task, const BlurShape& motion, bool ma
   kept_count_ = 0;
   // One printer's ink spreads alike.
   const ImageTraits* image = task.start.image;
-  if (motion.round() && image && image->shares_dot_gain()) made_.choice.terms.dot_gain = image->dot_gain;
+  if (motion.way_px.isZero() && image && image->shares_dot_gain()) made_.choice.terms.dot_gain = image->dot_gain;
   if (FitOnce(task)) return true;
   if (made_.choice.terms.dot_gain == 0) return false;
   made_.choice.terms.dot_gain = 0;
@@ -98,7 +98,8 @@ bool PhotometricFit::FitFirst(const Task& task, const BlurShape& motion, bool ma
 const FittedBoard* PhotometricFit::FitFrom(const Task& task, const BlurShape& motion) {
   bool fitted = FitFirst(task, motion, true) && Explain(task);
   // What runs away with a motion may have stood.
-  if (!fitted && motion.round() && fit_.looks_farther()) fitted = FitFirst(task, motion, false) && Explain(task);
+  if (!fitted && motion.way_px.isZero() && fit_.looks_farther())
+    fitted = FitFirst(task, motion, false) && Explain(task);
   if (!fitted) return nullptr;
   LeaveOutPulled(task);
   return &fit_.result();

@@ -61,7 +61,7 @@ BlurShapeFit LitBy(const BlurShape& truth, double information, const BlurShape& 
 
 /// One step towards it.
 double StepTowards(const BlurShape& truth, double information, double least_gain, BlurShape& shape) {
-  return LitBy(truth, information, shape).Step(least_gain, shape);
+  return LitBy(truth, information, shape).Step(least_gain, true, shape);
 }
 
 TEST(BlurShape, AWayBlursAlongItself) {
@@ -99,6 +99,19 @@ TEST(BlurShape, StepsFindWayAndTurn) {
   EXPECT_NEAR(shape.BendPx().y(), truth.BendPx().y(), 1e-3);
 }
 
+TEST(BlurShape, StepsFindATurnOnTheSpot) {
+  const BlurShape truth{{0, 0}, 0.04};
+  BlurShape shape;
+  EXPECT_GT(StepTowards(truth, 1e4, 12, shape), 12);
+  for (int step = 0; step < 5; ++step) StepTowards(truth, 1e4, 12, shape);
+  EXPECT_LT(shape.way_px.norm(), 0.01) << shape.way_px.transpose();
+  EXPECT_NEAR(std::abs(shape.turn), truth.turn, 1e-3);
+  EXPECT_FALSE(shape.round());
+  BlurShape round;
+  EXPECT_EQ(StepTowards({{0, 0}, 0.005}, 100, 12, round), 0);
+  EXPECT_TRUE(round.round()) << "noise would do";
+}
+
 TEST(BlurShape, ARoundBlurStaysOneWhereNoiseWouldDo) {
   const BlurShape truth{{0.3, 0}, 0};
   BlurShape shape;
@@ -116,7 +129,7 @@ TEST(BlurShape, TellsWhatARoundBlurWouldLeave) {
   BlurShape shape = truth;
   BlurShapeFit of_round = LitBy({}, 1e4, shape);
   EXPECT_NEAR(of_round.round_leaves(), -explained, 0.1 * explained) << "it is what there is";
-  EXPECT_LT(of_round.round_leaves() + of_round.Step(12, shape), 0.3 * explained);
+  EXPECT_LT(of_round.round_leaves() + of_round.Step(12, true, shape), 0.3 * explained);
 }
 
 TEST(BlurShape, AWayAsWideAsTheBlurLeavesSomeOfTheLens) {
