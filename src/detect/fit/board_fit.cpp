@@ -494,6 +494,12 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   return run_->result.determined();
 }
 
+bool BoardFit::FitAnew(const LightReader& reader, const Lens& lens, const Start& start) {
+  if (!Recollect(reader, lens) || !Settle(lens, start, true)) return false;
+  FinishBent(reader, lens, start);
+  return run_->result.determined();
+}
+
 void BoardFit::FinishBent(const LightReader& reader, const Lens& lens, const Start& start) {
   Finish(lens);
   if (!run_->bend.found || run_->bend.taken_out) return;

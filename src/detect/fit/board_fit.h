@@ -81,6 +81,8 @@ class BoardFit {
   /// False if the board lies outside the image for the most part, does not look like the model, or the fit runs away;
   /// the result then means nothing, nor does what is told of corners.
   bool Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
+  /// Goes on from where a plain fit has ended, with the pixels that are chosen there. As Fit().
+  bool FitAnew(const LightReader& reader, const Lens& lens, const Start& start);
   /// Ends a rough fit: by all pixels. As Fit(). @pre run() is that of a fit that began with `start`.
   bool FitClosely(const LightReader& reader, const Lens& lens, const Start& start);
   /// Whether the result is by some of the pixels.

@@ -179,9 +179,14 @@ void PhotometricFit::GoBack() {
 
 void PhotometricFit::LeaveOutPulled(const Task& task) {
   if (fit_.looks_farther() || !fit_.result().flat()) return;
+  if (!AnyOf(fit_.Occluded()) && !AnyOf(fit_.Pulled())) return;
+  BoardRun& before = kept_[0].run;
+  before = fit_.run();
+  // Until they were found, occluded corners have led the fit elsewhere, and which others are pulled is told by where it
+  // ends (measured: poses with and without memory, of boards under hands, differed by 0.20 instead of 0.12 deviations).
+  if (!fit_.FitAnew(task.reader, task.lens, made_.start)) fit_.Restore(before);
   const CornerFlags pulled = fit_.Pulled();
   if (!AnyOf(pulled)) return;
-  BoardRun& before = kept_[0].run;
   before = fit_.run();
   made_.LeaveOut(pulled);
   made_.BeginAt(before.result.geometry);
