@@ -116,6 +116,7 @@ class BoardFit {
   bool usable(int corner) const { return run_->corners.usable[static_cast<std::size_t>(corner)]; }
   /// Usable, and not found occluded.
   bool used(int corner) const { return run_->corners.used[static_cast<std::size_t>(corner)]; }
+  bool AnyUnused() const;
   /// The corners that were found occluded.
   CornerFlags Occluded() const;
   /// Of the corners that are used, those beside one that is not which fit worse than others: what hides that may lie on
@@ -291,7 +292,6 @@ class BoardFit {
   /// Those beside corners that are not used.
   void FindOccludedCells();
   void HideCellsBeside(const CornerFlags& corners);
-  bool AnyUnused() const;
 
   // Inks out of register: board_fit_inks.cpp.
   bool MayBeOutOfRegister() const { return !run_->inks.register_cells.isZero(); }

@@ -179,7 +179,7 @@ void PhotometricFit::GoBack() {
 
 void PhotometricFit::LeaveOutPulled(const Task& task) {
   if (fit_.looks_farther() || !fit_.result().flat()) return;
-  if (!AnyOf(fit_.Occluded()) && !AnyOf(fit_.Pulled())) return;
+  if (!fit_.AnyUnused() || (!AnyOf(fit_.Occluded()) && !AnyOf(fit_.Pulled()))) return;
   BoardRun& before = kept_[0].run;
   before = fit_.run();
   // Until they were found, occluded corners have led the fit elsewhere, and which others are pulled is told by where it

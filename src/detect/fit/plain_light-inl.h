@@ -193,8 +193,9 @@ HWY_INLINE Weighed Weigh(const Model& m, const Predicted& p, V marked_light, M i
   w.root = hn::IfThenElseZero(inside, RoughReciprocalSqrt(d, variance));
   w.deviation = hn::Mul(residual, w.root);
   w.robust = w.fits = hn::IfThenElseZero(inside, one), w.fit_residual = residual;
-  const auto saturated = hn::And(hn::Lt(marked_light, zero), inside);
-  if (HWY_UNLIKELY(!hn::AllFalse(d, saturated))) {
+  const auto marked = hn::Lt(marked_light, zero);
+  if (HWY_UNLIKELY(!hn::AllFalse(d, marked))) {
+    const auto saturated = hn::And(marked, inside);
     const SaturatedPixel pixel = SaturatedAt(d, hn::Neg(w.deviation));
     const V root = hn::Sqrt(pixel.weight);
     w.root = hn::IfThenElse(saturated, hn::Mul(w.root, root), w.root);
