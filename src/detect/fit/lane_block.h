@@ -46,6 +46,7 @@ enum LaneSum : int {
   kLightSquare,
   kLightLight,
   kLightCount,
+  kSaturatedWeight,  ///< of kWeight, what saturated pixels have of it; of the plain kernel where noise is asked for
   kLaneSums
 };
 

@@ -24,7 +24,7 @@ constexpr int kRowColumns = (ModelColumns::kMost + kBlock - 1) / kBlock * kBlock
 
 /// Sums beside the products.
 struct FitSums {
-  V weight, square, dark_square, dark_light, dark_count, light_square, light_light, light_count;
+  V weight, square, dark_square, dark_light, dark_count, light_square, light_light, light_count, saturated;
 };
 
 /// Weighs a pixel by its noise and by how well it fits, and puts its row.
@@ -46,6 +46,7 @@ HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, con
     deviation = hn::IfThenElse(saturated, hn::Mul(pixel.deviation, by), deviation);
     robust = hn::IfThenElse(saturated, pixel.weight, robust);
     fits = hn::IfThenElse(saturated, zero, fits);
+    sums.saturated = hn::Add(hn::IfThenElseZero(saturated, pixel.weight), sums.saturated);
   }
   const auto off = hn::Gt(hn::Abs(deviation), limit);
   const V share = hn::IfThenElse(off, hn::Div(limit, hn::Abs(deviation)), one),
@@ -129,6 +130,7 @@ void WriteSums(const FitSums& sums, int first, LaneBlock& block) {
   finish(kLightSquare, sums.light_square);
   finish(kLightLight, sums.light_light);
   finish(kLightCount, sums.light_count);
+  finish(kSaturatedWeight, sums.saturated);
   finish(ProductSum(kResidual, kResidual), sums.square);
 }
 
@@ -142,7 +144,7 @@ void AddLanes(const ModelInput& input, const ModelColumns& columns, int first, L
   Load(input, model, first, m);
   const PowerTerms terms[2] = {PowerTermsOf(input.edge_x), PowerTermsOf(input.edge_y)}, gaussian = PowerTermsOf({});
   const V zero = hn::Zero(d);
-  FitSums sums{zero, zero, zero, zero, zero, zero, zero, zero};
+  FitSums sums{zero, zero, zero, zero, zero, zero, zero, zero, zero};
   ByTerms by;
   std::fill(std::begin(by.by), std::end(by.by), zero);
   int most = 0;

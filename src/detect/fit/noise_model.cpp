@@ -1,6 +1,7 @@
 #include "detect/fit/noise_model.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace chequer {
 namespace {
@@ -11,12 +12,27 @@ constexpr double kFewestPixels = 20;
 /// others alone, it would shrink from pass to pass, and leave fewer each time.
 constexpr double kMostOff = 0.03;
 
+/// What a channel's slope is worth beside the others': a camera's channels have slopes that differ by up to two, by the
+/// white balance. Of so many light pixels, it is known as well (a guess). Of an overexposed board few are not
+/// saturated.
+constexpr double kAlikeSlopes = 30;
+
 struct Half {
   double square = 0, light = 0, count = 0;  ///< of pixels that fit
 
+  Half& operator+=(const Half& other) {
+    square += other.square, light += other.light, count += other.count;
+    return *this;
+  }
   double Variance(double freedom) const { return std::max(freedom * square / count, 1e-9); }
   double MeanLight() const { return light / count; }
 };
+
+/// The slope between the two, by the noise of as many free pixels.
+double SlopeOf(const Half& dark, const Half& light, double freedom) {
+  const double rise = light.Variance(freedom) - dark.Variance(freedom), x0 = dark.MeanLight(), x1 = light.MeanLight();
+  return std::clamp(rise / std::max(x1 - x0, 1e-6), 0.0, light.Variance(freedom) / std::max(x1, 1e-6));
+}
 
 }  // namespace
 
@@ -43,21 +59,27 @@ void EstimateNoise(const BoardPixels& pixels, std::span<const bool> used, const 
       light[channel].square += lanes.sum(kLightSquare, lane);
       light[channel].light += lanes.sum(kLightLight, lane);
       light[channel].count += lanes.sum(kLightCount, lane);
-      weight[channel] += lanes.sum(kWeight, lane);
+      weight[channel] += lanes.sum(kWeight, lane) - lanes.sum(kSaturatedWeight, lane);
     }
   }
   const int cells = pixels.size().rows * pixels.size().cols;
+  // Cells' levels and the geometry were fitted to the same pixels.
+  const auto freedom = [&](double n) { return n / std::max(n - cells - 3.0, 0.3 * n); };
+  Half all_dark, all_light;
+  int channels = 0;
   for (std::size_t c = 0; c < 3; ++c) {
-    if (dark[c].count < kFewestPixels || light[c].count < kFewestPixels) continue;
+    if (dark[c].count < kFewestPixels) continue;
+    all_dark += dark[c], all_light += light[c], ++channels;
+  }
+  if (all_light.count < kFewestPixels) return;
+  const double common = SlopeOf(all_dark, all_light, freedom((all_dark.count + all_light.count) / channels));
+  for (std::size_t c = 0; c < 3; ++c) {
     const double n = dark[c].count + light[c].count;
-    if (weight[c] - n > kMostOff * weight[c]) continue;
-    // Cells' levels and the geometry were fitted to the same pixels.
-    const double freedom = n / std::max(n - cells - 3.0, 0.3 * n);
-    const double dark_variance = dark[c].Variance(freedom), light_variance = light[c].Variance(freedom);
-    const double x0 = dark[c].MeanLight(), x1 = light[c].MeanLight();
-    const double slope = std::clamp((light_variance - dark_variance) / std::max(x1 - x0, 1e-6), 0.0,
-                                    light_variance / std::max(x1, 1e-6));
-    noise.floor[c] = static_cast<float>(std::max(dark_variance - slope * x0, 0.02 * dark_variance));
+    if (dark[c].count < kFewestPixels || weight[c] - n > kMostOff * weight[c]) continue;
+    const double own = light[c].count > 0 ? SlopeOf(dark[c], light[c], freedom(n)) : common,
+                 slope = std::lerp(common, own, light[c].count / (light[c].count + kAlikeSlopes));
+    const double dark_variance = dark[c].Variance(freedom(n));
+    noise.floor[c] = static_cast<float>(std::max(dark_variance - slope * dark[c].MeanLight(), 0.02 * dark_variance));
     noise.slope[c] = static_cast<float>(slope);
   }
 }

@@ -116,7 +116,7 @@ void ScaleShapes(const KernelInput& input, const LaneBlock& block, int first, Su
 
 /// Sums beside the products.
 struct OtherSums {
-  V weight, fit_square, fit_light, fit_count, dark_square, dark_light, dark_count;
+  V weight, fit_square, fit_light, fit_count, dark_square, dark_light, dark_count, saturated;
   V uneven_residual, uneven_square, skew_residual, skew_square;
 };
 
@@ -157,6 +157,7 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marke
     sums.dark_square = hn::MulAdd(hn::Mul(w.fit_residual, w.fit_residual), dark, sums.dark_square);
     sums.dark_light = hn::MulAdd(p.light, dark, sums.dark_light);
     sums.dark_count = hn::Add(dark, sums.dark_count);
+    sums.saturated = hn::Add(w.saturated, sums.saturated);
   }
 }
 
@@ -171,7 +172,7 @@ void AccumulateVector(const KernelInput& input, const Shared& shared, int first,
   const Sums products{block.sum_data(0) + first, block.padded()};
   const V zero = hn::Zero(d);
   const Model m = ModelOf(shared, block, first);
-  OtherSums sums{zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
+  OtherSums sums{zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
   const int most = MostOf(block, first);
   if (most == 0 || kSums == LaneSums::kShapes)
     for (int product = 0; product < kProductSums; ++product) hn::Store(zero, d, products.Of(product));
@@ -212,6 +213,7 @@ void AccumulateVector(const KernelInput& input, const Shared& shared, int first,
   finish(kLightSquare, hn::Sub(sums.fit_square, sums.dark_square));
   finish(kLightLight, hn::Sub(sums.fit_light, sums.dark_light));
   finish(kLightCount, hn::Sub(sums.fit_count, sums.dark_count));
+  finish(kSaturatedWeight, sums.saturated);
 }
 
 void Accumulate(const KernelInput& input, LaneBlock& block) {

@@ -172,6 +172,7 @@ struct Weighed {
   V root;       ///< of its weight, so that rows carry it
   V deviation;  ///< the residual times that
   V robust;     ///< its weight over that of its noise
+  V saturated;  ///< of a saturated pixel, the same before it was found to be far off
   /// Of pixels that fit, by which noise is estimated: a few outliers would dominate it.
   V fits, fit_residual;
 };
@@ -192,7 +193,7 @@ HWY_INLINE Weighed Weigh(const Model& m, const Predicted& p, V marked_light, M i
   Weighed w;
   w.root = hn::IfThenElseZero(inside, RoughReciprocalSqrt(d, variance));
   w.deviation = hn::Mul(residual, w.root);
-  w.robust = w.fits = hn::IfThenElseZero(inside, one), w.fit_residual = residual;
+  w.robust = w.fits = hn::IfThenElseZero(inside, one), w.fit_residual = residual, w.saturated = zero;
   const auto marked = hn::Lt(marked_light, zero);
   if (HWY_UNLIKELY(!hn::AllFalse(d, marked))) {
     const auto saturated = hn::And(marked, inside);
@@ -201,6 +202,7 @@ HWY_INLINE Weighed Weigh(const Model& m, const Predicted& p, V marked_light, M i
     w.root = hn::IfThenElse(saturated, hn::Mul(w.root, root), w.root);
     w.deviation = hn::IfThenElse(saturated, hn::Mul(pixel.deviation, root), w.deviation);
     w.robust = hn::IfThenElse(saturated, pixel.weight, w.robust);
+    w.saturated = hn::IfThenElseZero(saturated, pixel.weight);
     w.fits = hn::IfThenElse(saturated, zero, w.fits);
     w.fit_residual = hn::IfThenElse(saturated, zero, w.fit_residual);
   }
