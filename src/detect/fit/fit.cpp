@@ -27,7 +27,7 @@ bool WouldBeFound(const PhotometricFit::Start& start) {
 const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& lens, const Start& start) {
   BoardFit::Start board = start.board;
   const std::uint64_t most = kMostUnitsOfCorner * static_cast<std::uint64_t>(CornerCount(board.size));
-  board.most_units = most;
+  board.most_units = std::min(most, start.most_units);
   const Task task{reader, lens, board};
   fit_.StartWork();
   wants_more_ = cut_short_ = lies_elsewhere_ = false;
