@@ -25,8 +25,8 @@ constexpr int kMostModelPasses = 14, kModelPassesOfLight = 4;
 constexpr double kNearPx = 0.1, kNearMovedPx = 0.3, kModelSettledPx = 0.04, kModelSettledBlur = 0.04;
 /// The same in the first one where the corners of a board that moved were seen in its stripes.
 constexpr double kRunawayMovedPx = 6;
-/// Where corners lie as much farther off than was thought, other pixels are the board's (measured: with 0.45 px, poses of
-/// knocked frames with and without memory differ by 0.29 instead of 0.22 deviations, in 2 % less work).
+/// Where corners lie as much farther off than was thought, other pixels are the board's (measured: with 0.45 px, poses
+/// of knocked frames with and without memory differ by 0.29 instead of 0.22 deviations, in 2 % less work).
 constexpr double kCollectAnewPx = 0.15, kCollectAnewMotionPx = 3;
 /// Steps of terms may be so many times what no longer counts where the fit is near enough for all pixels.
 constexpr double kNearTerms = 10;
