@@ -12,10 +12,10 @@ constexpr double kFewestPixels = 20;
 /// others alone, it would shrink from pass to pass, and leave fewer each time.
 constexpr double kMostOff = 0.03;
 
-/// What a channel's slope is worth beside the others': a camera's channels have slopes that differ by up to two, by the
-/// white balance. Of so many light pixels, it is known as well (a guess). Of an overexposed board few are not
-/// saturated.
-constexpr double kAlikeSlopes = 30;
+/// Of so many light pixels, a channel's slope is known to a tenth. Of fewer, as of an overexposed board, whose others
+/// are saturated, it counts by their share beside the one that all channels have in common: a camera's differ by up to
+/// two, by the white balance.
+constexpr double kTellASlope = 200;
 
 struct Half {
   double square = 0, light = 0, count = 0;  ///< of pixels that fit
@@ -77,7 +77,7 @@ void EstimateNoise(const BoardPixels& pixels, std::span<const bool> used, const 
     const double n = dark[c].count + light[c].count;
     if (dark[c].count < kFewestPixels || weight[c] - n > kMostOff * weight[c]) continue;
     const double own = light[c].count > 0 ? SlopeOf(dark[c], light[c], freedom(n)) : common,
-                 slope = std::lerp(common, own, light[c].count / (light[c].count + kAlikeSlopes));
+                 slope = std::lerp(common, own, std::min(light[c].count / kTellASlope, 1.0));
     const double dark_variance = dark[c].Variance(freedom(n));
     noise.floor[c] = static_cast<float>(std::max(dark_variance - slope * dark[c].MeanLight(), 0.02 * dark_variance));
     noise.slope[c] = static_cast<float>(slope);
