@@ -74,6 +74,8 @@ class Identifier {
   void Decode(MarkerSize size, Identity& identity);
   /// Whether its margin decides it.
   void Decide(Identity& identity) const;
+  /// Whether nothing would reveal that a cell is misread, and colours overlap so much that one may be.
+  bool IsUnchecked(const Identity& identity) const;
   /// Whether the cells that show would be as right on a board that lies otherwise.
   bool MayLieElsewhere(MarkerSize size, const std::vector<std::uint8_t>& border);
   void MeasureOverlaps(MarkerSize size, Identity& identity) const;
