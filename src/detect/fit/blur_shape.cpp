@@ -50,7 +50,7 @@ double BlurShapeFit::Step(double least_gain, bool may_turn, BlurShape& shape) co
 double BlurShapeFit::StepOfRound(double least_gain, bool may_turn, BlurShape& shape) const {
   const auto gain = [](double residual, double square) { return square > 0 ? residual * residual / square : 0; };
   const double falls = gain(uneven_residual_, uneven_square_) + gain(skew_residual_, skew_square_);
-  // The likelihood's fall by a turn's square t is t² turn_square_ - 2 t turn_residual_ + t / kTurn².
+  // With a turn of square t, Σ w r² and the prior change by t² turn_square_ − 2 t turn_residual_ + t / kTurn².
   const double turn_residual = std::max(turn_residual_ - 0.5 / (kTurn * kTurn), 0.0),
                turn_falls = gain(turn_residual, turn_square_);
   if (may_turn && turn_falls > falls && turn_falls >= least_gain) {

@@ -46,7 +46,7 @@ enum LaneSum : int {
   kLightSquare,
   kLightLight,
   kLightCount,
-  kSaturatedWeight,  ///< of kWeight, what saturated pixels have of it; of the plain kernel where noise is asked for
+  kSaturatedWeight,  ///< Σ of saturated pixels' weights, part of kWeight; the plain kernel has it with LaneSums::kNoise
   kLaneSums
 };
 

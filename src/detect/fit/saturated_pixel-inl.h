@@ -29,8 +29,9 @@ struct SaturatedPixel {
 /// 1958). With λ = φ(above) / Φ(above), its score is λ and its information λ (λ + above).
 /// @param above how far the model lies above full scale, standard deviations.
 HWY_INLINE SaturatedPixel SaturatedAt(D d, V above) {
-  // Far below full scale both φ and Φ vanish. There, λ + above is Laplace's continued fraction, 1 / (t + 2 / (t + 3 /
-  // …)) with t = −above, whose fifth term is taken for what it is where that begins: right to 0.1 % from there on.
+  // Far below full scale both φ and Φ vanish. Laplace's continued fraction replaces their ratio there:
+  // λ + above = 1 / (t + 2 / (t + 3 / (t + 4 / (t + …)))) with t = −above. The constant 1.3 stands for its tail, which
+  // it is at t = 2.5. The result is right to 0.1 % for all larger t.
   const auto far_below = hn::Lt(above, hn::Set(d, -2.5f));
   V far_sum = hn::Set(d, 1.3f);
   for (const float term : {4.0f, 3.0f, 2.0f, 1.0f}) far_sum = hn::Div(hn::Set(d, term), hn::Sub(far_sum, above));

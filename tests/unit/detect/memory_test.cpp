@@ -328,8 +328,8 @@ TEST(Memory, TakesLessLightForNothingElse) {
     const bool is_dark = stream.phase(i) == "dark";
     (is_dark ? dark : light) += i < kFollowed ? 0 : work;
     (is_dark ? dark_frames : light_frames) += i < kFollowed ? 0 : 1;
-    // As long as it was taken for a camera that was knocked: twice as much where it fell, five times as much after it
-    // until the remembered contrast had fallen as far.
+    // Taken for a knock of the camera, less light doubled the work of its first frame. Later frames took five times as
+    // much, until the remembered contrast had fallen as far.
     if (is_dark && stream.phase(i - 1) != "dark") {
       EXPECT_LT(work * light_frames, light) << "where the light falls";
     }
