@@ -9,7 +9,7 @@
 #include "detect/common/reciprocal-inl.h"
 #include "detect/fit/model_kernel.h"
 #include "detect/fit/model_light-inl.h"
-#include "detect/fit/saturated_pixel-inl.h"
+#include "detect/fit/weighed_pixel-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace chequer {
@@ -33,39 +33,22 @@ HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, con
                        FitSums& sums) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const V one = Splat(1), zero = hn::Zero(d), limit = Splat(input.robust_limit);
-  const V residual = hn::IfThenElseZero(inside, hn::Sub(hn::Abs(marked_light), p.light));
+  const V zero = hn::Zero(d);
   const V variance = hn::MulAdd(m.of(ModelLanes::kNoiseSlope), hn::Max(p.light, zero), m.of(ModelLanes::kNoiseFloor));
-  V root = hn::IfThenElseZero(inside, ReciprocalSqrt(d, variance)), deviation = hn::Mul(residual, root);
-  V robust = hn::IfThenElseZero(inside, one), fits = robust;
-  const auto saturated = hn::And(hn::Lt(marked_light, zero), inside);
-  if (HWY_UNLIKELY(!hn::AllFalse(d, saturated))) {
-    const SaturatedPixel pixel = SaturatedAt(d, hn::Neg(deviation));
-    const V by = hn::Sqrt(pixel.weight);
-    root = hn::IfThenElse(saturated, hn::Mul(root, by), root);
-    deviation = hn::IfThenElse(saturated, hn::Mul(pixel.deviation, by), deviation);
-    robust = hn::IfThenElse(saturated, pixel.weight, robust);
-    fits = hn::IfThenElse(saturated, zero, fits);
-    sums.saturated = hn::Add(hn::IfThenElseZero(saturated, pixel.weight), sums.saturated);
-  }
-  const auto off = hn::Gt(hn::Abs(deviation), limit);
-  const V share = hn::IfThenElse(off, hn::Div(limit, hn::Abs(deviation)), one),
-          by_window = hn::Mul(window, hn::Sqrt(share));
-  robust = hn::Mul(robust, share);
-  root = hn::Mul(root, by_window);
-  fits = hn::IfThenElse(off, zero, fits);
-  const V square = hn::Mul(hn::Mul(residual, residual), fits);
+  const Weighed w = WeighLight(p.light, ReciprocalSqrt(d, variance), marked_light, inside, Splat(input.robust_limit));
+  const V root = hn::Mul(w.root, window), weighted = hn::Mul(w.deviation, window);
+  const V square = hn::Mul(w.fit_residual, w.fit_residual);
   const V middle =
       hn::Mul(Splat(0.25f), hn::Add(hn::Add(m.light[1][1], m.light[1][2]), hn::Add(m.light[2][1], m.light[2][2])));
-  const V dark = hn::IfThenElseZero(hn::Lt(p.light, middle), fits), bright = hn::Sub(fits, dark);
-  sums.weight = hn::MulAdd(robust, hn::Mul(window, window), sums.weight);
+  const V dark = hn::IfThenElseZero(hn::Lt(p.light, middle), w.fits), bright = hn::Sub(w.fits, dark);
+  sums.weight = hn::MulAdd(w.robust, hn::Mul(window, window), sums.weight);
+  sums.saturated = hn::Add(w.saturated, sums.saturated);
   sums.dark_square = hn::MulAdd(square, dark, sums.dark_square);
   sums.dark_light = hn::MulAdd(p.light, dark, sums.dark_light);
   sums.dark_count = hn::Add(dark, sums.dark_count);
   sums.light_square = hn::MulAdd(square, bright, sums.light_square);
   sums.light_light = hn::MulAdd(p.light, bright, sums.light_light);
   sums.light_count = hn::Add(bright, sums.light_count);
-  const V weighted = hn::Mul(deviation, by_window);
   sums.square = hn::MulAdd(weighted, weighted, sums.square);
 
   const auto put = [&](int column, V value) HWY_ATTR { hn::Store(value, d, row + column * lanes); };

@@ -14,7 +14,7 @@
 #include "detect/common/reciprocal-inl.h"
 #include "detect/fit/blurred_edge-inl.h"
 #include "detect/fit/photometric_kernel.h"
-#include "detect/fit/saturated_pixel-inl.h"
+#include "detect/fit/weighed_pixel-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace chequer {
@@ -167,16 +167,6 @@ HWY_INLINE Predicted Predict(const Model& m, const float* HWY_RESTRICT edges) {
   return p;
 }
 
-/// What a pixel counts.
-struct Weighed {
-  V root;       ///< of its weight, so that rows carry it
-  V deviation;  ///< the residual times that
-  V robust;     ///< its weight over that of its noise
-  V saturated;  ///< of a saturated pixel, the same before it was found to be far off
-  /// Of pixels that fit, by which noise is estimated: a few outliers would dominate it.
-  V fits, fit_residual;
-};
-
 template <class M>
 HWY_INLINE Weighed Weigh(const Model& m, const Predicted& p, V marked_light, M inside) {
   const D d;
@@ -188,34 +178,8 @@ HWY_INLINE Weighed Weigh(const Model& m, const Predicted& p, V marked_light, M i
     window = hn::Max(hn::Min(window, one), zero);
     inside = hn::And(inside, hn::Gt(window, zero));
   }
-  const V residual = hn::IfThenElseZero(inside, hn::Sub(hn::Abs(marked_light), p.light));
   const V variance = hn::MulAdd(m.noise_slope, hn::Max(p.light, zero), m.noise_floor);
-  Weighed w;
-  w.root = hn::IfThenElseZero(inside, RoughReciprocalSqrt(d, variance));
-  w.deviation = hn::Mul(residual, w.root);
-  w.robust = w.fits = hn::IfThenElseZero(inside, one), w.fit_residual = residual, w.saturated = zero;
-  const auto marked = hn::Lt(marked_light, zero);
-  if (HWY_UNLIKELY(!hn::AllFalse(d, marked))) {
-    const auto saturated = hn::And(marked, inside);
-    const SaturatedPixel pixel = SaturatedAt(d, hn::Neg(w.deviation));
-    const V root = hn::Sqrt(pixel.weight);
-    w.root = hn::IfThenElse(saturated, hn::Mul(w.root, root), w.root);
-    w.deviation = hn::IfThenElse(saturated, hn::Mul(pixel.deviation, root), w.deviation);
-    w.robust = hn::IfThenElse(saturated, pixel.weight, w.robust);
-    w.saturated = hn::IfThenElseZero(saturated, pixel.weight);
-    w.fits = hn::IfThenElse(saturated, zero, w.fits);
-    w.fit_residual = hn::IfThenElse(saturated, zero, w.fit_residual);
-  }
-  // Huber: beyond the limit the weight falls as 1 / deviation.
-  const auto off = hn::Gt(hn::Abs(w.deviation), m.shared.limit);
-  if (HWY_UNLIKELY(!hn::AllFalse(d, off))) {
-    const V share = hn::IfThenElse(off, hn::Div(m.shared.limit, hn::Abs(w.deviation)), one), root = hn::Sqrt(share);
-    w.robust = hn::Mul(w.robust, share);
-    w.root = hn::Mul(w.root, root);
-    w.deviation = hn::Mul(w.deviation, root);
-    w.fits = hn::IfThenElse(off, zero, w.fits);
-    w.fit_residual = hn::IfThenElse(off, zero, w.fit_residual);
-  }
+  Weighed w = WeighLight(p.light, RoughReciprocalSqrt(d, variance), marked_light, inside, m.shared.limit);
   if (m.fade.any) {
     w.root = hn::Mul(w.root, window);
     w.deviation = hn::Mul(w.deviation, window);
