@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "chequer/geometry.h"
+#include "chequer/hidden.h"
 #include "chequer/marker.h"
 
 #pragma GCC visibility push(default)  // part of libchequer's interface
@@ -54,6 +55,7 @@ struct TraceCell {
   /// Corners, round the cell from its top left; all one point where HasPlace is false.
   std::array<Eigen::Vector2f, 4> outline_px = Zeros<Eigen::Vector2f, 4>();
   bool seen = false;              ///< it stands out from its neighbours as its class should
+  Hidden hidden = Hidden::kNot;   ///< of a cell that is not seen and was placed by a board: why not
   float luminance = 0;            ///< 0..100
   float saturation = 0;           ///< as CellColour: grows with the ink
   std::optional<bool> saturated;  ///< what it was judged to be; nothing where it was not judged
@@ -76,6 +78,8 @@ struct TraceCandidate {
   MarkerSize size;           ///< of the board that was tried, where there are cells
   /// Row by row; empty where it did not come so far.
   std::vector<TraceCell> cells;
+  /// By inner corner, row by row, as the fit used them for the pose; empty where there was none.
+  std::vector<Hidden> inner_corners;
   Eigen::Vector2d center_px{0, 0};
   int marker = -1;  ///< index into the markers found, where it is one
 

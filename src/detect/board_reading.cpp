@@ -63,7 +63,7 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
                 .blur_px = kBlurOfLevel * board.scale,
                 .light = board.light,
                 .saturated = board.saturated,
-                .covered = board.covered,
+                .visibility = board.visibility,
                 .found = board.found,
                 .predicted = job.frame.IsExpected(order.board),
                 .near = LiesNear(job.frame, order.board),

@@ -18,7 +18,7 @@ bool ImageState::ReadElsewhere(std::size_t board) const {
 }
 
 bool ShowsAllCorners(const AnchoredBoard& board) {
-  return std::none_of(board.covered.begin(), board.covered.end(), [](std::uint8_t covered) { return covered != 0; }) &&
+  return board.visibility.ShowsAll() &&
          std::all_of(board.found.begin(), board.found.begin() + CornerCount(board.size), [](bool in) { return in; });
 }
 

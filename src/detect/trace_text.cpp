@@ -15,6 +15,9 @@ constexpr std::array<std::string_view, kRefusals> kNames{
     "corners_off", "cells_hidden",      "no_pose",       "seen_twice",      "no_border_inks",
     "no_word",     "two_words"};
 
+constexpr std::array<std::string_view, kReasonsToHide> kHiddenNames{
+    "not", "outside", "flat", "covered", "misfit", "beside", "enclosed", "left_out", "pulled", "off_colour"};
+
 /// A sentence with up to two figures in it.
 std::string Fill(const char* sentence, double measured, double required) {
   std::array<char, 320> text{};
@@ -77,6 +80,8 @@ const char* SentenceOf(Refusal refusal) {
 }  // namespace
 
 std::string_view RefusalName(Refusal refusal) { return kNames[static_cast<std::size_t>(refusal)]; }
+
+std::string_view HiddenName(Hidden hidden) { return kHiddenNames[static_cast<std::size_t>(hidden)]; }
 
 std::string Explain(const TraceCandidate& candidate) {
   // Inks that are there, and the other way round, are no matter of light.

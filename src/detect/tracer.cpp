@@ -35,7 +35,7 @@ Eigen::Vector3f WhiteOf(const AnchoredBoard& board, const std::vector<TraceCell>
   Eigen::Vector3f white = Eigen::Vector3f::Constant(1e-4f);
   int whites = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (cells[i].dark() || cells[i].expected.value_or(true) || board.covered[i]) continue;
+    if (cells[i].dark() || cells[i].expected.value_or(true) || !board.visibility.Shows(i)) continue;
     white += board.light[i];
     ++whites;
   }
@@ -54,7 +54,8 @@ TraceCandidate AsAnchored(const AnchoredBoard& board, const Lens& lens, ColorSpa
     const CellColour colour = ColourOf(board.light[i], white, cell.dark(), space);
     cell.luminance = colour.luminance;
     cell.saturation = colour.saturation;
-    cell.seen = !board.covered[i];
+    cell.seen = board.visibility.Shows(i);
+    cell.hidden = board.visibility.cells()[i];
     if (cell.seen) cell.saturated = board.saturated[i] != 0;
   }
   return candidate;
@@ -186,6 +187,7 @@ void Tracer::Read(std::size_t board, const FittedBoard& fitted, const Identity& 
   const std::vector<TraceCell> before = std::move(candidate.cells);
   candidate.cells = PlaceCells(candidate.size, fitted.geometry, lens);
   candidate.center_px = lens.ToImage(fitted.geometry.ToPlane({0, 0}));
+  candidate.inner_corners.assign(fitted.visibility.corners().begin(), fitted.visibility.corners().end());
   for (std::size_t i = 0; i < candidate.cells.size(); ++i) {
     TraceCell& cell = candidate.cells[i];
     cell.luminance = before[i].luminance;
@@ -194,7 +196,8 @@ void Tracer::Read(std::size_t board, const FittedBoard& fitted, const Identity& 
     const Identifier::Reading reading = identifier.ReadingOf(candidate.size, cell.at);
     cell.luminance = reading.colour.luminance;
     cell.saturation = reading.colour.saturation;
-    cell.seen = !reading.occluded;
+    cell.seen = reading.hidden == Hidden::kNot;
+    cell.hidden = reading.hidden;
     if (cell.seen) cell.saturated = reading.saturated;
     cell.log_likelihood = reading.log_likelihood;
   }

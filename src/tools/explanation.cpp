@@ -4,8 +4,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
+#include <string_view>
 
 #include "tools/canvas.h"
 #include "tools/explanation_panel.h"
@@ -77,6 +79,29 @@ std::string Warnings(const MarkerPose& marker) {
   }
   if (marker.bits_corrected > 0) text += fmt::format("; {} cells corrected", marker.bits_corrected);
   return text;
+}
+
+/// "7 corners (5 misfit, 2 outside)"; empty where none is hidden.
+template <class Parts, class WhyOf>
+std::string CountHidden(std::string_view what, const Parts& parts, const WhyOf& why_of) {
+  std::array<int, kReasonsToHide> counts{};
+  for (const auto& part : parts) ++counts[static_cast<std::size_t>(why_of(part))];
+  std::string reasons;
+  int hidden = 0;
+  for (std::size_t why = static_cast<std::size_t>(Hidden::kNot) + 1; why < counts.size(); ++why) {
+    if (counts[why] == 0) continue;
+    hidden += counts[why];
+    reasons += fmt::format("{}{} {}", reasons.empty() ? "" : ", ", counts[why], HiddenName(static_cast<Hidden>(why)));
+  }
+  return hidden == 0 ? "" : fmt::format("{} {} ({})", hidden, what, reasons);
+}
+
+/// "; hidden: …" of a board; empty where all of it shows.
+std::string HiddenParts(const TraceCandidate& candidate) {
+  const std::string corners = CountHidden("corners", candidate.inner_corners, [](Hidden why) { return why; });
+  const std::string cells = CountHidden("cells", candidate.cells, [](const TraceCell& cell) { return cell.hidden; });
+  if (corners.empty() && cells.empty()) return {};
+  return "; hidden: " + cells + (corners.empty() || cells.empty() ? "" : ", ") + corners;
 }
 
 /// A line a board that the frames before led to expect; empty where there are none.
@@ -164,6 +189,7 @@ std::string DescribeExplanation(const Explanation& explanation) {
     if (candidate.place >= 0) text += ", by a second look";
     if (candidate.refusal != Refusal::kNone) text += "; " + Explain(candidate);
     if (const Finding* finding = FindingAt(explanation, candidate.center_px)) text += "; " + finding->text;
+    text += HiddenParts(candidate);
     if (candidate.marker >= 0) text += Warnings(explanation.markers[static_cast<std::size_t>(candidate.marker)]);
     text += "\n";
   }

@@ -115,7 +115,7 @@ PhotometricFit::Start StartOf(const AnchoredBoard& board, const ImageTraits* ima
                     .blur_px = 0.8 * static_cast<double>(board.scale),
                     .light = board.light,
                     .saturated = board.saturated,
-                    .covered = board.covered,
+                    .visibility = board.visibility,
                     .image = image}};
 }
 

@@ -20,6 +20,7 @@
 #include "detect/common/homography.h"
 #include "detect/common/light.h"
 #include "detect/common/scratch.h"
+#include "detect/common/visibility.h"
 #include "detect/common/work_meter.h"
 #include "detect/corners/corners.h"
 #include "detect/grids/grids.h"
@@ -33,7 +34,7 @@ struct AnchoredBoard {
   /// Light (R, G, B) and saturation of each cell, row by row, as first seen.
   FixedVector<Eigen::Vector3f, kMaxCells> light;
   FixedVector<std::uint8_t, kMaxCells> saturated;
-  FixedVector<std::uint8_t, kMaxCells> covered;  ///< the cell does not show: something lies over it
+  Visibility visibility;        ///< which cells stand out as they should; of corners, nothing yet
   float scale = 1;              ///< image pixels per pixel of the coarsest level its corners came from (median)
   PixelBox box;                 ///< where it lies in the image, roughly
   bool motion_blurred = false;  ///< found in a view that undoes motion blur

@@ -126,16 +126,19 @@ void BorderJudge::Describe(const Placement& placement, const Footprint& footprin
   const std::vector<std::size_t>& in_footprint = pattern.in_footprint[static_cast<std::size_t>(placement.turn)];
   board.light.Assign(in_footprint.size(), Eigen::Vector3f::Zero());
   board.saturated.Assign(in_footprint.size(), 0);
-  board.covered.Assign(in_footprint.size(), 0);
+  board.visibility = Visibility(size);
   ForCells(size, [&](std::size_t cell, int row, int col) {
     const std::size_t sample = in_footprint[cell];
     const bool dark = IsDark(row, col);
     board.light[cell] = footprint.samples[sample].light;
     board.saturated[cell] =
         SaturationOf(placement, footprint.samples[sample], dark, space_) > placement.threshold[dark];
-    board.covered[cell] = !placement.Shows(footprint, sample);
+    if (!footprint.samples[sample].inside)
+      board.visibility.Hide(cell, Hidden::kOutside);
+    else if (!placement.Shows(footprint, sample))
+      board.visibility.Hide(cell, footprint.visible[sample] ? Hidden::kCovered : Hidden::kFlat);
   });
-  HideBetween(size, board.covered);
+  board.visibility.HideEnclosed();
 }
 
 Verdict BorderJudge::Gather(const Footprint& footprint, Placement& placement, WorkMeter& work) {

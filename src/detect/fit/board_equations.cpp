@@ -481,7 +481,7 @@ int BoardEquations::DescribeCorners(const Input& input, CornerTerms* terms) cons
   const BoardPixels& pixels = *input.pixels;
   int count = 0;
   for (int corner = 0; corner < pixels.corners(); ++corner) {
-    if (!input.used[static_cast<std::size_t>(corner)] || pixels.Lane(corner) >= input.lanes) continue;
+    if (input.hidden[static_cast<std::size_t>(corner)] != Hidden::kNot || pixels.Lane(corner) >= input.lanes) continue;
     const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
     const float* repeated = repeated_.data() + corner * kRepeated;
     const QuadrantLevels levels = LevelsAround(pixels.size(), corner, input.own_levels);

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "chequer/hidden.h"
 #include "detect/common/board_geometry.h"
 #include "detect/fit/board_pixels.h"
 
@@ -45,7 +46,7 @@ class BoardEquations {
   struct Input {
     const BoardPixels* pixels = nullptr;
     /// By corner: leaves corners out.
-    std::span<const bool> used;
+    std::span<const Hidden> hidden;  ///< by corner: those that show are used
     /// The first so many have sums: corners without are left out.
     int lanes = KernelInput::kAllLanes;
     /// Phase of the red pixels of a mosaic; −1 if all phases are one channel.

@@ -83,7 +83,6 @@ bool IsOverexposed(const BoardFit::Start& start) {
 bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
   run_.Start();
   run_->number = ++pixels_of_;
-  run_->corners.left_out = choice.left_out;
   run_->model.own_levels = choice.own_levels;
   static_cast<Terms::States&>(run_->model) = choice.terms;
   const bool any = ModelTerms::Of(choice.terms).any();
@@ -104,14 +103,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->step.start_shape = start.blur_shape;
   // Another fit of the board has left its pixels.
   if (!Collect(reader, lens, choice.from && choice.from->terms.look_farther)) return false;
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    int covered = 0;
-    for (const int cell : CellsAround(run_->view.size, corner))
-      covered += start.covered[static_cast<std::size_t>(cell)];
-    const std::size_t i = static_cast<std::size_t>(corner);
-    run_->corners.usable[i] = pixels_.inside(corner) && covered < 2 && !run_->corners.left_out[i];
-  }
-  run_->corners.used = run_->corners.usable;
+  BeginVisibility(start.visibility);
   run_->plain_input.stride = kFirstStride;
   const auto alike = [](double a, double b) { return std::max(a / b, b / a) < kOtherBlur; };
   // Dot gain looks like blur: where another board has taught it, its blur holds here, too.
@@ -255,7 +247,7 @@ Eigen::Matrix2d BoardFit::BoardByPixel() const { return pixels_.place(pixels_.co
 
 BoardEquations::Input BoardFit::PlainEquations() const {
   return {.pixels = &pixels_,
-          .used = run_->corners.used,
+          .hidden = run_->visibility.corners(),
           .lanes = run_->plain_input.lanes,
           .red_phase = run_->view.red_phase,
           .own_levels = run_->model.own_levels};
@@ -267,10 +259,9 @@ void BoardFit::UsePixels(int stride, bool of_spread) {
 }
 
 bool BoardFit::SpreadCornersSuffice() const {
-  int used = 0;
-  for (int corner = 0; corner < pixels_.corners(); ++corner)
-    used += pixels_.is_spread(corner) && run_->corners.used[static_cast<std::size_t>(corner)];
-  return used == pixels_.spread_corners() && used >= kFewestSpread;
+  int count = 0;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) count += pixels_.is_spread(corner) && used(corner);
+  return count == pixels_.spread_corners() && count >= kFewestSpread;
 }
 
 int BoardFit::PixelsOfStep() const {
@@ -380,7 +371,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
         !NextStepCounts(step, before)) {
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
       if (!start.image && sums == LaneSums::kNoise)
-        EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
+        EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
       run_->told.settled = true;
       run_->result.moved_square = SquareOf(run_->step.moved) / step.variances;
       // It tells its edges, too: those of a board that lies elsewhere seem to have another shape.
@@ -396,7 +387,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     // or of steps that are not at their end, is no noise of pixels; their misfit widens the covariance.
     if (start.image) continue;
     if (sums == LaneSums::kNoise)
-      EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
+      EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
     sums = LaneSums::kNoise;
   }
   return true;
@@ -408,7 +399,7 @@ bool BoardFit::TellEdges(const Lens& lens) {
   const Eigen::Matrix2d board_by_pixel = BoardByPixel();
   // Its sums take the place of the last step's.
   const std::optional<EdgeSpread> found = FindEdgeSpread(run_->plain_input, board_by_pixel.row(0),
-                                                         board_by_pixel.row(1), std::span(run_->corners.used), pixels_);
+                                                         board_by_pixel.row(1), run_->visibility.corners(), pixels_);
   run_->told.sums_gone = !found;
   if (!found) return false;
   run_->model.edges = *found;
@@ -422,15 +413,15 @@ bool BoardFit::ComeNearByFound(const LightReader& reader, const Lens& lens, cons
   if (!Prepare(reader, lens, start, choice)) return false;
   UsePixels(1);
   int found = 0;
-  for (std::size_t corner = 0; corner < run_->corners.used.size(); ++corner) {
-    run_->corners.used[corner] = run_->corners.used[corner] && start.found[corner];
-    found += run_->corners.used[corner];
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (used(corner) && !start.found[static_cast<std::size_t>(corner)]) run_->visibility.Set(corner, Hidden::kLeftOut);
+    found += used(corner);
   }
   if (found < FittedBoard::kFewestCorners || found == pixels_.corners()) return false;
   for (int step = 0; step < kStepsOfFound; ++step) {
     if (!Step(LaneSums::kLevels)) return false;
     for (int corner = 0; corner < pixels_.corners(); ++corner) {
-      if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
+      if (!used(corner)) continue;
       if ((pixels_.place(corner).pixel_by_board * MoveOf(corner)).norm() > kRunawayPx) return false;
     }
     pixels_.PlaceCorners(lens, run_->model.geometry);
@@ -570,8 +561,6 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
     if (!grows && !Recollect(reader, lens)) return false;
     if (!Step(first) || run_->step.corner_px > kRunawayPx) return false;
   }
-  run_->corners.occluded_cells.assign(start.covered.begin(), start.covered.end());
-  HideCellsBeside(run_->corners.left_out);
   EvenOutShading(start);
   return true;
 }

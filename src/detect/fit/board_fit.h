@@ -40,8 +40,8 @@ class BoardFit {
     /// Light (R, G, B) and saturation of each cell as far as known before the fit, row by row.
     std::span<const Eigen::Vector3f> light;
     std::span<const std::uint8_t> saturated;
-    /// Cells that do not show: corners with two of them are left out.
-    std::span<const std::uint8_t> covered;
+    /// Corners that are hidden in it are left out, and those between hidden cells.
+    Visibility visibility{};
     /// Corners that were found; the geometry may have others pixels off.
     CornerFlags found{};
     /// The geometry is a prediction's, off by a part of a pixel or several, not that of corners that were found, which
@@ -61,7 +61,6 @@ class BoardFit {
   };
   /// Which model a fit has.
   struct Choice {
-    CornerFlags left_out{};
     /// Levels for each corner's quadrants, not the cells'.
     bool own_levels = false;
     /// Those that are on are fitted too, from here; none where quadrants have levels.
@@ -108,15 +107,15 @@ class BoardFit {
   void RestoreCells(const FittedBoard& earlier) {
     run_->result.levels = earlier.levels;
     run_->result.lit = earlier.lit;
-    run_->result.corner_seen = earlier.corner_seen;
+    run_->result.visibility.TakeCellsOf(earlier.visibility);
   }
 
   int corners() const { return pixels_.corners(); }
   /// Neither outside the image, nor covered, nor left out.
-  bool usable(int corner) const { return run_->corners.usable[static_cast<std::size_t>(corner)]; }
+  bool usable(int corner) const { return run_->MayUse(corner); }
   /// Usable, and not found occluded.
-  bool used(int corner) const { return run_->corners.used[static_cast<std::size_t>(corner)]; }
-  bool AnyUnused() const;
+  bool used(int corner) const { return run_->visibility.ShowsCorner(corner); }
+  bool AnyUnused() const { return !run_->visibility.ShowsAllCorners(); }
   /// The corners that were found occluded.
   CornerFlags Occluded() const;
   /// Of the corners that are used, those beside one that is not which fit worse than others: what hides that may lie on
@@ -287,11 +286,10 @@ class BoardFit {
   LightThere LightOn(int cell) const;
 
   // Corners that something hides: board_fit_occluded.cpp.
+  /// By what was known of the board, and by which corners have pixels.
+  void BeginVisibility(const Visibility& known);
   /// @param may_return corners that were found occluded may be found to be in view again. Whether anything changed.
   bool FindOccludedCorners(bool may_return = true);
-  /// Those beside corners that are not used.
-  void FindOccludedCells();
-  void HideCellsBeside(const CornerFlags& corners);
 
   // Inks out of register: board_fit_inks.cpp.
   bool MayBeOutOfRegister() const { return !run_->inks.register_cells.isZero(); }
@@ -377,7 +375,6 @@ class BoardFit {
   // Memory: what these hold is made anew whenever pixels are collected, and with every step.
   BoardPixels pixels_;
   std::array<CornerDerivative, kMaxCorners> derivatives_;
-  std::vector<std::uint8_t> occluded_before_;
   BoardEquations equations_;
   std::array<BoardEquations::CornerShift, kMaxCorners> plain_shifts_;
   std::vector<ShiftedCorner> shifted_;

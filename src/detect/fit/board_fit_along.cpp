@@ -31,7 +31,7 @@ bool BoardFit::GroupAlikeEdges(AlikeEdges& x, AlikeEdges& y) const {
     std::fill_n(edges.group_of_lane.begin() + pixels_.Lane(corner), 4, group);
   };
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!pixels_.inside(corner) || !run_->corners.used[static_cast<std::size_t>(corner)]) continue;
+    if (!pixels_.inside(corner) || !used(corner)) continue;
     if (along_x) set(x, corner, across_x);
     if (along_y) set(y, corner, 1 - across_x);
   }

@@ -84,7 +84,7 @@ Eigen::Vector2d BoardFit::ShiftByInks(int corner) const {
 InkRegister BoardFit::RegisterOfCorners() const {
   InkRegister inks;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
+    if (!used(corner)) continue;
     const auto [information, gradient] = ShiftOf(corner);
     inks.Add({.by = &derivatives_[static_cast<std::size_t>(corner)],
               .share = run_->inks.blue_shares[static_cast<std::size_t>(corner)].cast<double>(),

@@ -114,7 +114,7 @@ bool BoardFit::ShowsLevels() const {
   return run_->told.settled && run_->number == pixels_of_ && !ModelTerms::Of(run_->model).any() &&
          !run_->model.own_levels && !run_->bend.found && !run_->bend.taken_out && !MayBeOutOfRegister() &&
          !run_->view.overexposed && (run_->terms.look_farther || run_->plain_input.stride == 1) &&
-         run_->result.flat() && run_->result.corners_used == pixels_.corners();
+         run_->result.flat() && run_->result.visibility.ShowsAllCorners();
 }
 
 LevelProducts BoardFit::SumPlainProducts(const LearntBoard& learnt) {

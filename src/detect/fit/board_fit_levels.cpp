@@ -118,7 +118,7 @@ BoardFit::CornerLights BoardFit::LightOnCorners() const {
   double sum = 0;
   int count = 0;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
+    if (!used(corner)) continue;
     double& here = lights[static_cast<std::size_t>(corner)];
     here = std::max(LightAround(corner).light, 0.0);
     sum += here;
@@ -160,7 +160,7 @@ std::span<const LitPart> BoardFit::LitParts(std::span<const std::uint8_t> satura
   const std::size_t phase = static_cast<std::size_t>(TellingPhase());
   run_->told.lit_parts.clear();
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!run_->corners.used[static_cast<std::size_t>(corner)]) continue;
+    if (!used(corner)) continue;
     const CornerPlace& place = pixels_.place(corner);
     const QuadrantLevels own = LevelsOf(corner), cells = CellsAround(run_->view.size, corner);
     for (std::size_t i = 0; i < cells.size(); ++i) {

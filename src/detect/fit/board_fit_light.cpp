@@ -77,7 +77,7 @@ void BoardFit::EvenOutShading(const Start& start) {
   std::optional<Shading> shading = FindShading({.size = run_->view.size,
                                                 .levels = run_->model.levels,
                                                 .saturated = start.saturated,
-                                                .occluded = run_->corners.occluded_cells,
+                                                .hidden = run_->visibility.cells(),
                                                 .phases = run_->view.channels == 3 ? 4 : 1,
                                                 .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
                                                 .fine = cell_px > kFineCellPx});
@@ -103,11 +103,11 @@ void BoardFit::EvenOutShading(const Start& start) {
 }
 
 void BoardFit::FollowShading(const Lens& lens, const Start& start) {
-  std::vector<std::uint8_t>& occluded = run_->corners.occluded_cells;
-  occluded_before_ = occluded;
-  FindOccludedCells();
+  const Visibility before = run_->visibility;
+  run_->visibility.ShowCellsByAllCorners();
   // Cells that turn out to be occluded have falsified it.
-  if (occluded != occluded_before_ && run_->light.shading.size() > 0) TakeBackShading(lens);
+  if (!std::ranges::equal(run_->visibility.cells(), before.cells()) && run_->light.shading.size() > 0)
+    TakeBackShading(lens);
   EvenOutShading(start);
 }
 

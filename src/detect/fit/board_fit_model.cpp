@@ -226,7 +226,7 @@ ModelEquations::Input BoardFit::EquationsOfModel() const {
   equations.pixels = &pixels_;
   equations.lanes = &model_lanes_;
   equations.columns = ModelColumns(run_->model_input.terms);
-  equations.used = run_->corners.used;
+  equations.hidden = run_->visibility.corners();
   equations.levels = run_->around.levels;
   equations.channel_of_phase = run_->view.channel_of_phase;
   equations.level_count = LevelCount(run_->view.size, run_->model.own_levels);
@@ -332,10 +332,10 @@ bool BoardFit::Settled(const BoardRun::Step& before) const {
 
 void BoardFit::FollowLight(const Start& start, bool light_follows) {
   if (light_follows && !run_->model.LightVaries()) {
-    FindOccludedCells();
+    run_->visibility.ShowCellsByAllCorners();
     EvenOutShading(start);
   }
-  EstimateNoise(pixels_, run_->corners.used, run_->view.channel_of_phase, run_->model.noise);
+  EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
 }
 
 bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_known, int most_steps) {
@@ -355,7 +355,7 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
                            run_->model.motion_px.isZero();
     if (pass == 0 && all_known && run_->step.corner_px < kFollowPx && run_->step.blur_share < kNearPx &&
         run_->step.terms <= 1) {
-      FindOccludedCells();
+      run_->visibility.ShowCellsByAllCorners();
       EvenOutShading(start);
       break;
     }

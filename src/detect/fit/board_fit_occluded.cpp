@@ -1,6 +1,5 @@
 // Of BoardFit: corners that something hides.
 #include <algorithm>
-#include <functional>
 
 #include "detect/fit/board_fit.h"
 
@@ -20,6 +19,18 @@ constexpr double kOccludedContrast = 0.2;
 
 }  // namespace
 
+void BoardFit::BeginVisibility(const Visibility& known) {
+  Visibility& visibility = run_->visibility;
+  visibility = known;
+  for (int corner = 0; corner < pixels_.corners(); ++corner) {
+    if (!known.ShowsCorner(corner)) visibility.HideCellsBeside(corner);
+    if (!pixels_.inside(corner))
+      visibility.Set(corner, Hidden::kOutside);
+    else if (known.ShowsCorner(corner) && known.LiesBesideHidden(corner))
+      visibility.Set(corner, Hidden::kBeside);
+  }
+}
+
 double BoardFit::MisfitOf(int corner) const {
   const int pixels = pixels_.pixels(corner);
   const float* const squares = pixels_.lanes().sum_data(ProductSum(kResidual, kResidual)) + pixels_.Lane(corner);
@@ -31,7 +42,7 @@ bool BoardFit::FindOccludedCorners(bool may_return) {
   double least_misfit = 1e9, most_misfit = 0, least_contrast = 1e9, most_contrast = -1e9;
   int count = 0;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!run_->corners.usable[static_cast<std::size_t>(corner)]) continue;
+    if (!usable(corner)) continue;
     const std::size_t i = static_cast<std::size_t>(corner);
     misfit[i] = MisfitOf(corner);
     contrast[i] = Contrast(corner);
@@ -50,8 +61,7 @@ bool BoardFit::FindOccludedCorners(bool may_return) {
   const auto median = [&](const std::array<double, kMaxCorners>& values) {
     std::size_t next = 0;
     for (int corner = 0; corner < pixels_.corners(); ++corner)
-      if (run_->corners.usable[static_cast<std::size_t>(corner)])
-        sorted[next++] = values[static_cast<std::size_t>(corner)];
+      if (usable(corner)) sorted[next++] = values[static_cast<std::size_t>(corner)];
     std::nth_element(sorted.begin(), sorted.begin() + count / 2, sorted.begin() + count);
     return sorted[static_cast<std::size_t>(count / 2)];
   };
@@ -59,12 +69,11 @@ bool BoardFit::FindOccludedCorners(bool may_return) {
                least = alike ? least_contrast : kOccludedContrast * median(contrast);
   bool changed = false;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    bool& used = run_->corners.used[static_cast<std::size_t>(corner)];
-    const bool now = run_->corners.usable[static_cast<std::size_t>(corner)] && (used || may_return) &&
-                     misfit[static_cast<std::size_t>(corner)] <= most &&
-                     contrast[static_cast<std::size_t>(corner)] >= least;
-    changed |= now != used;
-    used = now;
+    if (!usable(corner) || !(used(corner) || may_return)) continue;
+    const std::size_t i = static_cast<std::size_t>(corner);
+    const Hidden now = misfit[i] <= most ? contrast[i] >= least ? Hidden::kNot : Hidden::kFlat : Hidden::kMisfit;
+    changed |= (now == Hidden::kNot) != used(corner);
+    run_->visibility.Set(corner, now);
   }
   return changed;
 }
@@ -96,26 +105,6 @@ CornerFlags BoardFit::Pulled() const {
     pulled[static_cast<std::size_t>(corner)] = used(corner) && beside && misfit(corner) > most;
   }
   return pulled;
-}
-
-bool BoardFit::AnyUnused() const {
-  return std::any_of(run_->corners.used.begin(), run_->corners.used.begin() + pixels_.corners(),
-                     [](bool used) { return !used; });
-}
-
-void BoardFit::FindOccludedCells() {
-  CornerFlags unused;
-  std::transform(run_->corners.used.begin(), run_->corners.used.end(), unused.begin(), std::logical_not());
-  run_->corners.occluded_cells.assign(static_cast<std::size_t>(run_->view.size.rows * run_->view.size.cols), 0);
-  HideCellsBeside(unused);
-}
-
-void BoardFit::HideCellsBeside(const CornerFlags& corners) {
-  for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!corners[static_cast<std::size_t>(corner)]) continue;
-    for (const int cell : CellsAround(run_->view.size, corner))
-      run_->corners.occluded_cells[static_cast<std::size_t>(cell)] = 1;
-  }
 }
 
 }  // namespace chequer

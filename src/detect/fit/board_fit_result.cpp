@@ -78,7 +78,7 @@ BoardFit::PixelSums BoardFit::SumPixels() {
     for (int phase = 0; phase < 4 && stride != 1; ++phase)
       explained.pixels += static_cast<float>(lanes.Visited(lane + phase, stride));
     explained.fits = fits.sum();
-    if (!run_->corners.used[static_cast<std::size_t>(corner)]) {
+    if (!used(corner)) {
       const float squares = sum(ProductSum(kResidual, kResidual)).sum(), weights = sum(kWeight).sum();
       explained.own_deviation = std::sqrt(std::max(squares, 1e-9f) / std::max(weights, 1e-9f));
       continue;
@@ -93,15 +93,17 @@ BoardFit::ShiftSums BoardFit::TellShifts() {
   ShiftSums sums;
   shifted_.clear();
   FindPlainShifts();
-  run_->result.corner_used.fill(false);
+  run_->result.visibility = run_->visibility;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     const std::size_t i = static_cast<std::size_t>(corner);
     run_->told.misfit[i] = MisfitOf(corner);
-    if (!run_->corners.used[i]) continue;
+    if (!used(corner)) continue;
     const auto [information, gradient] = ShiftOf(corner);
     const double determinant = information.determinant();
-    if (!(determinant > 0)) continue;
-    run_->result.corner_used[i] = true;
+    if (!(determinant > 0)) {
+      run_->result.visibility.Set(corner, Hidden::kFlat);
+      continue;
+    }
     // What is left of the corner's own shift after the last step.
     const Eigen::Vector2d shift = Eigen::Vector2d(information(1, 1) * gradient[0] - information(0, 1) * gradient[1],
                                                   information(0, 0) * gradient[1] - information(1, 0) * gradient[0]) /
@@ -111,8 +113,7 @@ BoardFit::ShiftSums BoardFit::TellShifts() {
     sums.chi_square += shift.dot(gradient);
     sums.contrast += LightAt(corner) * Contrast(corner);
   }
-  run_->result.corners_used = static_cast<int>(shifted_.size());
-  run_->result.corner_seen = run_->result.corner_used;
+  run_->result.visibility.ShowCellsByAnyCorner();
   return sums;
 }
 
@@ -121,7 +122,7 @@ void BoardFit::Finish(const Lens& lens) {
   run_->result.geometry = run_->model.geometry;
   const PixelSums pixels = SumPixels();
   ShiftSums shifts = TellShifts();
-  const double n = std::max(run_->result.corners_used, 1);
+  const double n = std::max(run_->result.corners_used(), 1);
   const double unknowns =
       (run_->terms.look_farther ? ModelColumns(run_->model_input.terms).shared : BoardEquations::kUnknowns) +
       run_->view.channels * LevelCount(run_->view.size, run_->model.own_levels);

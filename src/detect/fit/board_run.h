@@ -10,6 +10,7 @@
 #include "chequer/geometry.h"
 #include "detect/common/board_geometry.h"
 #include "detect/common/fixed_vector.h"
+#include "detect/common/visibility.h"
 #include "detect/fit/bent_paper.h"
 #include "detect/fit/blur_shape.h"
 #include "detect/fit/board_equations.h"
@@ -62,10 +63,6 @@ struct BoardRun {
     bool may_move = true;         ///< motion may be one
     bool plain_only = false;      ///< none of them may be fitted
     bool sure_of_motion = false;  ///< nothing else makes edges as uneven
-  };
-  struct Corners {
-    CornerFlags left_out{}, usable{}, used{};
-    std::vector<std::uint8_t> occluded_cells;  ///< beside corners that are not used
   };
   /// What was done to the pixels' light.
   struct Light {
@@ -127,7 +124,7 @@ struct BoardRun {
   View view;
   BoardModel model;
   TermsOn terms;
-  Corners corners;
+  Visibility visibility;  ///< corners that show are used; cells show of which nothing else shines into the pixels
   Light light;
   Step step;
   Told told;
@@ -138,6 +135,12 @@ struct BoardRun {
   KernelInput plain_input;
   ModelInput model_input;
   CellsAround around;
+
+  /// Whether a corner is used, or may come to be used: it is neither outside the image, nor covered, nor left out.
+  bool MayUse(int corner) const {
+    const Hidden hidden = visibility.OfCorner(corner);
+    return hidden == Hidden::kNot || hidden == Hidden::kMisfit || hidden == Hidden::kFlat;
+  }
 };
 
 }  // namespace chequer

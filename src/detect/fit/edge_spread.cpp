@@ -117,10 +117,10 @@ struct Try {
   double filter = 0, chi_square = 0, blur_px = 0;
 };
 
-Try TryOf(double filter, std::span<const bool> used, const BoardPixels& pixels) {
+Try TryOf(double filter, std::span<const Hidden> hidden, const BoardPixels& pixels) {
   double residual_square = 0, blur_residual = 0, blur_square = 0;
   for (int corner = 0; corner < pixels.corners(); ++corner) {
-    if (!used[static_cast<std::size_t>(corner)]) continue;
+    if (hidden[static_cast<std::size_t>(corner)] != Hidden::kNot) continue;
     for (int lane = pixels.Lane(corner); lane < pixels.Lane(corner) + 4; ++lane) {
       const auto sum = [&](int a, int b) { return static_cast<double>(pixels.lanes().sum(ProductSum(a, b), lane)); };
       residual_square += sum(kResidual, kResidual);
@@ -226,8 +226,8 @@ EdgeTerms EdgeProfiles::Across(const Eigen::Vector2d& normal) {
 }
 
 std::optional<EdgeSpread> FindEdgeSpread(KernelInput input, const Eigen::Vector2d& normal_x,
-                                           const Eigen::Vector2d& normal_y, std::span<const bool> used,
-                                           BoardPixels& pixels) {
+                                         const Eigen::Vector2d& normal_y, std::span<const Hidden> hidden,
+                                         BoardPixels& pixels) {
   LaneBlock& lanes = pixels.lanes();
   int count = 0;
   for (int lane = 0; lane < lanes.lanes(); ++lane) {
@@ -242,7 +242,7 @@ std::optional<EdgeSpread> FindEdgeSpread(KernelInput input, const Eigen::Vector2
     input.edge_y = alike ? input.edge_x : TermsOf(shape, normal_y);
     input.corner = CornerExcessOf(shape, normal_x);
     AccumulateLanes(input, lanes);
-    return TryOf(shape.filter, used, pixels);
+    return TryOf(shape.filter, hidden, pixels);
   };
   const double blur_px = input.blur_px;
   const auto evaluate = [&](double filter) { return evaluate_as({blur_px, filter}); };

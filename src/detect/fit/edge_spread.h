@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "chequer/hidden.h"
 #include "detect/fit/board_pixels.h"
 #include "detect/fit/photometric_kernel.h"
 
@@ -53,11 +54,11 @@ class EdgeProfiles {
 };
 
 /// The shape of least squares, by some 1500 of a board's pixels, with all but the blur as it is; nothing where it
-/// explains no more than a Gaussian. Changes the lanes' noise and sums. @param used by corner. @param input as the
-/// lanes were last evaluated with. @param normal_x, normal_y of the board's edges, in the image. Three to five
-/// evaluations of the kernel and shapes: 25 µs.
+/// explains no more than a Gaussian. Changes the lanes' noise and sums. @param hidden by corner: those that show count.
+/// @param input as the lanes were last evaluated with. @param normal_x, normal_y of the board's edges, in the image.
+/// Three to five evaluations of the kernel and shapes: 25 µs.
 std::optional<EdgeSpread> FindEdgeSpread(KernelInput input, const Eigen::Vector2d& normal_x,
-                                           const Eigen::Vector2d& normal_y, std::span<const bool> used,
-                                           BoardPixels& pixels);
+                                         const Eigen::Vector2d& normal_y, std::span<const Hidden> hidden,
+                                         BoardPixels& pixels);
 
 }  // namespace chequer

@@ -189,7 +189,7 @@ void PhotometricFit::LeaveOutPulled(const Task& task) {
   const CornerFlags pulled = fit_.Pulled();
   if (!AnyOf(pulled)) return;
   before = fit_.run();
-  made_.LeaveOut(pulled);
+  made_.LeaveOut(pulled, Hidden::kPulled);
   made_.BeginAt(before.result.geometry);
   if (FitOnce(task))
     fit_.RestoreCells(before.result);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "detect/common/board_geometry.h"
+#include "detect/common/visibility.h"
 #include "detect/fit/blur_shape.h"
 #include "detect/fit/edge_spread.h"
 #include "detect/fit/fit_choice.h"
@@ -65,13 +66,12 @@ struct FittedBoard {
   std::vector<Eigen::Vector3f> levels;
   /// By cell, where shadows' edges cross the board; else empty. The levels are free of it.
   std::vector<CellLight> lit;
-  int corners_used = 0;
-  std::array<bool, kMaxCorners> corner_used{};
-  /// What the cells around them look like is known: they are used, or were for the levels alone.
-  std::array<bool, kMaxCorners> corner_seen{};
+  /// Corners that show tell the pose, cells that show have a corner that tells their levels.
+  Visibility visibility;
   double reprojection_rms_px = 0;
 
-  bool determined() const { return corners_used >= kFewestCorners && information.allFinite(); }
+  int corners_used() const { return visibility.CountCorners(); }
+  bool determined() const { return corners_used() >= kFewestCorners && information.allFinite(); }
   /// Whether its corners lie where a flat board's do, printed as it should be.
   bool flat() const { return reprojection_rms_px <= 0.06; }
 };

@@ -16,6 +16,7 @@ bool Stands(const BoardFit& fit) { return fit.motion_px().isZero(); }
 /// The same dot gain, and nothing else, is fitted roughly.
 void StartAnew(const From& from, Trial& trial) {
   trial.choice = {};
+  trial.start.visibility = from.first.visibility;
   trial.choice.terms.dot_gain = from.fit.dot_gain();
   trial.choice.roughly = true;
 }
@@ -40,7 +41,9 @@ bool MayHaveStood(const BoardFit& fit, const Trial& made) {
 }
 
 bool StartStanding(const From& from, Trial& trial) {
+  const Visibility visibility = trial.start.visibility;
   trial.start = from.first;
+  trial.start.visibility = visibility;
   trial.choice.may_move = false;
   trial.choice.from = nullptr;
   return true;
@@ -85,12 +88,12 @@ bool StartShadow(const From& from, Trial& trial) {
 
 bool HasOccluded(const BoardFit& fit, const Trial& made) {
   // Where edges blur into each other, a fit goes on without them; quadrants do so once.
-  if (fit.looks_farther() && !(fit.run().model.own_levels && !AnyOf(made.choice.left_out))) return false;
+  if (fit.looks_farther() && !(fit.run().model.own_levels && !made.LeavesOut())) return false;
   return AnyOf(fit.Occluded());
 }
 
 bool LeaveOutOccluded(const From& from, Trial& trial) {
-  trial.LeaveOut(from.fit.Occluded());
+  trial.LeaveOut(from.fit.Occluded(), Hidden::kLeftOut);
   return true;
 }
 
@@ -136,7 +139,7 @@ bool HasWorseSide(const BoardFit& fit, const Trial& made) {
 }
 
 bool LeaveOutSide(const From& from, Trial& trial) {
-  trial.LeaveOut(*WorstSide(from.fit, trial.start.size));
+  trial.LeaveOut(*WorstSide(from.fit, trial.start.size), Hidden::kLeftOut);
   return true;
 }
 
@@ -180,7 +183,7 @@ double Unevenness(const FittedBoard& board, const BoardFit::Start& start) {
   std::array<double, 2> sum{}, square{}, count{};
   for (int cell = 0; cell < start.size.rows * start.size.cols; ++cell) {
     const std::size_t i = static_cast<std::size_t>(cell), ink = start.saturated[i] != 0 ? 1 : 0;
-    if (IsDark(cell / start.size.cols, cell % start.size.cols) || start.covered[i]) continue;
+    if (IsDark(cell / start.size.cols, cell % start.size.cols) || !start.visibility.Shows(i)) continue;
     const double light = static_cast<double>(board.levels[i].sum());
     sum[ink] += light;
     square[ink] += light * light;
@@ -199,7 +202,7 @@ double Unevenness(const FittedBoard& board, const BoardFit::Start& start) {
 bool MayBeUnevenlyLit(const BoardFit& fit, const Trial& made) {
   if (!Stands(fit) || !fit.run().model.LitEvenly()) return false;
   if (fit.looks_farther() && fit.cell_px() < kLeastBlurredCellPx) return false;
-  if (AnyOf(made.choice.left_out) || AnyOf(fit.Occluded())) return true;
+  if (made.LeavesOut() || AnyOf(fit.Occluded())) return true;
   if (fit.looks_farther() && fit.unexplained_shifts() > kUnevenShifts &&
       Unevenness(fit.result(), made.start) > kUnevenCells)
     return true;

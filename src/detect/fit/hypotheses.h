@@ -17,9 +17,11 @@ struct Trial {
     start.predicted = false;
     start.geometry = geometry;
   }
-  void LeaveOut(const CornerFlags& corners) {
-    for (std::size_t corner = 0; corner < corners.size(); ++corner) choice.left_out[corner] |= corners[corner];
+  void LeaveOut(const CornerFlags& corners, Hidden why) {
+    for (int corner = 0; corner < CornerCount(start.size); ++corner)
+      if (corners[static_cast<std::size_t>(corner)]) start.visibility.Set(corner, why);
   }
+  bool LeavesOut() const { return !start.visibility.ShowsAllCorners(); }
 };
 
 /// Something that a board may have, or that may lie in its way, with all that belongs to it. PhotometricFit tries each

@@ -21,7 +21,7 @@ void ModelEquations::Assemble(const Input& input) {
   std::size_t corners = 0;
   for (int corner = 0; corner < input.pixels->corners(); ++corner) {
     const std::size_t i = static_cast<std::size_t>(corner);
-    if (!input.used[i]) continue;
+    if (input.hidden[i] != Hidden::kNot) continue;
     const int lane = input.pixels->Lane(corner);
     levels_.AddCorner(*input.lanes, columns, lane, input.levels[i]);
     sums_of[corners++] = input.lanes->sum_data(0, lane);

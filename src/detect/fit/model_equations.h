@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "chequer/hidden.h"
 #include "detect/fit/board_equations.h"
 #include "detect/fit/board_pixels.h"
 #include "detect/fit/level_elimination.h"
@@ -19,8 +20,8 @@ class ModelEquations {
  public:
   /// Geometry, blur and terms, in the order of ModelColumns.
   using Shared = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, ModelColumns::kMostShared, 1>;
-  using SharedMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, ModelColumns::kMostShared,
-                                     ModelColumns::kMostShared>;
+  using SharedMatrix =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, ModelColumns::kMostShared, ModelColumns::kMostShared>;
   static constexpr int kNoLevel = LevelElimination::kNoLevel;
   using LevelsAround16 = LevelElimination::LevelsAround;
 
@@ -29,7 +30,7 @@ class ModelEquations {
     const ModelLanes* lanes = nullptr;
     ModelColumns columns{{}};
     /// By corner: leaves corners out.
-    std::span<const bool> used;
+    std::span<const Hidden> hidden;  ///< by corner: those that show are used
     /// By corner.
     std::span<const LevelsAround16> levels;
     std::array<int, 4> channel_of_phase{};

@@ -43,13 +43,13 @@ NoiseModel UnknownNoise(float lightest) {
   return noise;
 }
 
-void EstimateNoise(const BoardPixels& pixels, std::span<const bool> used, const std::array<int, 4>& channel_of_phase,
-                   NoiseModel& noise) {
+void EstimateNoise(const BoardPixels& pixels, std::span<const Hidden> hidden,
+                   const std::array<int, 4>& channel_of_phase, NoiseModel& noise) {
   std::array<Half, 3> dark, light;
   std::array<double, 3> weight{};
   const LaneBlock& lanes = pixels.lanes();
   for (int corner = 0; corner < pixels.corners(); ++corner) {
-    if (!used[static_cast<std::size_t>(corner)]) continue;
+    if (hidden[static_cast<std::size_t>(corner)] != Hidden::kNot) continue;
     for (int phase = 0; phase < 4; ++phase) {
       const int lane = pixels.Lane(corner) + phase;
       const std::size_t channel = static_cast<std::size_t>(channel_of_phase[static_cast<std::size_t>(phase)]);

@@ -3,6 +3,7 @@
 #include <array>
 #include <span>
 
+#include "chequer/hidden.h"
 #include "detect/fit/board_pixels.h"
 
 namespace chequer {
@@ -18,8 +19,8 @@ NoiseModel UnknownNoise(float lightest);
 
 /// From what the fit leaves over, two points of the line: one from the pixels that are darker than their corner's
 /// middle, one from the lighter ones. Channels with too few pixels keep what `noise` has.
-/// @param used by corner. @param channel_of_phase 0 … 2 by parity of x + 2 · parity of y.
-void EstimateNoise(const BoardPixels& pixels, std::span<const bool> used, const std::array<int, 4>& channel_of_phase,
-                   NoiseModel& noise);
+/// @param hidden by corner: those that show count. @param channel_of_phase 0 … 2 by parity of x + 2 · parity of y.
+void EstimateNoise(const BoardPixels& pixels, std::span<const Hidden> hidden,
+                   const std::array<int, 4>& channel_of_phase, NoiseModel& noise);
 
 }  // namespace chequer

@@ -94,7 +94,7 @@ Regression Regress(const ShadedCells& cells, const TermsAt& terms, const Known& 
   for (int row = 0; row < cells.size.rows; ++row)
     for (int col = IsDark(row, 0) ? 1 : 0; col < cells.size.cols; col += 2) {
       const std::size_t cell = static_cast<std::size_t>(row * cells.size.cols + col);
-      if (!cells.occluded.empty() && cells.occluded[cell]) continue;
+      if (!cells.hidden.empty() && cells.hidden[cell] != Hidden::kNot) continue;
       const bool saturated = cells.saturated[cell] != 0;
       const double x = col + 0.5 - 0.5 * cells.size.cols, y = row + 0.5 - 0.5 * cells.size.rows;
       const CellTerms of_cell(terms(x, y));

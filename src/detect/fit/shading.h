@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "chequer/hidden.h"
 #include "detect/fit/board_equations.h"
 
 namespace chequer {
@@ -37,8 +38,8 @@ struct ShadedCells {
   MarkerSize size;
   std::span<const PhaseValues> levels;
   std::span<const std::uint8_t> saturated;
-  /// Cells that something else shines through, or nothing at all; may be empty.
-  std::span<const std::uint8_t> occluded;
+  /// Only cells that show tell of the light; may be empty: all do.
+  std::span<const Hidden> hidden;
   int phases = 1;       ///< that differ
   int blue_phase = -1;  ///< that hardly sees yellow, −1 for none
   bool fine = false;    ///< their levels are known so well that they tell how a weak shading bends

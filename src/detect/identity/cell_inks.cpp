@@ -48,7 +48,8 @@ bool CellInks::MeasureWhite(const ShownCells& cells) {
   white.setZero();
   int whites = 0;
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
-    if (!IsBorder(cells.size, row, col) || cells.occluded[cell] || IsDark(row, col) || cells.border[cell]) return;
+    if (!IsBorder(cells.size, row, col) || !cells.visibility.Shows(cell) || IsDark(row, col) || cells.border[cell])
+      return;
     white += cells.lights.light[cell];
     ++whites;
   });
@@ -116,7 +117,8 @@ void CellInks::MeasureVeils(const ShownCells& cells, const InkClass& dark, float
   std::vector<float>& values = board_->values;
   values.clear();
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
-    if (IsDark(row, col) && IsBorder(cells.size, row, col) && !cells.occluded[cell]) values.push_back(red_of(cell));
+    if (IsDark(row, col) && IsBorder(cells.size, row, col) && cells.visibility.Shows(cell))
+      values.push_back(red_of(cell));
   });
   const float usual = MedianInPlace(values), least = static_cast<float>(kClearVeil * (dark.inked - dark.plain));
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
@@ -128,7 +130,8 @@ InkClass CellInks::ClassOf(const ShownCells& cells, bool dark) const {
   std::array<GaussianSum, 2> groups;
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
     if (IsDark(row, col) != dark || !IsBorder(cells.size, row, col)) return;
-    if (!cells.occluded[cell] && cells.lights.half_lit[cell] == 1) groups[cells.border[cell]].Add(board_->ink[cell]);
+    if (cells.visibility.Shows(cell) && cells.lights.half_lit[cell] == 1)
+      groups[cells.border[cell]].Add(board_->ink[cell]);
   });
   const Gaussian plain = groups[0].Get(), inked = groups[1].Get();
   InkClass c;
@@ -152,7 +155,7 @@ InkClass CellInks::ClassOf(const ShownCells& cells, bool dark) const {
 double CellInks::KernelDeviation(const ShownCells& cells, bool dark, const InkClass& by_border) const {
   GaussianSum off;
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
-    if (IsDark(row, col) != dark || IsBorder(cells.size, row, col) || cells.occluded[cell]) return;
+    if (IsDark(row, col) != dark || IsBorder(cells.size, row, col) || !cells.visibility.Shows(cell)) return;
     const double from_plain = board_->ink[cell] - by_border.plain, from_inked = board_->ink[cell] - by_border.inked;
     off.Add(std::abs(from_plain) < std::abs(from_inked) ? from_plain : from_inked);
   });

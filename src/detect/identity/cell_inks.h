@@ -7,6 +7,7 @@
 
 #include "detect/common/colours.h"
 #include "detect/common/scratch.h"
+#include "detect/common/visibility.h"
 #include "detect/identity/cell_sampler.h"
 
 namespace chequer {
@@ -25,7 +26,7 @@ struct ShownCells {
   MarkerSize size;
   const std::vector<std::uint8_t>& border;  ///< saturation of the border's cells
   const CellLights& lights;
-  const std::vector<std::uint8_t>& occluded;
+  const Visibility& visibility;
 };
 
 /// Measures how much ink each cell of a board has, and by the border's cells how much that is of a saturated one.

@@ -9,10 +9,10 @@
 namespace chequer {
 namespace {
 
-/// A light cell is occluded if its colour is farther from both white and yellow than this share of their distance (a
+/// A light cell is hidden if its colour is farther from both white and yellow than this share of their distance (a
 /// guess).
 constexpr float kOffColour = 0.45f;
-/// One line of cells is occluded if no more cells than that line and so many others have no used corner (a guess).
+/// One line of cells is hidden if no more cells than that line and so many others have no used corner (a guess).
 constexpr int kFewUnseen = 2;
 /// Least difference of a cell to its neighbours, as a share of the contrast of the board (a guess).
 constexpr double kLeastContrastOfCell = 0.3;
@@ -20,37 +20,33 @@ constexpr double kLeastContrastOfCell = 0.3;
 }  // namespace
 
 void CellOcclusion::Find(const FittedBoard& board, MarkerSize size, std::span<const Eigen::Vector3f> light) {
-  std::vector<std::uint8_t>& occluded = found_.Start().occluded;
-  occluded.assign(light.size(), 1);
-  // Seen are the cells around the corners that the model explains.
-  for (int corner = 0; corner < CornerCount(size); ++corner) {
-    if (!board.corner_seen[static_cast<std::size_t>(corner)]) continue;
-    for (const int cell : CellsAround(size, corner)) occluded[static_cast<std::size_t>(cell)] = 0;
-  }
+  Visibility& visibility = found_.Start().visibility;
+  visibility = board.visibility;
   // Cells that no corner tells of may look like the board's: where they are but a line or so, only those that do not
   // are evidence of a cover. More of them lie under one.
-  const auto unseen = std::count(occluded.begin(), occluded.end(), 1);
   found_->wrong.assign(light.size(), 0);
-  if (unseen > std::max(size.rows, size.cols) + kFewUnseen) found_->wrong = occluded;
+  if (visibility.CountHidden() > std::max(size.rows, size.cols) + kFewUnseen)
+    std::ranges::transform(visibility.cells(), found_->wrong.begin(),
+                           [](Hidden hidden) { return hidden != Hidden::kNot; });
   MarkFlat(size, light);
-  HideWrong(size);
+  HideWrong(size, Hidden::kFlat);
 }
 
 void CellOcclusion::MarkFlat(MarkerSize size, std::span<const Eigen::Vector3f> light) {
-  const std::vector<std::uint8_t>& occluded = found_->occluded;
+  const Visibility& visibility = found_->visibility;
   std::vector<float>& values = found_->values;
   values.clear();
   for (const Eigen::Vector3f& of_cell : light) values.push_back(std::sqrt(std::max(of_cell[0] + of_cell[1], 0.0f)));
   std::array<double, 2> sums{};
   std::array<int, 2> counts{};
   ForCells(size, [&](std::size_t cell, int row, int col) {
-    if (occluded[cell]) return;
+    if (!visibility.Shows(cell)) return;
     sums[IsDark(row, col)] += double{values[cell]};
     ++counts[IsDark(row, col)];
   });
   const double contrast = sums[0] / std::max(counts[0], 1) - sums[1] / std::max(counts[1], 1);
-  found_->seen.resize(occluded.size());
-  for (std::size_t cell = 0; cell < occluded.size(); ++cell) found_->seen[cell] = !occluded[cell];
+  found_->seen.resize(light.size());
+  for (std::size_t cell = 0; cell < light.size(); ++cell) found_->seen[cell] = visibility.Shows(cell);
   const std::span<const float> leads = found_->neighbours.Of(size.rows, size.cols, values, found_->seen);
   ForCells(size, [&](std::size_t cell, int row, int col) {
     const float lead = IsDark(row, col) ? -leads[cell] : leads[cell];
@@ -58,15 +54,17 @@ void CellOcclusion::MarkFlat(MarkerSize size, std::span<const Eigen::Vector3f> l
   });
 }
 
-bool CellOcclusion::HideWrong(MarkerSize size) {
+bool CellOcclusion::HideWrong(MarkerSize size, Hidden why) {
+  Visibility& visibility = found_->visibility;
+  const int before = visibility.CountHidden();
+  const auto hide = [&](Hidden as) {
+    for (std::size_t cell = 0; cell < found_->wrong.size(); ++cell)
+      if (found_->wrong[cell]) visibility.Hide(cell, as);
+  };
+  hide(why);
   HideBetween(size, found_->wrong);
-  bool found = false;
-  for (std::size_t cell = 0; cell < found_->occluded.size(); ++cell) {
-    if (!found_->wrong[cell] || found_->occluded[cell]) continue;
-    found_->occluded[cell] = 1;
-    found = true;
-  }
-  return found;
+  hide(Hidden::kEnclosed);
+  return visibility.CountHidden() > before;
 }
 
 bool CellOcclusion::MeasureShares(MarkerSize size, std::span<const std::uint8_t> border,
@@ -74,7 +72,8 @@ bool CellOcclusion::MeasureShares(MarkerSize size, std::span<const std::uint8_t>
   std::array<std::vector<std::size_t>, 2>& told_by = found_->told_by;
   for (std::vector<std::size_t>& cells : told_by) cells.clear();
   ForCells(size, [&](std::size_t cell, int row, int col) {
-    if (IsBorder(size, row, col) && !IsDark(row, col) && !found_->occluded[cell]) told_by[border[cell]].push_back(cell);
+    if (IsBorder(size, row, col) && !IsDark(row, col) && found_->visibility.Shows(cell))
+      told_by[border[cell]].push_back(cell);
   });
   std::vector<float>& values = found_->values;
   for (std::size_t saturated = 0; saturated < 2; ++saturated)
@@ -104,7 +103,7 @@ bool CellOcclusion::AddOffColour(MarkerSize size, std::span<const std::uint8_t> 
     const float off = std::min((shares[cell] - middle[0]).norm(), (shares[cell] - middle[1]).norm());
     if (!(off <= most)) found_->wrong[cell] = 1;
   });
-  return HideWrong(size);
+  return HideWrong(size, Hidden::kOffColour);
 }
 
 }  // namespace chequer

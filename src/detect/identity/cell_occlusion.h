@@ -9,22 +9,22 @@
 
 #include "detect/common/neighbours.h"
 #include "detect/common/scratch.h"
+#include "detect/common/visibility.h"
 #include "detect/fit/fit.h"
 
 namespace chequer {
 
-/// Finds the cells of a board that something lies over.
+/// Finds the cells of a board that something lies over, beside those that no corner shows.
 class CellOcclusion {
  public:
-  /// Begins a board: by the corners that the fit explains, and by the contrast of cells to their neighbours.
+  /// Begins a board: adds to what the fit has found the cells that do not stand out from their neighbours.
   void Find(const FittedBoard& board, MarkerSize size, std::span<const Eigen::Vector3f> light);
   /// Adds light cells of colours that the board does not have: they belong to what lies over it. Whether there are
   /// some.
   /// @param border saturation of the border's cells. @param white light of its white cells.
   bool AddOffColour(MarkerSize size, std::span<const std::uint8_t> border, std::span<const Eigen::Vector3f> light,
                     const Eigen::Vector3f& white);
-  /// By cell, row by row.
-  const std::vector<std::uint8_t>& cells() const { return found_->occluded; }
+  const Visibility& visibility() const { return found_->visibility; }
 
  private:
   /// Marks the cells that do not stand out from their neighbours as their class should.
@@ -32,13 +32,13 @@ class CellOcclusion {
   /// The median shares of red, green and blue of the border's light cells, of white and of yellow ones. False where
   /// none of either shows.
   bool MeasureShares(MarkerSize size, std::span<const std::uint8_t> border, std::array<Eigen::Vector3f, 2>& middle);
-  /// Hides the cells that look wrong, and those between them. Whether there are more occluded ones now.
-  bool HideWrong(MarkerSize size);
+  /// Hides the cells that look wrong, and those between them. Whether there are more hidden ones now.
+  bool HideWrong(MarkerSize size, Hidden why);
 
   /// What is known of one board, by cell where nothing else is said.
   struct Found {
-    std::vector<std::uint8_t> occluded;
-    std::vector<std::uint8_t> wrong;  ///< those that do not look like the board's, and what lies between them
+    Visibility visibility;
+    std::vector<std::uint8_t> wrong;  ///< by cell: those that do not look like the board's, and what lies between them
     // What single steps need.
     std::vector<Eigen::Vector3f> shares;  ///< of the three channels in a cell's light
     std::vector<float> values;

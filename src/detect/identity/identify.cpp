@@ -56,12 +56,12 @@ struct OtherPlacement {
   }
 };
 
-bool Agrees(MarkerSize size, const OtherPlacement& placement, std::span<const std::uint8_t> occluded,
+bool Agrees(MarkerSize size, const OtherPlacement& placement, std::span<const Hidden> hidden,
             std::span<const std::uint8_t> saturated, std::span<const std::uint8_t> border) {
   for (int row = 0; row < size.rows; ++row)
     for (int col = 0; col < size.cols; ++col) {
       const std::size_t from = static_cast<std::size_t>(row * size.cols + col);
-      if (occluded[from]) continue;
+      if (hidden[from] != Hidden::kNot) continue;
       const Cell to = placement.Of(size, row, col);
       if (to.row < 0 || to.col < 0 || to.row >= size.rows || to.col >= size.cols) return false;
       if (IsDark(row, col) != IsDark(to.row, to.col)) return false;
@@ -73,14 +73,14 @@ bool Agrees(MarkerSize size, const OtherPlacement& placement, std::span<const st
 
 }  // namespace
 
-bool AgreesElsewhere(MarkerSize size, std::span<const std::uint8_t> occluded, std::span<const std::uint8_t> saturated,
+bool AgreesElsewhere(MarkerSize size, std::span<const Hidden> hidden, std::span<const std::uint8_t> saturated,
                      std::span<const std::uint8_t> border) {
   const int most = std::max(size.rows, size.cols) - 1;
   for (int turns = 0; turns < 4; ++turns)
     for (int down = -most; down <= most; ++down)
       for (int right = -most; right <= most; ++right) {
         if (turns == 0 && down == 0 && right == 0) continue;
-        if (Agrees(size, {turns, down, right}, occluded, saturated, border)) return true;
+        if (Agrees(size, {turns, down, right}, hidden, saturated, border)) return true;
       }
   return false;
 }
@@ -89,7 +89,7 @@ Identifier::Identifier(const DetectorOptions& options)
     : options_(options), rosters_(RostersOf(options)), borders_(BordersOf(options)), inks_(options.color_space) {}
 
 bool Identifier::MeasureInks(MarkerSize size, const std::vector<std::uint8_t>& border) {
-  const ShownCells shown{size, border, cells_->lights, occlusion_.cells()};
+  const ShownCells shown{size, border, cells_->lights, occlusion_.visibility()};
   if (!inks_.Measure(shown)) return false;
   return !occlusion_.AddOffColour(size, border, cells_->lights.light, inks_.white()) || inks_.Measure(shown);
 }
@@ -100,7 +100,7 @@ void Identifier::WeighKernel(MarkerSize size, Identity& identity) {
     if (IsBorder(size, row, col)) return;
     const bool dark = IsDark(row, col);
     float& log_likelihood = cells_->log_likelihood.emplace_back(0.0f);
-    if (occlusion_.cells()[cell] || !inks_.Of(dark).usable) {
+    if (!occlusion_.visibility().Shows(cell) || !inks_.Of(dark).usable) {
       ++identity.cells_hidden;
       return;
     }
@@ -147,7 +147,7 @@ bool Identifier::MayLieElsewhere(MarkerSize size, const std::vector<std::uint8_t
   ForCells(size, [&](std::size_t cell, int row, int col) {
     cells_->saturated[cell] = inks_.IsSaturated(cell, IsDark(row, col));
   });
-  return AgreesElsewhere(size, occlusion_.cells(), cells_->saturated, border);
+  return AgreesElsewhere(size, occlusion_.visibility().cells(), cells_->saturated, border);
 }
 
 Identifier::Reading Identifier::ReadingOf(MarkerSize size, Cell cell) const {
@@ -155,7 +155,7 @@ Identifier::Reading Identifier::ReadingOf(MarkerSize size, Cell cell) const {
   const bool dark = IsDark(cell.row, cell.col);
   Reading reading;
   reading.colour = inks_.ColourOf(i);
-  reading.occluded = occlusion_.cells()[i] != 0;
+  reading.hidden = occlusion_.visibility().cells()[i];
   if (inks_.Of(dark).usable) reading.saturated = inks_.IsSaturated(i, dark);
   if (!IsBorder(size, cell.row, cell.col))
     reading.log_likelihood =
@@ -166,7 +166,7 @@ Identifier::Reading Identifier::ReadingOf(MarkerSize size, Cell cell) const {
 void Identifier::MeasureOverlaps(MarkerSize size, Identity& identity) const {
   std::array<GaussianSum, 2> luminance, saturation;  // dark and light; unsaturated and saturated
   ForCells(size, [&](std::size_t cell, int row, int col) {
-    if (occlusion_.cells()[cell]) return;
+    if (!occlusion_.visibility().Shows(cell)) return;
     const bool dark = IsDark(row, col);
     luminance[dark].Add(inks_.ColourOf(cell).luminance);
     if (inks_.Of(dark).usable) saturation[inks_.IsSaturated(cell, dark)].Add(inks_.ColourOf(cell).saturation);
@@ -184,8 +184,7 @@ Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const L
   occlusion_.Find(board, size, cells_->lights.light);
   for (std::size_t f = 0; f < options_.families.size() && identity.family < 0; ++f)
     if (options_.families[f].code.size() == size) identity.family = static_cast<int>(f);
-  const auto occluded = std::count(occlusion_.cells().begin(), occlusion_.cells().end(), 1);
-  identity.plausible = occluded * 2 <= static_cast<std::ptrdiff_t>(occlusion_.cells().size());
+  identity.plausible = occlusion_.visibility().CountHidden() * 2 <= size.rows * size.cols;
   if (identity.family < 0 || !MeasureInks(size, borders_[static_cast<std::size_t>(identity.family)])) {
     identity.luminance_overlap = identity.saturation_overlap = 0.5;
     return identity;
@@ -195,7 +194,7 @@ Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const L
   WeighKernel(size, identity);
   Decode(size, identity);
   Decide(identity);
-  const bool covered = board.corners_used < CornerCount(size);
+  const bool covered = !board.visibility.ShowsAllCorners();
   if (covered && IsUnchecked(identity)) identity.id_decided = false;
   if (covered && board.reprojection_rms_px > kMostOffCoveredPx) identity.id_decided = false;
   if (covered && MayLieElsewhere(size, borders_[static_cast<std::size_t>(identity.family)])) {

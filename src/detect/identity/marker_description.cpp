@@ -45,12 +45,12 @@ void Describe(const FittedBoard& fitted, const Identity& identity, const Detecto
   } else {
     Set(marker, Warning::kIdUndecided);
   }
-  marker.corners_used = fitted.corners_used;
+  marker.corners_used = fitted.corners_used();
   marker.reprojection_rms_px = fitted.reprojection_rms_px;
-  if (identity.cells_hidden > 0 || fitted.corners_used < CornerCount(marker.size)) Set(marker, Warning::kPartlyHidden);
+  if (identity.cells_hidden > 0 || !fitted.visibility.ShowsAllCorners()) Set(marker, Warning::kPartlyHidden);
   marker.corners.fill(Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN()));
   for (int i = 0; i < CornerCount(marker.size); ++i)
-    if (fitted.corner_used[static_cast<std::size_t>(i)])
+    if (fitted.visibility.ShowsCorner(i))
       marker.corners[static_cast<std::size_t>(i)] =
           lens.ToImage(fitted.geometry.ToPlane(
                            CornerOnBoard(marker.size, i / (marker.size.cols - 1), i % (marker.size.cols - 1))))

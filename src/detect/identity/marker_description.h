@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "chequer/detector.h"
+#include "chequer/hidden.h"
 #include "detect/common/colours.h"
 #include "detect/common/light.h"
 #include "detect/common/scratch.h"
@@ -37,9 +38,9 @@ struct Identity {
 
 /// Whether what shows of a board agrees with the border just as well where the board lies turned, shifted, or both.
 /// That is so of one 6 × 6 board in sixteen of which two lines are occluded: turned by half and shifted by two lines,
-/// its sides are the same, and the line that becomes the border may be like it. @param occluded, saturated as seen,
+/// its sides are the same, and the line that becomes the border may be like it. @param hidden, saturated as seen,
 /// border as it should be: by cell, row by row.
-bool AgreesElsewhere(MarkerSize size, std::span<const std::uint8_t> occluded, std::span<const std::uint8_t> saturated,
+bool AgreesElsewhere(MarkerSize size, std::span<const Hidden> hidden, std::span<const std::uint8_t> saturated,
                      std::span<const std::uint8_t> border);
 
 /// Reads the identity of boards.
@@ -58,7 +59,7 @@ class Identifier {
   /// How a cell of the last board was read.
   struct Reading {
     CellColour colour;
-    bool occluded = true;
+    Hidden hidden = Hidden::kNot;
     std::optional<bool> saturated;  ///< nothing where the inks of its class cannot be told
     float log_likelihood = 0;       ///< of kernel cells
   };
@@ -68,7 +69,7 @@ class Identifier {
  private:
   /// Measures the inks by the border and leaves out cells of other colours. False if the inks of neither class differ.
   bool MeasureInks(MarkerSize size, const std::vector<std::uint8_t>& border);
-  /// Log likelihood ratio of each kernel cell, saturated to unsaturated; 0 if the cell is occluded.
+  /// Log likelihood ratio of each kernel cell, saturated to unsaturated; 0 if the cell is hidden.
   void WeighKernel(MarkerSize size, Identity& identity);
   /// The likeliest word of all families of that size.
   void Decode(MarkerSize size, Identity& identity);

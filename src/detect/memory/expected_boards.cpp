@@ -80,13 +80,15 @@ bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matr
   board.light.Assign(cells, Eigen::Vector3f::Zero());
   board.saturated.Assign(cells, 0);
   TellSaturation(remembered, board.saturated.data());
-  board.covered.Assign(cells, 0);
+  board.visibility = Visibility(board.size);
   const Eigen::Matrix2d pixel_by_board = BoardMiddle(geometry, lens).pixel_by_board;
   const float half_px = static_cast<float>(SampledHalfPx(pixel_by_board.colwise().norm().minCoeff()));
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const Eigen::Vector2d pixel = lens.ToImage(geometry.ToPlane(MiddleOfCell(board.size, static_cast<int>(cell))));
-    board.covered[cell] = !IsInside(reader, pixel);
-    if (board.covered[cell]) continue;
+    if (!IsInside(reader, pixel)) {
+      board.visibility.Hide(cell, Hidden::kOutside);
+      continue;
+    }
     board.light[cell] =
         reader.RoughRgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), half_px).cwiseMax(0);
   }
@@ -102,7 +104,7 @@ void ExpectedBoards::MeasureLeads(const AnchoredBoard& board) {
   const float per_cell = 2 / static_cast<float>(cells);
   ForCells(size, [&](std::size_t cell, int row, int col) {
     value[cell] = std::sqrt(std::max(board.light[cell][0] + board.light[cell][1], 0.0f));
-    counts[cell] = !board.covered[cell];
+    counts[cell] = board.visibility.Shows(cell);
     contrast += IsDark(row, col) ? -per_cell * value[cell] : per_cell * value[cell];
   });
   const std::span<const float> leads =
@@ -137,12 +139,13 @@ void ExpectedBoards::HideWhatDoesNotShow(const RememberedBoard& remembered, bool
   int occluded = 0;
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const float least = known ? std::max(kLeastLead, kLeastOfLead * gain * remembered.leads[cell]) : kLeastLead;
-    shows[cell] = !board.covered[cell] && leads_[cell] >= least;
+    shows[cell] = board.visibility.Shows(cell) && leads_[cell] >= least;
     occluded += !shows[cell];
   }
   if (occluded < kFewestOccluded) return;
-  for (std::size_t cell = 0; cell < cells; ++cell) board.covered[cell] = !shows[cell];
-  HideBetween(board.size, std::span(board.covered.data(), cells));
+  for (std::size_t cell = 0; cell < cells; ++cell)
+    if (!shows[cell]) board.visibility.Hide(cell, Hidden::kFlat);
+  board.visibility.HideEnclosed();
 }
 
 ExpectedBoards::Evidence ExpectedBoards::EvidenceOf(const RememberedBoard& remembered,
@@ -153,7 +156,7 @@ ExpectedBoards::Evidence ExpectedBoards::EvidenceOf(const RememberedBoard& remem
   Evidence evidence;
   ForCells(size, [&](std::size_t cell, int row, int col) {
     const Identifier::Reading reading = identifier.ReadingOf(size, {row, col});
-    if (reading.occluded) return;
+    if (reading.hidden != Hidden::kNot) return;
     const bool is_saturated = saturated[cell] != 0;
     if (IsBorder(size, row, col)) {
       if (!reading.saturated) return;

@@ -24,8 +24,7 @@ class BoardEquationsTest : public testing::TestWithParam<int> {
     Eigen::Matrix3d h;
     h << 12, 0, 100, 0, 12, 100, 0, 0, 1;
     pixels_.Collect(LightReader(image, table), Lens(), kSize, BoardGeometry(h), 1);
-    used_.fill(true);
-    used_[3] = false;
+    hidden_[3] = Hidden::kMisfit;
     for (CornerDerivative& by : derivatives_)
       for (int k = 0; k < BoardGeometry::kParameters; ++k) by.x[k] = value_(random_), by.y[k] = value_(random_);
     FillLanes();
@@ -54,7 +53,7 @@ class BoardEquationsTest : public testing::TestWithParam<int> {
     residual->setZero(most);
     std::ptrdiff_t next = 0;
     for (int corner = 0; corner < kCorners; ++corner) {
-      if (!used_[static_cast<std::size_t>(corner)]) continue;
+      if (hidden_[static_cast<std::size_t>(corner)] != Hidden::kNot) continue;
       const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner)];
       for (int phase = 0; phase < 4; ++phase) {
         const Eigen::MatrixXd& rows = rows_[static_cast<std::size_t>(pixels_.Lane(corner) + phase)];
@@ -79,7 +78,7 @@ class BoardEquationsTest : public testing::TestWithParam<int> {
   std::uniform_real_distribution<double> value_{-1, 1};
   BoardPixels pixels_;
   std::array<CornerDerivative, kCorners> derivatives_;
-  std::array<bool, kCorners> used_;
+  std::array<Hidden, kCorners> hidden_{};
   std::vector<Eigen::MatrixXd> rows_;
 };
 
@@ -106,7 +105,7 @@ TEST_P(BoardEquationsTest, SolvesAsADenseSolverDoes) {
 
     BoardEquations equations;
     equations.SetDerivatives(derivatives_);
-    equations.Assemble({.pixels = &pixels_, .used = used_, .red_phase = red, .own_levels = own_levels});
+    equations.Assemble({.pixels = &pixels_, .hidden = hidden_, .red_phase = red, .own_levels = own_levels});
     const BoardEquations::Vector step = equations.normal().llt().solve(equations.gradient());
     EXPECT_LT((step - solution.head<BoardEquations::kUnknowns>()).norm(), 1e-4);
     EXPECT_NEAR(equations.chi_square() - step.dot(equations.gradient()), (residual - dense * solution).squaredNorm(),
@@ -132,7 +131,7 @@ TEST_P(BoardEquationsTest, FixedLevelsLeaveTheShapesAlone) {
       Dense(ChannelsOfPhases(GetParam()), 3, false, &residual).leftCols<int{BoardEquations::kUnknowns}>();
   BoardEquations equations;
   equations.SetDerivatives(derivatives_);
-  equations.Assemble({.pixels = &pixels_, .used = used_, .red_phase = GetParam(), .fixed_levels = true});
+  equations.Assemble({.pixels = &pixels_, .hidden = hidden_, .red_phase = GetParam(), .fixed_levels = true});
   EXPECT_LT((equations.normal() - dense.transpose() * dense).norm(), 1e-4 * equations.normal().norm());
   EXPECT_LT((equations.gradient() - dense.transpose() * residual).norm(), 1e-4 * equations.gradient().norm());
 }
@@ -140,14 +139,14 @@ TEST_P(BoardEquationsTest, FixedLevelsLeaveTheShapesAlone) {
 TEST_P(BoardEquationsTest, TellsWhatIsLeftOfACornersShift) {
   BoardEquations equations;
   equations.SetDerivatives(derivatives_);
-  equations.Assemble({.pixels = &pixels_, .used = used_, .red_phase = GetParam()});
+  equations.Assemble({.pixels = &pixels_, .hidden = hidden_, .red_phase = GetParam()});
   std::vector<PhaseValues> moves(kCells, PhaseValues{});
   const BoardEquations::Vector step = 0.01 * BoardEquations::Vector::LinSpaced(-1, 1);
   equations.MoveLevels(step, moves);
   std::array<BoardEquations::CornerShift, kCorners> shifts;
-  equations.FindShifts({.pixels = &pixels_, .used = used_, .red_phase = GetParam()}, step, shifts);
+  equations.FindShifts({.pixels = &pixels_, .hidden = hidden_, .red_phase = GetParam()}, step, shifts);
   for (int corner = 0; corner < kCorners; ++corner) {
-    if (!used_[static_cast<std::size_t>(corner)]) continue;
+    if (hidden_[static_cast<std::size_t>(corner)] != Hidden::kNot) continue;
     const int cell = pixels_.Cell(corner), lane = pixels_.Lane(corner);
     Eigen::Vector2d expected = Eigen::Vector2d::Zero();
     Eigen::Matrix2d information = Eigen::Matrix2d::Zero();

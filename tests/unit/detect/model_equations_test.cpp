@@ -23,8 +23,7 @@ class ModelEquationsTest : public testing::TestWithParam<int> {
     Eigen::Matrix3d h;
     h << 12, 0, 100, 0, 12, 100, 0, 0, 1;
     pixels_.Collect(LightReader(image, table), Lens(), kModelSize, BoardGeometry(h), 1);
-    used_.fill(true);
-    used_[5] = false;
+    hidden_[5] = Hidden::kMisfit;
     lanes_.Reset(pixels_.lanes().padded(), columns_.products());
     for (int lane = 0; lane < pixels_.lanes().lanes(); ++lane) {
       Eigen::MatrixXf rows(kModelRows, columns_.count);
@@ -51,7 +50,7 @@ class ModelEquationsTest : public testing::TestWithParam<int> {
     input.pixels = &pixels_;
     input.lanes = &lanes_;
     input.columns = columns_;
-    input.used = used_;
+    input.hidden = hidden_;
     input.levels = levels_;
     input.channel_of_phase = channel_of_phase;
     input.level_count = kModelCells;
@@ -64,7 +63,7 @@ class ModelEquationsTest : public testing::TestWithParam<int> {
   ModelColumns columns_{ModelTerms().With<MotionTerm, DotGainTerm, ShadowTerm>()};
   BoardPixels pixels_;
   ModelLanes lanes_;
-  std::array<bool, kModelCorners> used_{};
+  std::array<Hidden, kModelCorners> hidden_{};
   std::vector<Eigen::MatrixXd> rows_;
   std::vector<ModelEquations::LevelsAround16> levels_;
 };
@@ -78,7 +77,7 @@ TEST_P(ModelEquationsTest, SolveAsADenseSystemDoes) {
   Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
   double square = 0;
   for (int corner = 0; corner < kModelCorners; ++corner) {
-    if (!used_[static_cast<std::size_t>(corner)]) continue;
+    if (hidden_[static_cast<std::size_t>(corner)] != Hidden::kNot) continue;
     for (int phase = 0; phase < 4; ++phase) {
       const Eigen::MatrixXd& rows = rows_[static_cast<std::size_t>(pixels_.Lane(corner) + phase)];
       Eigen::MatrixXd all = Eigen::MatrixXd::Zero(kModelRows, unknowns);
@@ -112,7 +111,7 @@ TEST_P(ModelEquationsTest, SolveAsADenseSystemDoes) {
 INSTANTIATE_TEST_SUITE_P(Channels, ModelEquationsTest, testing::Values(1, 3));
 
 TEST_F(ModelEquationsTest, WithoutPixelsNothingIsSolved) {
-  used_.fill(false);
+  hidden_.fill(Hidden::kMisfit);
   ModelEquations equations;
   EXPECT_FALSE(equations.Solve(Input({0, 1, 1, 2})));
 }

@@ -13,11 +13,11 @@ constexpr MarkerSize kSixBySix{6, 6};
 /// lines at the top are occluded.
 int AgreeElsewhere(int occluded_lines) {
   const std::vector<std::uint8_t> border = CellSaturation(kSixBySix, 0);
-  std::vector<std::uint8_t> occluded(border.size(), 0);
-  std::fill_n(occluded.begin(), occluded_lines * kSixBySix.cols, std::uint8_t{1});
+  std::vector<Hidden> hidden(border.size(), Hidden::kNot);
+  std::fill_n(hidden.begin(), occluded_lines * kSixBySix.cols, Hidden::kFlat);
   int agree = 0;
   for (std::uint64_t line = 0; line < 16; ++line)
-    agree += AgreesElsewhere(kSixBySix, occluded, CellSaturation(kSixBySix, 0x5020 | line << 8), border);
+    agree += AgreesElsewhere(kSixBySix, hidden, CellSaturation(kSixBySix, 0x5020 | line << 8), border);
   return agree;
 }
 

@@ -25,11 +25,12 @@ struct ShadedBoard {
       }
   }
   ShadedCells Cells() const {
-    return {.size = kShadedSize, .levels = levels, .saturated = saturated, .occluded = occluded};
+    return {.size = kShadedSize, .levels = levels, .saturated = saturated, .hidden = hidden};
   }
 
   std::vector<PhaseValues> levels;
-  std::vector<std::uint8_t> saturated, occluded;
+  std::vector<std::uint8_t> saturated;
+  std::vector<Hidden> hidden;
 };
 
 TEST(Shading, FindsAWeakGradient) {
@@ -96,22 +97,22 @@ TEST(Shading, FindsABentLight) {
 
 TEST(Shading, DoesNotTakeACoverForShade) {
   ShadedBoard board([](double, double) { return 1.0; });
-  board.occluded.assign(board.levels.size(), 0);
+  board.hidden.assign(board.levels.size(), Hidden::kNot);
   for (std::size_t cell = 0; cell < 6; ++cell) {
     board.levels[cell].fill(0.15f);
-    board.occluded[cell] = 1;
+    board.hidden[cell] = Hidden::kFlat;
   }
   const auto shading = FindShading(board.Cells());
   ASSERT_TRUE(shading);
   EXPECT_LT(shading->slope.norm(), 1e-6);
-  board.occluded.clear();
+  board.hidden.clear();
   const auto covered = FindShading(board.Cells());
   EXPECT_TRUE(!covered || covered->slope.norm() > 0.05) << "the test's cover is none";
 }
 
 TEST(Shading, SaysNothingOfCellsThatDoNotTell) {
   ShadedBoard board([](double, double) { return 1.0; });
-  board.occluded.assign(board.levels.size(), 1);
+  board.hidden.assign(board.levels.size(), Hidden::kFlat);
   EXPECT_FALSE(FindShading(board.Cells()));
 }
 

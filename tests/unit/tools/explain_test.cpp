@@ -23,6 +23,7 @@ namespace chequer {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class ExplainTest : public ::testing::Test {
  protected:
@@ -63,6 +64,18 @@ class ExplainTest : public ::testing::Test {
 TEST_F(ExplainTest, TellsWhatWasRead) {
   EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("id 1234"));
   EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("1 boards > 1 markers"));
+}
+
+TEST_F(ExplainTest, CountsWhatIsHiddenByReason) {
+  EXPECT_THAT(DescribeExplanation(explanation_), Not(HasSubstr("hidden")));
+  ASSERT_FALSE(trace_.candidates.empty());
+  TraceCandidate& candidate = trace_.candidates[0];
+  ASSERT_EQ(candidate.inner_corners.size(), 25u);
+  candidate.inner_corners[0] = candidate.inner_corners[1] = Hidden::kMisfit;
+  candidate.inner_corners[2] = Hidden::kOutside;
+  EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("; hidden: 3 corners (1 outside, 2 misfit)"));
+  candidate.cells[0].hidden = Hidden::kOffColour;
+  EXPECT_THAT(DescribeExplanation(explanation_), HasSubstr("; hidden: 1 cells (1 off_colour), 3 corners"));
 }
 
 TEST_F(ExplainTest, ContactSheetFitsAScreenAndShowsTheTroubledFirst) {

@@ -1,0 +1,77 @@
+#include "detect/common/visibility.h"
+
+#include <algorithm>
+#include <array>
+
+#include "detect/common/board_geometry.h"
+#include "detect/common/neighbours.h"
+
+namespace chequer {
+namespace {
+
+/// So many hidden cells around a corner leave it one edge at most.
+constexpr int kHiddenAround = 2;
+
+}  // namespace
+
+Visibility::Visibility(MarkerSize size) : size_(size) {
+  cells_.Assign(static_cast<std::size_t>(size.rows * size.cols), Hidden::kNot);
+  corners_.Assign(static_cast<std::size_t>(CornerCount(size)), Hidden::kNot);
+}
+
+int Visibility::CountHidden() const {
+  return static_cast<int>(cells_.size()) - static_cast<int>(std::count(cells_.begin(), cells_.end(), Hidden::kNot));
+}
+
+int Visibility::CountCorners() const {
+  return static_cast<int>(std::count(corners_.begin(), corners_.end(), Hidden::kNot));
+}
+
+void Visibility::Hide(std::size_t cell, Hidden why) {
+  if (cells_[cell] == Hidden::kNot) cells_[cell] = why;
+}
+
+void Visibility::HideEnclosed() {
+  std::array<std::uint8_t, kMaxCells> hidden;
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell) hidden[cell] = !Shows(cell);
+  HideBetween(size_, std::span(hidden).first(cells_.size()));
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell)
+    if (hidden[cell]) Hide(cell, Hidden::kEnclosed);
+}
+
+void Visibility::HideCellsBeside(int corner) {
+  for (const int cell : CellsAround(size_, corner)) Hide(static_cast<std::size_t>(cell), Hidden::kBeside);
+}
+
+bool Visibility::LiesBesideHidden(int corner) const {
+  const std::array<int, 4> cells = CellsAround(size_, corner);
+  return std::count_if(cells.begin(), cells.end(), [&](int cell) { return !Shows(static_cast<std::size_t>(cell)); }) >=
+         kHiddenAround;
+}
+
+template <class Follows>
+void Visibility::ShowCells(const Follows& follows) {
+  if (ShowsAllCorners()) return cells_.Assign(cells_.size(), Hidden::kNot);
+  // By cell, how many corners around it show, and how many there are.
+  std::array<std::uint8_t, kMaxCells> showing{}, all{};
+  for (int corner = 0; corner < CornerCount(size_); ++corner)
+    for (const int cell : CellsAround(size_, corner)) {
+      showing[static_cast<std::size_t>(cell)] += ShowsCorner(corner);
+      ++all[static_cast<std::size_t>(cell)];
+    }
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell)
+    if (follows(showing[cell], all[cell]))
+      cells_[cell] = Hidden::kNot;
+    else
+      Hide(cell, Hidden::kBeside);
+}
+
+void Visibility::ShowCellsByAllCorners() {
+  ShowCells([](int showing, int all) { return showing == all; });
+}
+
+void Visibility::ShowCellsByAnyCorner() {
+  ShowCells([](int showing, int /*all*/) { return showing > 0; });
+}
+
+}  // namespace chequer

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "chequer/hidden.h"
+#include "chequer/marker.h"
+#include "detect/common/fixed_vector.h"
+
+namespace chequer {
+
+/// What shows of a board, by cell and by inner corner, and why the rest does not. Begun where a board is found or
+/// expected, by the contrast of its cells; the fit adds the corners that its model does not explain, and lets cells
+/// follow them; the identification adds cells of a wrong contrast or colour.
+class Visibility {
+ public:
+  Visibility() = default;
+  /// All of it shows.
+  explicit Visibility(MarkerSize size);
+
+  MarkerSize size() const { return size_; }
+  bool Shows(std::size_t cell) const { return cells_[cell] == Hidden::kNot; }
+  bool ShowsCorner(int corner) const { return OfCorner(corner) == Hidden::kNot; }
+  /// Row by row.
+  std::span<const Hidden> cells() const { return {cells_.data(), cells_.size()}; }
+  std::span<const Hidden> corners() const { return {corners_.data(), corners_.size()}; }
+  Hidden OfCorner(int corner) const { return corners_[static_cast<std::size_t>(corner)]; }
+  int CountHidden() const;
+  int CountCorners() const;  ///< that show
+  bool ShowsAll() const { return CountHidden() == 0; }
+  bool ShowsAllCorners() const { return CountCorners() == CornerCount(size_); }
+
+  /// A cell keeps the first reason.
+  void Hide(std::size_t cell, Hidden why);
+  void Set(int corner, Hidden why) { corners_[static_cast<std::size_t>(corner)] = why; }
+  /// Cells that hidden ones enclose (HideBetween()).
+  void HideEnclosed();
+  void HideCellsBeside(int corner);
+  /// A corner between two hidden cells or more has hardly an edge.
+  bool LiesBesideHidden(int corner) const;
+  /// Cells follow what was found of the corners around them: one shows if all of them do, so that nothing else shines
+  /// into it, …
+  void ShowCellsByAllCorners();
+  /// … or if one of them does, so that it is seen at all.
+  void ShowCellsByAnyCorner();
+  /// As an earlier fit of the board had them.
+  void TakeCellsOf(const Visibility& earlier) { cells_ = earlier.cells_; }
+
+ private:
+  /// @param follows whether they show.
+  template <class Follows>
+  void ShowCells(const Follows& follows);
+
+  MarkerSize size_;
+  FixedVector<Hidden, kMaxCells> cells_;
+  FixedVector<Hidden, kMaxCorners> corners_;
+};
+
+}  // namespace chequer
