@@ -19,18 +19,6 @@ Visibility::Visibility(MarkerSize size) : size_(size) {
   corners_.Assign(static_cast<std::size_t>(CornerCount(size)), Hidden::kNot);
 }
 
-int Visibility::CountHidden() const {
-  return static_cast<int>(cells_.size()) - static_cast<int>(std::count(cells_.begin(), cells_.end(), Hidden::kNot));
-}
-
-int Visibility::CountCorners() const {
-  return static_cast<int>(std::count(corners_.begin(), corners_.end(), Hidden::kNot));
-}
-
-void Visibility::Hide(std::size_t cell, Hidden why) {
-  if (cells_[cell] == Hidden::kNot) cells_[cell] = why;
-}
-
 void Visibility::HideEnclosed() {
   std::array<std::uint8_t, kMaxCells> hidden;
   for (std::size_t cell = 0; cell < cells_.size(); ++cell) hidden[cell] = !Shows(cell);
@@ -51,7 +39,7 @@ bool Visibility::LiesBesideHidden(int corner) const {
 
 template <class Follows>
 void Visibility::ShowCells(const Follows& follows) {
-  if (ShowsAllCorners()) return cells_.Assign(cells_.size(), Hidden::kNot);
+  if (ShowsAll() && ShowsAllCorners()) return;
   // By cell, how many corners around it show, and how many there are.
   std::array<std::uint8_t, kMaxCells> showing{}, all{};
   for (int corner = 0; corner < CornerCount(size_); ++corner)
@@ -61,7 +49,7 @@ void Visibility::ShowCells(const Follows& follows) {
     }
   for (std::size_t cell = 0; cell < cells_.size(); ++cell)
     if (follows(showing[cell], all[cell]))
-      cells_[cell] = Hidden::kNot;
+      Show(cell);
     else
       Hide(cell, Hidden::kBeside);
 }

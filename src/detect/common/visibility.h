@@ -26,14 +26,19 @@ class Visibility {
   std::span<const Hidden> cells() const { return {cells_.data(), cells_.size()}; }
   std::span<const Hidden> corners() const { return {corners_.data(), corners_.size()}; }
   Hidden OfCorner(int corner) const { return corners_[static_cast<std::size_t>(corner)]; }
-  int CountHidden() const;
-  int CountCorners() const;  ///< that show
-  bool ShowsAll() const { return CountHidden() == 0; }
-  bool ShowsAllCorners() const { return CountCorners() == CornerCount(size_); }
+  int hidden_cells() const { return hidden_cells_; }
+  int CountCorners() const { return CornerCount(size_) - hidden_corners_; }  ///< that show
+  bool ShowsAll() const { return hidden_cells_ == 0; }
+  bool ShowsAllCorners() const { return hidden_corners_ == 0; }
 
   /// A cell keeps the first reason.
-  void Hide(std::size_t cell, Hidden why);
-  void Set(int corner, Hidden why) { corners_[static_cast<std::size_t>(corner)] = why; }
+  void Hide(std::size_t cell, Hidden why) {
+    if (Shows(cell)) cells_[cell] = why, ++hidden_cells_;
+  }
+  void Set(int corner, Hidden why) {
+    hidden_corners_ += int{why != Hidden::kNot} - int{!ShowsCorner(corner)};
+    corners_[static_cast<std::size_t>(corner)] = why;
+  }
   /// Cells that hidden ones enclose (HideBetween()).
   void HideEnclosed();
   void HideCellsBeside(int corner);
@@ -45,16 +50,24 @@ class Visibility {
   /// … or if one of them does, so that it is seen at all.
   void ShowCellsByAnyCorner();
   /// As an earlier fit of the board had them.
-  void TakeCellsOf(const Visibility& earlier) { cells_ = earlier.cells_; }
+  void TakeCellsOf(const Visibility& earlier) {
+    cells_ = earlier.cells_;
+    hidden_cells_ = earlier.hidden_cells_;
+  }
 
  private:
-  /// @param follows whether they show.
+  /// @param follows whether a cell shows, by how many of the corners around it do, and how many there are.
   template <class Follows>
   void ShowCells(const Follows& follows);
+  void Show(std::size_t cell) {
+    hidden_cells_ -= int{!Shows(cell)};
+    cells_[cell] = Hidden::kNot;
+  }
 
   MarkerSize size_;
   FixedVector<Hidden, kMaxCells> cells_;
   FixedVector<Hidden, kMaxCorners> corners_;
+  int hidden_cells_ = 0, hidden_corners_ = 0;
 };
 
 }  // namespace chequer

@@ -25,7 +25,7 @@ void CellOcclusion::Find(const FittedBoard& board, MarkerSize size, std::span<co
   // Cells that no corner tells of may look like the board's: where they are but a line or so, only those that do not
   // are evidence of a cover. More of them lie under one.
   found_->wrong.assign(light.size(), 0);
-  if (visibility.CountHidden() > std::max(size.rows, size.cols) + kFewUnseen)
+  if (visibility.hidden_cells() > std::max(size.rows, size.cols) + kFewUnseen)
     std::ranges::transform(visibility.cells(), found_->wrong.begin(),
                            [](Hidden hidden) { return hidden != Hidden::kNot; });
   MarkFlat(size, light);
@@ -56,7 +56,7 @@ void CellOcclusion::MarkFlat(MarkerSize size, std::span<const Eigen::Vector3f> l
 
 bool CellOcclusion::HideWrong(MarkerSize size, Hidden why) {
   Visibility& visibility = found_->visibility;
-  const int before = visibility.CountHidden();
+  const int before = visibility.hidden_cells();
   const auto hide = [&](Hidden as) {
     for (std::size_t cell = 0; cell < found_->wrong.size(); ++cell)
       if (found_->wrong[cell]) visibility.Hide(cell, as);
@@ -64,7 +64,7 @@ bool CellOcclusion::HideWrong(MarkerSize size, Hidden why) {
   hide(why);
   HideBetween(size, found_->wrong);
   hide(Hidden::kEnclosed);
-  return visibility.CountHidden() > before;
+  return visibility.hidden_cells() > before;
 }
 
 bool CellOcclusion::MeasureShares(MarkerSize size, std::span<const std::uint8_t> border,

@@ -184,7 +184,7 @@ Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const L
   occlusion_.Find(board, size, cells_->lights.light);
   for (std::size_t f = 0; f < options_.families.size() && identity.family < 0; ++f)
     if (options_.families[f].code.size() == size) identity.family = static_cast<int>(f);
-  identity.plausible = occlusion_.visibility().CountHidden() * 2 <= size.rows * size.cols;
+  identity.plausible = occlusion_.visibility().hidden_cells() * 2 <= size.rows * size.cols;
   if (identity.family < 0 || !MeasureInks(size, borders_[static_cast<std::size_t>(identity.family)])) {
     identity.luminance_overlap = identity.saturation_overlap = 0.5;
     return identity;

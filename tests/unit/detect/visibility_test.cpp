@@ -35,7 +35,7 @@ TEST(Visibility, KeepsTheFirstReasonOfACell) {
   visibility.Hide(3, Hidden::kOutside);
   visibility.Hide(3, Hidden::kFlat);
   EXPECT_EQ(visibility.cells()[3], Hidden::kOutside);
-  EXPECT_EQ(visibility.CountHidden(), 1);
+  EXPECT_EQ(visibility.hidden_cells(), 1);
 }
 
 TEST(Visibility, HidesWhatHiddenCellsEnclose) {
@@ -44,7 +44,7 @@ TEST(Visibility, HidesWhatHiddenCellsEnclose) {
   visibility.Hide(CellAt(2, 3), Hidden::kFlat);
   visibility.HideEnclosed();
   EXPECT_EQ(visibility.cells()[CellAt(2, 2)], Hidden::kEnclosed);
-  EXPECT_EQ(visibility.CountHidden(), 3);
+  EXPECT_EQ(visibility.hidden_cells(), 3);
 }
 
 TEST(Visibility, LeavesCornersBetweenTwoHiddenCells) {
@@ -66,11 +66,11 @@ TEST(Visibility, CellsFollowTheCornersAroundThem) {
   visibility.ShowCellsByAllCorners();
   for (const std::size_t beside : {CellAt(0, 0), CellAt(0, 1), CellAt(1, 1), CellAt(0, 2), CellAt(1, 2)})
     EXPECT_EQ(visibility.cells()[beside], Hidden::kBeside) << beside;
-  EXPECT_EQ(visibility.CountHidden(), 6) << "the cell that seemed flat has four corners that show";
+  EXPECT_EQ(visibility.hidden_cells(), 6) << "the cell that seemed flat has four corners that show";
   by_any.ShowCellsByAnyCorner();
   EXPECT_EQ(by_any.cells()[CellAt(0, 0)], Hidden::kBeside);
   EXPECT_EQ(by_any.cells()[CellAt(0, 1)], Hidden::kBeside);
-  EXPECT_EQ(by_any.CountHidden(), 2) << "the others have another corner";
+  EXPECT_EQ(by_any.hidden_cells(), 2) << "the others have another corner";
   by_any.Set(0, Hidden::kNot);
   by_any.Set(1, Hidden::kNot);
   by_any.ShowCellsByAnyCorner();
