@@ -122,7 +122,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   BoardOutcome outcome;
   const FittedBoard* fitted = reader.fit.Fit(job.measured, job.lens, StartOf(job, order));
   outcome.wants_more = reader.fit.wants_more();
-  outcome.lies_elsewhere = reader.fit.lies_elsewhere();
+  outcome.expected.lies_elsewhere = reader.fit.lies_elsewhere();
   outcome.work.Add(reader.fit.work());
   outcome.work.Add(WorkStep::kReading);
   const auto refuse = [&](Refusal why, double measured = 0, double required = 0) {
@@ -137,11 +137,11 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   outcome.work.Add(WorkStep::kMixedPixel, identity.mixed_pixels);
   job.tracer.Read(index, *fitted, identity, reader.identifier, job.lens);
   if (!identity.id_decided || !identity.plausible)
-    outcome.agrees = AgreesWithExpected(job, index, *fitted, identity, reader.identifier);
+    outcome.expected.agrees = AgreesWithExpected(job, index, *fitted, identity, reader.identifier);
   if (!identity.plausible) {
-    if (!outcome.agrees) return refuse(Refusal::kCellsHidden);
+    if (!outcome.expected.agrees) return refuse(Refusal::kCellsHidden);
     // Too little shows for a board that is not followed: it counts only with the identity that it had.
-    outcome.carried_or_none = true;
+    outcome.expected.carried_or_none = true;
     identity.id_decided = false;
   }
   outcome.plane_from_board = fitted->geometry.plane_from_board();
@@ -149,7 +149,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   std::optional<std::array<PlanePose, 2>> poses;
   BoardMeasurement measured;
   if (job.lens.calibrated()) {
-    const Eigen::Vector2d cell_m = CellOf(job, identity, index, outcome.agrees);
+    const Eigen::Vector2d cell_m = CellOf(job, identity, index, outcome.expected.agrees);
     measured = MeasurementOf(*fitted, size, cell_m, job.options.print_tolerance, job.lens);
     poses = PosesOf(measured);
     if (!poses) return refuse(Refusal::kNoPose);

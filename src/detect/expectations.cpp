@@ -133,7 +133,7 @@ void RefuseContradicting(const ImageJob& job, std::size_t board) {
   BoardOutcome& outcome = job.frame.outcomes[board];
   if (!outcome.is_read() || job.frame.WasRead(board)) return;
   outcome.accepted = outcome.wants_more = false;
-  outcome.contradicted = true;
+  outcome.expected.contradicted = true;
   job.tracer.Refuse(board, Refusal::kSeenTwice);
 }
 
@@ -141,7 +141,7 @@ void RefuseContradicting(const ImageJob& job, std::size_t board) {
 bool MayCarry(const ImageJob& job, const StreamImage& stream, std::size_t board) {
   const BoardOutcome& outcome = job.frame.outcomes[board];
   const RememberedBoard& expected = job.frame.expected[board];
-  return !job.frame.WasRead(board) && outcome.accepted && outcome.agrees && expected.may_carry &&
+  return !job.frame.WasRead(board) && outcome.accepted && outcome.expected.agrees && expected.may_carry &&
          AreCellsAlike(job.options, outcome.marker.family, expected.family) &&
          Seconds(stream.captured - expected.decided) <= job.options.carry_s && !job.frame.ReadElsewhere(board);
 }
@@ -166,8 +166,8 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   const AnchoredBoard& anchored = frame.boards[board];
   read.family = outcome.marker.family;
   read.id = *outcome.marker.id;
-  read.kernel = outcome.carried ? before->kernel : outcome.kernel;
-  read.decided = outcome.carried ? before->decided : captured;
+  read.kernel = outcome.expected.carried ? before->kernel : outcome.kernel;
+  read.decided = outcome.expected.carried ? before->decided : captured;
   read.scale = anchored.scale;
   if (frame.IsExpected(board) && frame.stream.shift_px.isZero() && last_places.same()) {
     read.motion.Learn(before->motion, before->plane_from_board, frame.stream.ahead_s, outcome.plane_from_board);
@@ -178,7 +178,7 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   read.contrast = SampledContrast(anchored);
   if (before) read.contrast = std::max(read.contrast, kContrastKept * before->contrast);
   read.learnt = outcome.learnt;
-  if (!outcome.carried && !outcome.marker.Has(Warning::kPartlyHidden) &&
+  if (!outcome.expected.carried && !outcome.marker.Has(Warning::kPartlyHidden) &&
       outcome.marker.corners_used == CornerCount(anchored.size))
     job.expected_boards.LearnLeads(anchored, read);
   else if (before)
@@ -223,7 +223,7 @@ void JudgeExpected(const ImageJob& job, const StreamImage& stream) {
     const BoardOutcome& outcome = frame.outcomes[i];
     const bool shows = Shows(frame, i);
     frame.stream.missing += !outcome.accepted && !shows;
-    if (outcome.lies_elsewhere) frame.stream.postponed[i] = true;
+    if (outcome.expected.lies_elsewhere) frame.stream.postponed[i] = true;
     // What shows where it was expected is fitted further first; what does not is searched for in any case.
     if (frame.WasRead(i) || MayCarry(job, stream, i) || (outcome.wants_more && (outcome.accepted || shows))) continue;
     frame.stream.lost.push_back(i);
@@ -238,9 +238,9 @@ void DecideExpected(const ImageJob& job, const StreamImage& stream) {
     BoardOutcome& outcome = frame.outcomes[i];
     frame.stats.expected_read += frame.WasRead(i);
     if (MayCarry(job, stream, i)) {
-      outcome.carried = true;
+      outcome.expected.carried = true;
       CarryIdentity(frame.expected[i].family, frame.expected[i].id, job.options, outcome.marker);
-    } else if (outcome.carried_or_none && outcome.accepted) {
+    } else if (outcome.expected.carried_or_none && outcome.accepted) {
       outcome.accepted = false;
       job.tracer.Refuse(i, Refusal::kCellsHidden);
     }
@@ -265,10 +265,10 @@ void TraceExpectations(const ImageJob& job, const StreamImage& stream) {
     };
     expected.center_px = center(board.plane_from_board);
     if (outcome.accepted) expected.off_px = center(outcome.plane_from_board) - expected.center_px;
-    expected.fate = outcome.carried                        ? ExpectedFate::kCarried
+    expected.fate = outcome.expected.carried               ? ExpectedFate::kCarried
                     : outcome.accepted && frame.WasRead(i) ? ExpectedFate::kRead
                     : outcome.accepted                     ? ExpectedFate::kNoId
-                    : outcome.contradicted                 ? ExpectedFate::kOther
+                    : outcome.expected.contradicted        ? ExpectedFate::kOther
                     : outcome.deferred                     ? ExpectedFate::kDeferred
                                                            : ExpectedFate::kLost;
   }

@@ -35,16 +35,17 @@ struct BoardOutcome {
   std::uint64_t kernel = 0;      ///< that the id was read from
   BlurShape motion, blur_shape;  ///< of FittedBoard
   double moved_square = std::numeric_limits<double>::infinity();
-  /// Of a board that was expected and is not decided: what shows is the remembered one's.
-  bool agrees = false;
-  /// So little of it shows that it counts only if its identity is carried.
-  bool carried_or_none = false;
-  bool carried = false;         ///< its identity is the remembered one's
-  bool contradicted = false;    ///< another was read where it was expected
-  bool lies_elsewhere = false;  ///< nothing shows where it was expected that a fit comes near
-  bool deferred = false;        ///< it was not fitted, or not as it should be
-  bool wants_more = false;      ///< only the plain fit was done, and another may explain it better
-  LearntBoard learnt;           ///< with this frame; empty where nothing was, or is to be
+  /// Of a board that was expected.
+  struct Expected {
+    bool agrees = false;           ///< its identity is not decided; what shows is the remembered one's
+    bool carried_or_none = false;  ///< so little of it shows that it counts only if its identity is carried
+    bool carried = false;          ///< its identity is the remembered one's
+    bool contradicted = false;     ///< another was read where it was expected
+    bool lies_elsewhere = false;   ///< nothing shows where it was expected that a fit comes near
+  } expected;
+  bool deferred = false;    ///< it was not fitted, or not as it should be
+  bool wants_more = false;  ///< only the plain fit was done, and another may explain it better
+  LearntBoard learnt;       ///< with this frame; empty where nothing was, or is to be
   WorkMeter work;
 
   bool is_read() const { return accepted && marker.id.has_value(); }

@@ -65,7 +65,7 @@ bool ChooseGivenUp(const ImageJob& job) {
   for (std::size_t i = 0; i < frame.expected.size(); ++i) {
     const BoardOutcome& outcome = frame.outcomes[i];
     // Without an id, and where what shows is not the remembered one's, a fit may have slid along the pattern.
-    const bool found = outcome.accepted && (outcome.marker.id || outcome.agrees);
+    const bool found = outcome.accepted && (outcome.marker.id || outcome.expected.agrees);
     if (found || outcome.deferred || frame.ReadElsewhere(i) || std::find(lost.begin(), lost.end(), i) != lost.end())
       continue;
     SearchAround(frame.boards[i].box, frame.given_up);

@@ -28,9 +28,9 @@ void BlurShapeFit::SetMeanSquare(double square) {
   lens_ = std::max(variance_ - kOfWay / 2 * way, kLeastOfLens * variance_);
 }
 
-double BlurShapeFit::Step(double least_gain, bool may_turn, BlurShape& shape) const {
+double BlurShapeFit::Step(double least_gain, BlurShape& shape) const {
   shape = shape_;
-  if (shape_.round()) return StepOfRound(least_gain, may_turn, shape);
+  if (shape_.round()) return StepOfRound(least_gain, shape);
   const Eigen::Matrix3d of_pixels = information_.selfadjointView<Eigen::Lower>();
   Eigen::Matrix3d information = of_pixels;
   Eigen::Vector3d gradient = gradient_;
@@ -47,20 +47,22 @@ double BlurShapeFit::Step(double least_gain, bool may_turn, BlurShape& shape) co
   return falls;
 }
 
-double BlurShapeFit::StepOfRound(double least_gain, bool may_turn, BlurShape& shape) const {
+double BlurShapeFit::StepOfRound(double least_gain, BlurShape& shape) const {
   const auto gain = [](double residual, double square) { return square > 0 ? residual * residual / square : 0; };
-  const double falls = gain(uneven_residual_, uneven_square_) + gain(skew_residual_, skew_square_);
-  // With a turn of square t, Σ w r² and the prior change by t² turn_square_ − 2 t turn_residual_ + t / kTurn².
-  const double turn_residual = std::max(turn_residual_ - 0.5 / (kTurn * kTurn), 0.0),
-               turn_falls = gain(turn_residual, turn_square_);
-  if (may_turn && turn_falls > falls && turn_falls >= least_gain) {
-    shape.turn = std::min(std::sqrt(turn_residual / turn_square_), kMostTurnStep);
+  const double falls =
+      gain(round_.uneven_residual, round_.uneven_square) + gain(round_.skew_residual, round_.skew_square);
+  // With a turn of square t, Σ w r² and the prior change by t² round_.turn_square − 2 t round_.turn_residual + t /
+  // kTurn².
+  const double turn_residual = std::max(round_.turn_residual - 0.5 / (kTurn * kTurn), 0.0),
+               turn_falls = gain(turn_residual, round_.turn_square);
+  if (turn_falls > falls && turn_falls >= least_gain) {
+    shape.turn = std::min(std::sqrt(turn_residual / round_.turn_square), kMostTurnStep);
     return turn_falls;
   }
-  if (!(falls >= least_gain) || !(uneven_square_ > 0) || !(skew_square_ > 0)) return 0;
+  if (!(falls >= least_gain) || !(round_.uneven_square > 0) || !(round_.skew_square > 0)) return 0;
   // A way has its variance along it, and nothing across: each differs from their mean by half of it.
-  const double difference = 2 * variance_ * uneven_residual_ / uneven_square_,
-               mixed = variance_ * skew_residual_ / skew_square_;
+  const double difference = 2 * variance_ * round_.uneven_residual / round_.uneven_square,
+               mixed = variance_ * round_.skew_residual / round_.skew_square;
   const double half = std::min(std::hypot(difference, mixed), (1 - kLeastOfLens) * variance_),
                angle = std::atan2(mixed, difference) / 2, length = std::sqrt(2 / kOfWay * half);
   shape.way_px = across_.inverse() * (length * Eigen::Vector2d(std::cos(angle), std::sin(angle)));

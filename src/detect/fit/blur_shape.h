@@ -69,12 +69,12 @@ class BlurShapeFit {
     return {sqrt(at.x * by_variance), sqrt(at.y * by_variance),
             As<Value>(kOfWay) * at.way_x * at.way_y / sqrt(at.x * at.y)};
   }
-  /// What the light around a corner says. @pre the model had At() there.
+  /// What the light around a corner says. @pre the model had At() there. @param may_turn whether a round blur may
+  /// become one of a turn on the spot: the same of all corners.
   template <class Value>
-  void Add(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums);
+  void Add(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums, bool may_turn);
   /// How much Σ w r² falls by a step, and the shape after it. A round blur stays one unless it falls by `least_gain`.
-  /// @param may_turn whether a round blur may become one of a turn on the spot.
-  double Step(double least_gain, bool may_turn, BlurShape& shape) const;
+  double Step(double least_gain, BlurShape& shape) const;
   /// How much more of Σ w r² a round blur leaves than the shape before that step.
   double round_leaves() const { return round_leaves_; }
 
@@ -108,11 +108,16 @@ class BlurShapeFit {
     else
       return values.sum();
   }
-  /// The same of a round blur: what a way makes of it, alike at all corners, and what a turn on the spot does. Both
-  /// grow with their squares, so that no step of Gauss-Newton finds them.
+  /// Of a round blur: what a way makes of it, alike at all corners, and what a turn on the spot does. Both grow with
+  /// their squares, so that no step of Gauss-Newton finds them.
+  struct RoundSums {
+    double uneven_residual = 0, uneven_square = 0, skew_residual = 0, skew_square = 0;
+    double turn_residual = 0, turn_square = 0;  ///< by the turn's square
+  };
+  /// What a turn on the spot would change in a round blur there.
   template <class Value>
-  void AddToRound(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums);
-  double StepOfRound(double least_gain, bool may_turn, BlurShape& shape) const;
+  void AddTurn(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums);
+  double StepOfRound(double least_gain, BlurShape& shape) const;
 
   BlurShape shape_;
   Eigen::Matrix2d across_ = Eigen::Matrix2d::Identity(), turned_ = Eigen::Matrix2d::Identity();
@@ -120,34 +125,33 @@ class BlurShapeFit {
   double variance_, mean_square_ = 0;
   double lens_;  ///< variance that is left without the way
   double round_leaves_ = 0;
-  // Of a round one, the last two by the turn's square.
-  double uneven_residual_ = 0, uneven_square_ = 0, skew_residual_ = 0, skew_square_ = 0;
-  double turn_residual_ = 0, turn_square_ = 0;
+  RoundSums round_;
   /// By the way across the two edges, and the turn.
   Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();  ///< the lower triangle
   Eigen::Vector3d gradient_ = Eigen::Vector3d::Zero();
 };
 
 template <class Value>
-void BlurShapeFit::AddToRound(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums) {
-  uneven_residual_ += Sum(sums.uneven_residual);
-  uneven_square_ += Sum(sums.uneven_square);
-  skew_residual_ += Sum(sums.skew_residual);
-  skew_square_ += Sum(sums.skew_square);
+void BlurShapeFit::AddTurn(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums) {
   // Half the deviations' logarithms, as in Add(); what the turn adds on the whole, the lens has less.
   const Value quarter = As<Value>(kOfWay / 4 / variance_), less = As<Value>(mean_square_ / 2);
   const Value log_x = quarter * (by_turn.x * by_turn.x - less), log_y = quarter * (by_turn.y * by_turn.y - less),
               skew = As<Value>(kOfWay / variance_) * by_turn.x * by_turn.y;
   const Value both = log_x + log_y, uneven = log_x - log_y;
-  turn_residual_ += Sum<Value>(both * sums.both_residual + uneven * sums.uneven_residual + skew * sums.skew_residual);
-  turn_square_ += Sum<Value>(both * both * sums.both_square + uneven * uneven * sums.uneven_square +
-                             skew * skew * sums.skew_square);
+  round_.turn_residual +=
+      Sum<Value>(both * sums.both_residual + uneven * sums.uneven_residual + skew * sums.skew_residual);
+  round_.turn_square += Sum<Value>(both * both * sums.both_square + uneven * uneven * sums.uneven_square +
+                                   skew * skew * sums.skew_square);
 }
 
 template <class Value>
-void BlurShapeFit::Add(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums) {
+void BlurShapeFit::Add(const WayByTurn<Value>& by_turn, const CornerBlurSums<Value>& sums, bool may_turn) {
   if (shape_.round()) {
-    AddToRound(by_turn, sums);
+    round_.uneven_residual += Sum(sums.uneven_residual);
+    round_.uneven_square += Sum(sums.uneven_square);
+    round_.skew_residual += Sum(sums.skew_residual);
+    round_.skew_square += Sum(sums.skew_square);
+    if (may_turn) AddTurn(by_turn, sums);
     return;
   }
   const Blurred<Value> at = BlurredAt(by_turn);

@@ -69,13 +69,13 @@ void BoardFit::MoveBlurShape(double blur_px) {
   // What lies elsewhere says nothing of its blur. Some of the pixels tell a shape less well than the last frame did.
   if (run_->step.corner_px > kStillFromPrediction * blur_px) return;
   if (ComesNear() && !run_->step.placed_shape.round()) return;
+  const bool may_turn = !ComesNear() && run_->step.corner_px < kNearForTurnPx;
   BlurShapeFit fit = FitOfShape(run_->step.placed_shape);
   for (const CornerFour& four : pixels_.fours())
-    fit.Add(fit.ByTurn(four.off_x, four.off_y), SumBlur(four, static_cast<float>(blur_px)));
+    fit.Add(fit.ByTurn(four.off_x, four.off_y), SumBlur(four, static_cast<float>(blur_px)), may_turn);
   // The noise that is known so far may be a hundred times what is left.
   const double variances = std::min(LeftVariances(), 1.0);
-  const bool near = !ComesNear() && run_->step.corner_px < kNearForTurnPx;
-  run_->step.shape_gain = fit.Step(kShapeCounts * variances, near, run_->model.blur_shape) / variances;
+  run_->step.shape_gain = fit.Step(kShapeCounts * variances, run_->model.blur_shape) / variances;
   // Another motion than the last frame's begins anew: steps from that one's might not find it.
   const bool another = run_->step.shape_gain > kOtherShape * pixels_.pixels();
   const BlurShape& placed = run_->step.placed_shape;

@@ -14,7 +14,9 @@ constexpr double kMostOff = 0.03;
 
 /// Of so many light pixels, a channel's slope is known to a tenth. Of fewer, as of an overexposed board, whose others
 /// are saturated, it counts by their share beside the one that all channels have in common: a camera's differ by up to
-/// two, by the white balance.
+/// two, by the white balance. That one counts in the same way beside the slope of dark cells whose noise is the
+/// photons' alone: those of an overexposed board get so much light that nothing else counts (told by 60 light pixels at
+/// edges, slopes of the same board in the same frame differed by up to two thirds).
 constexpr double kTellASlope = 200;
 
 struct Half {
@@ -72,12 +74,15 @@ void EstimateNoise(const BoardPixels& pixels, std::span<const Hidden> hidden,
     all_dark += dark[c], all_light += light[c], ++channels;
   }
   if (all_light.count < kFewestPixels) return;
-  const double common = SlopeOf(all_dark, all_light, freedom((all_dark.count + all_light.count) / channels));
+  const auto told = [](double light_pixels) { return std::min(light_pixels / kTellASlope, 1.0); };
+  const double of_all = freedom((all_dark.count + all_light.count) / channels),
+               of_photons = all_dark.Variance(of_all) / std::max(all_dark.MeanLight(), 1e-6),
+               common = std::lerp(of_photons, SlopeOf(all_dark, all_light, of_all), told(all_light.count / channels));
   for (std::size_t c = 0; c < 3; ++c) {
     const double n = dark[c].count + light[c].count;
     if (dark[c].count < kFewestPixels || weight[c] - n > kMostOff * weight[c]) continue;
     const double own = light[c].count > 0 ? SlopeOf(dark[c], light[c], freedom(n)) : common,
-                 slope = std::lerp(common, own, std::min(light[c].count / kTellASlope, 1.0));
+                 slope = std::lerp(common, own, told(light[c].count));
     const double dark_variance = dark[c].Variance(freedom(n));
     noise.floor[c] = static_cast<float>(std::max(dark_variance - slope * dark[c].MeanLight(), 0.02 * dark_variance));
     noise.slope[c] = static_cast<float>(slope);

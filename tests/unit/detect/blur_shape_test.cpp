@@ -53,15 +53,17 @@ BlurShapeFit LitBy(const BlurShape& truth, double information, const BlurShape& 
   for (const Eigen::Vector2d& corner : Corners()) {
     const CornerBlur<double> is = BlurAt(fit, corner), should = BlurAt(true_fit, corner);
     const double x = std::log(should.wider_x / is.wider_x), y = std::log(should.wider_y / is.wider_y);
-    fit.Add<double>(ByTurn(fit, corner), {information * (x + y) / 2, information, information * (x - y) / 2,
-                                          information, information * (should.skew - is.skew), information});
+    fit.Add<double>(ByTurn(fit, corner),
+                    {information * (x + y) / 2, information, information * (x - y) / 2, information,
+                     information * (should.skew - is.skew), information},
+                    true);
   }
   return fit;
 }
 
 /// One step towards it.
 double StepTowards(const BlurShape& truth, double information, double least_gain, BlurShape& shape) {
-  return LitBy(truth, information, shape).Step(least_gain, true, shape);
+  return LitBy(truth, information, shape).Step(least_gain, shape);
 }
 
 TEST(BlurShape, AWayBlursAlongItself) {
@@ -129,7 +131,7 @@ TEST(BlurShape, TellsWhatARoundBlurWouldLeave) {
   BlurShape shape = truth;
   BlurShapeFit of_round = LitBy({}, 1e4, shape);
   EXPECT_NEAR(of_round.round_leaves(), -explained, 0.1 * explained) << "it is what there is";
-  EXPECT_LT(of_round.round_leaves() + of_round.Step(12, true, shape), 0.3 * explained);
+  EXPECT_LT(of_round.round_leaves() + of_round.Step(12, shape), 0.3 * explained);
 }
 
 TEST(BlurShape, AWayAsWideAsTheBlurLeavesSomeOfTheLens) {
