@@ -13,12 +13,11 @@ namespace {
 constexpr int kMaxPasses = 8;
 /// A step that moves corners and blur less ends the fit: the errors left are those of its square and cube.
 constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
-/// Nor does what the next step would still move the geometry count: the square of so many standard deviations. Poses
-/// with and without a prediction then differ by a tenth of one.
-constexpr double kSettledSquare = 0.2;
 /// A board is explained where pixels are off by fewer variances (a guess). The next step over this one where residuals
 /// are noise, for each variance that they have (measured: 0.01 to 0.06, 0.1 to 0.4 at three variances and beyond).
 constexpr double kExplained = 2, kNextStep = 0.04;
+/// Steps that shrink by less are taken to shrink by that (a guess).
+constexpr double kLeastShrinking = 0.1;
 /// Residuals that are less are rounding, not noise, variances (a guess).
 constexpr double kLeastVariances = 1e-3;
 /// Where a step moved corners farther, they are placed anew before the next one. (With 0.1 px, one of the tests' boards
@@ -26,16 +25,20 @@ constexpr double kLeastVariances = 1e-3;
 constexpr double kFollowSettlingPx = 0.05;
 /// A blur so much above what the pixels were chosen for asks for others.
 constexpr double kWiderBlur = 1.2, kGrowingBlur = 0.5;
-/// A step follows another shape of the blur where Σ w r² falls by so much for each pixel (measured: with 0.015, poses
-/// of moving boards with and without memory differ by a tenth more, in 2 % less work; overexposed ones have squared
-/// errors of 1.2 with 0.1).
-constexpr double kShapeSettled = 0.008;
-/// A step that is made anyway has the shape that explains so much more: noise alone does not (see kShapeCounts).
-constexpr double kShapeFollows = 12;
-/// The same where light cells are overexposed: of an edge, the pixels of its light side then tell little, so that
-/// another blur seems to be another place, too (measured: poses with and without memory differ by 0.15 instead of 0.22
-/// deviations, in 7 % more work).
-constexpr double kShapeSettledOverexposed = 0.001, kShapeFollowsOverexposed = 1;
+/// What a fit that has settled leaves.
+struct SettleLimits {
+  double square;         ///< of the way that the next steps would still lead, standard deviations, at most
+  double shape;          ///< another shape of the blur lets Σ w r² fall by less for each pixel
+  double shape_follows;  ///< a step that is made anyway has the shape that explains so much more
+};
+/// Measured: with a shape of 0.015, poses of moving boards with and without memory differ by a tenth more, in 2 % less
+/// work. Noise alone explains less than 12 (kShapeCounts).
+constexpr SettleLimits kSettled{.square = 0.2, .shape = 0.008, .shape_follows = 12};
+/// The same where another blur seems to be another place: of overexposed cells, the pixels at the light side of an edge
+/// tell little, and of a board that is hidden in part, a turn moves the middle of what shows. Measured: poses with and
+/// without memory differ by 0.08 to 0.10 deviations where boards are overexposed instead of 0.09 to 0.12, under hands
+/// by 0.10 instead of 0.12, in 8 and 5 % more work.
+constexpr SettleLimits kSettledClosely{.square = 0.01, .shape = 0.001, .shape_follows = 1};
 /// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
 constexpr int kPassesOfLight = 4;
 /// Until corners that were found lie right.
@@ -329,13 +332,21 @@ BoardFit::StepSize BoardFit::SizeOfStep() const {
   return {SquareOf(run_->step.moves.head<BoardGeometry::kParameters>()) / variances, variances};
 }
 
-bool BoardFit::NextStepCounts(const StepSize& step, const StepSize& before) const {
+bool BoardFit::WhatIsLeftCounts(const StepSize& step, const StepSize& before, double most) const {
   // With a budget, plain fits of all boards go before better ones of those that they do not explain.
   if (run_->terms.plain_only && step.variances > kExplained) return false;
   double next = kNextStep * std::max(step.variances, 1.0);
   // Two steps tell it better.
   if (before.square > 0) next = std::sqrt(step.square / before.square);
-  return next * next * step.square > kSettledSquare;
+  // As each of those that follow shrinks by as much, they lead so many times as far as the last one. Plain fits under a
+  // budget (above) do not go all the way.
+  const double left = run_->terms.plain_only ? next : next / std::max(1 - next, kLeastShrinking);
+  return left * left * step.square > most;
+}
+
+bool BoardFit::FollowsClosely() const {
+  // With a budget, plain fits of all boards go before better ones.
+  return !run_->terms.plain_only && (run_->view.overexposed || AnyUnused());
 }
 
 bool BoardFit::BeginsNear(const Start& start) const {
@@ -347,16 +358,12 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
   run_->light.fades = true;
   bool edges_told = start.image != nullptr;
-  const struct {
-    double settled, follows;
-  } of_shape{run_->view.overexposed ? kShapeSettledOverexposed : kShapeSettled,
-             run_->view.overexposed ? kShapeFollowsOverexposed : kShapeFollows};
   StepSize step, before;
   for (int pass = 1; pass < kMaxPasses; before = step, ++pass) {
-    const double shape_settled = of_shape.settled * pixels_.pixels();
+    const SettleLimits& settled = FollowsClosely() ? kSettledClosely : kSettled;
     const bool moved = run_->step.corner_px > kFollowSettlingPx;
     if (moved) pixels_.PlaceCorners(lens, run_->model.geometry);
-    if (moved || pass == 1 || run_->step.shape_gain > of_shape.follows) SetPlaces();
+    if (moved || pass == 1 || run_->step.shape_gain > settled.shape_follows) SetPlaces();
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
     if (pass == 1 && BeginsNear(start) && run_->step.corner_px > kOtherPixelsPx) return false;
@@ -367,8 +374,8 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;
     const bool follows = uneven ? pass < kPassesOfLight : again;
     if (noise_known && !changed && !follows && run_->step.corner_px < kSettledPx &&
-        run_->step.blur_share < kSettledBlur && run_->step.shape_gain < shape_settled &&
-        !NextStepCounts(step, before)) {
+        run_->step.blur_share < kSettledBlur && run_->step.shape_gain < settled.shape * pixels_.pixels() &&
+        !WhatIsLeftCounts(step, before, settled.square)) {
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
       if (!start.image && sums == LaneSums::kNoise)
         EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);

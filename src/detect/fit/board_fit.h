@@ -201,9 +201,11 @@ class BoardFit {
   /// What the last step of the plain model leaves of a pixel's residual, squared, in units of the noise; 1 where
   /// that is not known.
   double LeftVariances() const;
-  /// Whether the step after the last one would move the pose by what counts against its standard deviations.
-  /// @param before the step before the last one; of no length: there was none.
-  bool NextStepCounts(const StepSize& step, const StepSize& before) const;
+  /// Whether the steps after the last one would move the pose by what counts against its standard deviations.
+  /// @param before the step before the last one; of no length: there was none. @param most square, that does not.
+  bool WhatIsLeftCounts(const StepSize& step, const StepSize& before, double most) const;
+  /// Whether it goes on until next to nothing is left.
+  bool FollowsClosely() const;
   /// Steps until nothing moves any more.
   bool Settle(const Lens& lens, const Start& start, bool noise_known);
   void Finish(const Lens& lens);
