@@ -33,12 +33,12 @@ struct SettleLimits {
 };
 /// Measured: with a shape of 0.015, poses of moving boards with and without memory differ by a tenth more, in 2 % less
 /// work. Noise alone explains less than 12 (kShapeCounts).
-constexpr SettleLimits kSettled{.square = 0.2, .shape = 0.008, .shape_follows = 12};
+constexpr SettleLimits kUsualLimits{.square = 0.2, .shape = 0.008, .shape_follows = 12};
 /// The same where another blur seems to be another place: of overexposed cells, the pixels at the light side of an edge
 /// tell little, and of a board that is hidden in part, a turn moves the middle of what shows. Measured: poses with and
 /// without memory differ by 0.08 to 0.10 deviations where boards are overexposed instead of 0.09 to 0.12, under hands
 /// by 0.10 instead of 0.12, in 8 and 5 % more work.
-constexpr SettleLimits kSettledClosely{.square = 0.01, .shape = 0.001, .shape_follows = 1};
+constexpr SettleLimits kCloseLimits{.square = 0.01, .shape = 0.001, .shape_follows = 1};
 /// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
 constexpr int kPassesOfLight = 4;
 /// Until corners that were found lie right.
@@ -360,7 +360,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
   bool edges_told = start.image != nullptr;
   StepSize step, before;
   for (int pass = 1; pass < kMaxPasses; before = step, ++pass) {
-    const SettleLimits& settled = FollowsClosely() ? kSettledClosely : kSettled;
+    const SettleLimits& settled = FollowsClosely() ? kCloseLimits : kUsualLimits;
     const bool moved = run_->step.corner_px > kFollowSettlingPx;
     if (moved) pixels_.PlaceCorners(lens, run_->model.geometry);
     if (moved || pass == 1 || run_->step.shape_gain > settled.shape_follows) SetPlaces();
