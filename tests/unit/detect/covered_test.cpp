@@ -57,7 +57,7 @@ TEST(CoveredBoards, HavePosesThatAreHonestAndTheSameWithAMemory) {
   EXPECT_GT(differences.poses(), 90);
   EXPECT_LT(errors.position(), 1.4);
   EXPECT_LT(errors.orientation(), 1.4);
-  EXPECT_LT(std::sqrt(differences.position()), 0.3);
+  EXPECT_LT(std::sqrt(differences.position()), 0.25);
 }
 
 }  // namespace
