@@ -38,8 +38,8 @@ bool Visibility::LiesBesideHidden(int corner) const {
 }
 
 template <class Follows>
-void Visibility::ShowCells(const Follows& follows) {
-  if (ShowsAll() && ShowsAllCorners()) return;
+bool Visibility::ShowCells(const Follows& follows) {
+  if (ShowsAll() && ShowsAllCorners()) return false;
   // By cell, how many corners around it show, and how many there are.
   std::array<std::uint8_t, kMaxCells> showing{}, all{};
   for (int corner = 0; corner < CornerCount(size_); ++corner)
@@ -47,19 +47,24 @@ void Visibility::ShowCells(const Follows& follows) {
       showing[static_cast<std::size_t>(cell)] += ShowsCorner(corner);
       ++all[static_cast<std::size_t>(cell)];
     }
-  for (std::size_t cell = 0; cell < cells_.size(); ++cell)
-    if (follows(showing[cell], all[cell]))
+  bool changed = false;
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
+    const bool shows = follows(showing[cell], all[cell]);
+    changed |= shows != Shows(cell);
+    if (shows)
       Show(cell);
     else
       Hide(cell, Hidden::kBeside);
+  }
+  return changed;
 }
 
-void Visibility::ShowCellsByAllCorners() {
-  ShowCells([](int showing, int all) { return showing == all; });
+bool Visibility::ShowCellsByAllCorners() {
+  return ShowCells([](int showing, int all) { return showing == all; });
 }
 
-void Visibility::ShowCellsByAnyCorner() {
-  ShowCells([](int showing, int /*all*/) { return showing > 0; });
+bool Visibility::ShowCellsByAnyCorner() {
+  return ShowCells([](int showing, int /*all*/) { return showing > 0; });
 }
 
 }  // namespace chequer

@@ -19,7 +19,6 @@ class Visibility {
   /// All of it shows.
   explicit Visibility(MarkerSize size);
 
-  MarkerSize size() const { return size_; }
   bool Shows(std::size_t cell) const { return cells_[cell] == Hidden::kNot; }
   bool ShowsCorner(int corner) const { return OfCorner(corner) == Hidden::kNot; }
   /// Row by row.
@@ -45,10 +44,10 @@ class Visibility {
   /// A corner between two hidden cells or more has hardly an edge.
   bool LiesBesideHidden(int corner) const;
   /// Cells follow what was found of the corners around them: one shows if all of them do, so that nothing else shines
-  /// into it, …
-  void ShowCellsByAllCorners();
+  /// into it, … Whether one shows now that was hidden, or the reverse.
+  bool ShowCellsByAllCorners();
   /// … or if one of them does, so that it is seen at all.
-  void ShowCellsByAnyCorner();
+  bool ShowCellsByAnyCorner();
   /// As an earlier fit of the board had them.
   void TakeCellsOf(const Visibility& earlier) {
     cells_ = earlier.cells_;
@@ -58,7 +57,7 @@ class Visibility {
  private:
   /// @param follows whether a cell shows, by how many of the corners around it do, and how many there are.
   template <class Follows>
-  void ShowCells(const Follows& follows);
+  bool ShowCells(const Follows& follows);
   void Show(std::size_t cell) {
     hidden_cells_ -= int{!Shows(cell)};
     cells_[cell] = Hidden::kNot;

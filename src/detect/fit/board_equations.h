@@ -45,7 +45,6 @@ class BoardEquations {
 
   struct Input {
     const BoardPixels* pixels = nullptr;
-    /// By corner: leaves corners out.
     std::span<const Hidden> hidden;  ///< by corner: those that show are used
     /// The first so many have sums: corners without are left out.
     int lanes = KernelInput::kAllLanes;

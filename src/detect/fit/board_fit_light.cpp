@@ -103,11 +103,8 @@ void BoardFit::EvenOutShading(const Start& start) {
 }
 
 void BoardFit::FollowShading(const Lens& lens, const Start& start) {
-  const Visibility before = run_->visibility;
-  run_->visibility.ShowCellsByAllCorners();
   // Cells that turn out to be occluded have falsified it.
-  if (!std::ranges::equal(run_->visibility.cells(), before.cells()) && run_->light.shading.size() > 0)
-    TakeBackShading(lens);
+  if (run_->visibility.ShowCellsByAllCorners() && run_->light.shading.size() > 0) TakeBackShading(lens);
   EvenOutShading(start);
 }
 

@@ -41,6 +41,7 @@ bool MayHaveStood(const BoardFit& fit, const Trial& made) {
 }
 
 bool StartStanding(const From& from, Trial& trial) {
+  // What was left out stays so.
   const Visibility visibility = trial.start.visibility;
   trial.start = from.first;
   trial.start.visibility = visibility;

@@ -29,7 +29,6 @@ class ModelEquations {
     const BoardPixels* pixels = nullptr;
     const ModelLanes* lanes = nullptr;
     ModelColumns columns{{}};
-    /// By corner: leaves corners out.
     std::span<const Hidden> hidden;  ///< by corner: those that show are used
     /// By corner.
     std::span<const LevelsAround16> levels;

@@ -63,7 +63,8 @@ TEST(Visibility, CellsFollowTheCornersAroundThem) {
   visibility.Set(0, Hidden::kMisfit);
   visibility.Set(1, Hidden::kMisfit);
   Visibility by_any = visibility;
-  visibility.ShowCellsByAllCorners();
+  EXPECT_TRUE(visibility.ShowCellsByAllCorners());
+  EXPECT_FALSE(visibility.ShowCellsByAllCorners()) << "once more changes nothing";
   for (const std::size_t beside : {CellAt(0, 0), CellAt(0, 1), CellAt(1, 1), CellAt(0, 2), CellAt(1, 2)})
     EXPECT_EQ(visibility.cells()[beside], Hidden::kBeside) << beside;
   EXPECT_EQ(visibility.hidden_cells(), 6) << "the cell that seemed flat has four corners that show";
