@@ -129,7 +129,6 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
 
 bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reuse) {
   run_->light.collected_for_motion = run_->model.motion_px;
-  run_->light.shading.Assign(0, 1);
   const double cell_px = run_->model.geometry.CellSide(), way = run_->model.motion_px.norm();
   const double reach_px =
       kMotionBlurReach * way + std::max(0.0, way / 2 - kMotionBlurReachAllCells * cell_px) / kReachBlurs;
@@ -149,11 +148,13 @@ bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reu
   return corners >= FittedBoard::kFewestCorners;
 }
 
-bool BoardFit::Recollect(const LightReader& reader, const Lens& lens) {
+bool BoardFit::Recollect(const LightReader& reader, const Lens& lens, const Start& start) {
+  const bool shaded = TakeBackShading();
   if (!Collect(reader, lens)) return false;
   SetDerivatives();
   SetPlaces();
   run_->step.corner_px = 0;  // since corners were placed
+  if (shaded) EvenOutShading(start);
   return true;
 }
 
@@ -472,7 +473,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   run_->terms.wide = looked_farther || BlursWidely() || SeemsMoved();
   run_->terms.look_farther = run_->terms.wide && (looked_farther || choice.may_look_farther);
   if (run_->terms.look_farther) {
-    if (!looked_farther && CellPx() > kLargeCellPx && !Recollect(reader, lens)) return false;
+    if (!looked_farther && CellPx() > kLargeCellPx && !Recollect(reader, lens, start)) return false;
     LookBeside(reader, lens);
   }
   // What asks for another fit, which may not be had now, is fitted to as many pixels as that would be.
@@ -493,7 +494,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
 }
 
 bool BoardFit::FitAnew(const LightReader& reader, const Lens& lens, const Start& start) {
-  if (!Recollect(reader, lens) || !Settle(lens, start, true)) return false;
+  if (!Recollect(reader, lens, start) || !Settle(lens, start, true)) return false;
   FinishBent(reader, lens, start);
   return run_->result.determined();
 }
@@ -511,19 +512,14 @@ bool BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start&
   run_->bend.taken_out = run_->bend.found;
   run_->model.geometry = run_->bend.taken_out->middle();
   run_->step.corner_px = 0;
-  if (run_->terms.look_farther ? !CollectAnew(reader, lens) : !Recollect(reader, lens)) return false;
-  if (!run_->terms.look_farther) {
-    // Pixels as the image has them need levels as the image has them.
-    if (!Step(LaneSums::kLevels) || run_->step.corner_px > kRunawayPx) return false;
-    EvenOutShading(start);
-  }
+  if (run_->terms.look_farther ? !CollectAnew(reader, lens, start) : !Recollect(reader, lens, start)) return false;
   const bool settled = run_->terms.look_farther ? SettleModelByAll(reader, lens, start) : Settle(lens, start, true);
   if (settled) Finish(lens);
   // A bend that is taken out and not found again would be taken for known.
   return settled && run_->bend.found;
 }
 
-bool BoardFit::LeavePrediction(const LightReader& reader, const Lens& lens, LaneSums sums) {
+bool BoardFit::LeavePrediction(const LightReader& reader, const Lens& lens, const Start& start, LaneSums sums) {
   const double still_px = kStillFromPrediction * run_->model.blur_px;
   double moved_px = run_->step.corner_px;  // at most
   for (int step = 1; step < kMostFromPrediction && run_->step.corner_px > still_px; ++step) {
@@ -533,7 +529,7 @@ bool BoardFit::LeavePrediction(const LightReader& reader, const Lens& lens, Lane
     moved_px += run_->step.corner_px;
   }
   const double other_px = std::lerp(kOtherPixelsPx, kOtherSoftPixelsPx, BoardPixels::RimSoftness(CellPx()));
-  if (moved_px > other_px && !Recollect(reader, lens)) return false;
+  if (moved_px > other_px && !Recollect(reader, lens, start)) return false;
   // Levels that were sampled so far off leave more residuals than noise does.
   if (moved_px <= kOtherLevelsPx || sums == LaneSums::kLevels) return true;
   UsePixels(kFirstStrideKnown);
@@ -553,7 +549,7 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
   if (!BeginsNear(start)) {
     const bool near = Step(first) && run_->step.corner_px <= kRunawayPx;
     if (!near && !ComeNearByFound(reader, lens, start, choice)) return false;
-    if (start.predicted && !LeavePrediction(reader, lens, first)) return false;
+    if (start.predicted && !LeavePrediction(reader, lens, start, first)) return false;
   }
   if (run_->view.overexposed) {
     // Levels began at full scale, and the blur has taken up what they lacked: it begins anew.
@@ -565,7 +561,7 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
     // A blur that grows as much as a step may goes on to grow.
     const bool grows = run_->step.blur_share > kGrowingBlur;
     if (!grows) chosen_for = run_->light.window_blur_px = run_->model.blur_px;
-    if (!grows && !Recollect(reader, lens)) return false;
+    if (!grows && !Recollect(reader, lens, start)) return false;
     if (!Step(first) || run_->step.corner_px > kRunawayPx) return false;
   }
   EvenOutShading(start);

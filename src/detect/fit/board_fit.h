@@ -88,7 +88,7 @@ class BoardFit {
   bool rough() const { return run_->terms.rough; }
   /// The first step to a dot gain, if one says that there is some. The fit is then no more what it was.
   /// @pre the last fit has a result.
-  std::optional<double> FindDotGain(const LightReader& reader, const Lens& lens);
+  std::optional<double> FindDotGain(const LightReader& reader, const Lens& lens, const Start& start);
 
   /// Makes the result better by what earlier frames have shown of the board's levels, and adds what this one shows:
   /// where all of the board is in plain view, without terms, else `learnt` stays as it is. Whether the result rests on
@@ -155,14 +155,14 @@ class BoardFit {
   /// The pixels of the board as it lies by now. False if too few corners have some.
   /// @param may_reuse those there are, if they are the board's and nearly as good.
   bool Collect(const LightReader& reader, const Lens& lens, bool may_reuse = false);
-  /// The same, once there are places and derivatives.
-  bool Recollect(const LightReader& reader, const Lens& lens);
+  /// The same, once there are places and derivatives. What was evened out of the light is evened out anew.
+  bool Recollect(const LightReader& reader, const Lens& lens, const Start& start);
   /// The first step of boards in plain view, until it has the pixels that are the board's. False if it runs away.
   bool ComeNear(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
   /// Whether there is no first step by some of the pixels: the first one by all is likely to be the last.
   bool BeginsNear(const Start& start) const;
   /// From where a board was predicted to where it lies, with the pixels that are chosen there. False if it runs away.
-  bool LeavePrediction(const LightReader& reader, const Lens& lens, LaneSums sums);
+  bool LeavePrediction(const LightReader& reader, const Lens& lens, const Start& start, LaneSums sums);
   /// Where the first step runs away: by the pixels around the corners that were found alone, until those lie right,
   /// then by all. False if they run away too, or none are left out.
   bool ComeNearByFound(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
@@ -323,7 +323,8 @@ class BoardFit {
   /// Of the plain fit: takes back the one that was told from cells which turn out to be occluded, and evens out what
   /// the others tell.
   void FollowShading(const Lens& lens, const Start& start);
-  void TakeBackShading(const Lens& lens);
+  /// Levels as the image has them, for pixels as the image has them. Whether anything had been evened out.
+  bool TakeBackShading();
   /// @tparam Light tells how much there is At() a point of the board, and its SlopeAt() it.
   template <class Light>
   void EvenOutPixels(const Light& light);
@@ -356,7 +357,7 @@ class BoardFit {
   bool SettleModel(const LightReader& reader, const Lens& lens, const Start& start, bool noise_known,
                    const Choice& choice);
   /// The pixels may be those of a run that was not gone back to. False if there are too few.
-  bool HavePixels(const LightReader& reader, const Lens& lens);
+  bool HavePixels(const LightReader& reader, const Lens& lens, const Start& start);
   void SetTerms();
   /// By some of the pixels, until the model is near.
   bool ComeNearModel(const Lens& lens, const Start& start, bool noise_known, int most_steps);
@@ -368,10 +369,10 @@ class BoardFit {
   /// @param before the step before, by the same pixels, if there was one: where steps shrink fast, both tell what is
   /// left.
   bool Settled(const BoardRun::Step& before) const;
-  /// What follows a step that did not end the fit.
-  void FollowLight(const Start& start, bool light_follows);
+  /// What follows a step that did not end the fit. Whether the shading did.
+  bool FollowLight(const Start& start, bool light_follows);
   /// The pixels of the board as it lies by now, and the light beside it.
-  bool CollectAnew(const LightReader& reader, const Lens& lens);
+  bool CollectAnew(const LightReader& reader, const Lens& lens, const Start& start);
 
   Scratch<BoardRun> run_;
   // Memory: what these hold is made anew whenever pixels are collected, and with every step.

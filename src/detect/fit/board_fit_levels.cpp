@@ -8,8 +8,9 @@ namespace {
 
 /// Of the board's mean: less light tells no colours.
 constexpr double kLeastLit = 0.02;
-/// In smaller cells, what blurs into dark cells from light ones makes their levels differ, too.
-constexpr double kLeastHighlitCellPx = 6;
+/// In smaller cells, what blurs into dark cells from light ones makes their levels differ, too, but where the model
+/// looks farther than a corner's own four cells: then cells of the second size tell (a guess).
+constexpr double kLeastHighlitCellPx = 6, kLeastHighlitFarCellPx = 4;
 
 /// Where a phase's samples lie in the light (R, G, B) of a cell.
 float LightOf(const Eigen::Vector3f& light, int channels, int channel) {
@@ -93,7 +94,10 @@ void BoardFit::StartFrom(const BoardRun& run) {
   model.blur_shape = run.model.blur_shape;
   model.edges = run.model.edges;
   if (model.LightVaries() != run.model.LightVaries()) return;
-  if (model.own_levels == run.model.own_levels) model.levels = run.model.levels;
+  if (model.own_levels != run.model.own_levels) return;
+  model.levels = run.model.levels;
+  // Its pixels were evened out, these are not.
+  Shade(model.levels, run.light.shading);
 }
 
 BoardFit::QuadrantLight BoardFit::LightAround(int corner) const {
@@ -179,9 +183,11 @@ std::span<const LitPart> BoardFit::LitParts(std::span<const std::uint8_t> satura
 }
 
 std::optional<HighlightTerm> BoardFit::FindHighlight(std::span<const std::uint8_t> saturated) const {
-  if (!run_->model.LitEvenly() || CellPx() < kLeastHighlitCellPx) return std::nullopt;
+  const bool far = run_->terms.look_farther;
+  const double cell_px = CellPx();
+  if (!run_->model.LitEvenly() || cell_px < (far ? kLeastHighlitFarCellPx : kLeastHighlitCellPx)) return std::nullopt;
   return HighlightTerm::Find({run_->view.size, run_->model.levels, saturated, static_cast<std::size_t>(TellingPhase()),
-                              run_->model.blur_px / CellPx()});
+                              far ? 0 : run_->model.blur_px / cell_px});
 }
 
 LightThere BoardFit::LightOn(int cell) const { return run_->model.LightAt(MiddleOfCell(run_->view.size, cell)); }

@@ -71,7 +71,7 @@ void BoardFit::EvenOutPixels(const Light& even) {
 double BoardFit::LightAt(int corner) const { return run_->model.LightAt(pixels_.place(corner).board).share; }
 
 void BoardFit::EvenOutShading(const Start& start) {
-  if (!run_->model.LitEvenly()) return;
+  if (run_->model.own_levels) return;
   const double cell_px = CellPx();
   run_->light.shade_twice = cell_px > kTwiceCellPx;
   std::optional<Shading> shading = FindShading({.size = run_->view.size,
@@ -80,7 +80,8 @@ void BoardFit::EvenOutShading(const Start& start) {
                                                 .hidden = run_->visibility.cells(),
                                                 .phases = run_->view.channels == 3 ? 4 : 1,
                                                 .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
-                                                .fine = cell_px > kFineCellPx});
+                                                .fine = cell_px > kFineCellPx,
+                                                .by_terms = run_->model.LightVaries()});
   if (!shading || (cell_px <= kFineCellPx && !Shrink(*shading))) return;
   run_->light.bent |= shading->bent;
   pixels_.PrepareChange();
@@ -104,21 +105,23 @@ void BoardFit::EvenOutShading(const Start& start) {
 
 void BoardFit::FollowShading(const Lens& lens, const Start& start) {
   // Cells that turn out to be occluded have falsified it.
-  if (run_->visibility.ShowCellsByAllCorners() && run_->light.shading.size() > 0) TakeBackShading(lens);
+  if (run_->visibility.ShowCellsByAllCorners() && TakeBackShading()) {
+    pixels_.Reuse(lens, run_->model.geometry);
+    SetPlaces();
+  }
   EvenOutShading(start);
 }
 
-void BoardFit::TakeBackShading(const Lens& lens) {
-  pixels_.Reuse(lens, run_->model.geometry);
-  SetPlaces();
-  for (std::size_t cell = 0; cell < run_->model.levels.size(); ++cell)
-    for (float& level : run_->model.levels[cell]) level *= run_->light.shading[cell];
+bool BoardFit::TakeBackShading() {
+  if (run_->light.shading.size() == 0) return false;
+  Shade(run_->model.levels, run_->light.shading);
   run_->light.shading.Assign(0, 1);
   run_->light.bent = false;
+  return true;
 }
 
-std::optional<double> BoardFit::FindDotGain(const LightReader& reader, const Lens& lens) {
-  if (!HavePixels(reader, lens)) return std::nullopt;
+std::optional<double> BoardFit::FindDotGain(const LightReader& reader, const Lens& lens, const Start& start) {
+  if (!HavePixels(reader, lens, start)) return std::nullopt;
   const double cell_px = CellPx();
   if (!run_->terms.look_farther) LookBeside(reader, lens);
   run_->model.ink = true;

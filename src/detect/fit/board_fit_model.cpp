@@ -330,12 +330,15 @@ bool BoardFit::Settled(const BoardRun::Step& before) const {
   return step.terms <= 1 || (step.terms <= kQuietTerms && step.corner_px < kQuietPx);
 }
 
-void BoardFit::FollowLight(const Start& start, bool light_follows) {
-  if (light_follows && !run_->model.LightVaries()) {
+bool BoardFit::FollowLight(const Start& start, bool light_follows) {
+  // A shadow's edge that does not lie right yet leaves levels that seem shaded.
+  const bool follows = light_follows && (!run_->model.LightVaries() || run_->step.terms <= kNearTerms);
+  if (follows) {
     run_->visibility.ShowCellsByAllCorners();
     EvenOutShading(start);
   }
   EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
+  return follows;
 }
 
 bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_known, int most_steps) {
@@ -381,12 +384,13 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
   // Pixels chosen for corners that were far off, or before the way was known, reach into what lies beside the rim.
   const bool elsewhere = FarthestMove(run_->light.collected_for) > kCollectAnewPx ||
                          (run_->model.motion_px - run_->light.collected_for_motion).norm() > kCollectAnewMotionPx;
-  if (elsewhere && !CollectAnew(reader, lens)) return false;
+  if (elsewhere && !CollectAnew(reader, lens, start)) return false;
   run_->terms.rough = false;
   run_->light.fades = true;
   run_->model_input.robust_limit = kRobustLimit;
   const int stride = StrideFor(kMostPixels);
-  bool still = true;
+  // In a shadow, or with a lamp's image on it, a board has not come near with what else its light does.
+  bool still = true, light_followed = !run_->model.LightVaries();
   BoardRun::Step before;  // by the same pixels; none yet
   for (int pass = 1, judgements = 0; pass < kMostModelPasses; ++pass) {
     if (run_->step.corner_px > kFollowPx) pixels_.PlaceCorners(lens, run_->model.geometry);
@@ -396,10 +400,10 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
     still = Still();
     const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();
     if (work_.units() > start.most_units) return near;
-    run_->told.settled = judged && near && Settled(before);
+    run_->told.settled = judged && near && Settled(before) && light_followed;
     if (run_->told.settled) break;
     before = changed ? BoardRun::Step{} : run_->step;
-    FollowLight(start, pass < kModelPassesOfLight);
+    light_followed |= FollowLight(start, pass < kModelPassesOfLight || !light_followed);
   }
   return true;
 }
@@ -415,22 +419,22 @@ bool BoardFit::SettleModel(const LightReader& reader, const Lens& lens, const St
 bool BoardFit::FitClosely(const LightReader& reader, const Lens& lens, const Start& start) {
   if (!run_->terms.rough) return run_->result.determined();
   SetTerms();
-  if (!HavePixels(reader, lens) || !SettleModelByAll(reader, lens, start)) return false;
+  if (!HavePixels(reader, lens, start) || !SettleModelByAll(reader, lens, start)) return false;
   FinishBent(reader, lens, start);
   return run_->result.determined();
 }
 
-bool BoardFit::HavePixels(const LightReader& reader, const Lens& lens) {
+bool BoardFit::HavePixels(const LightReader& reader, const Lens& lens, const Start& start) {
   if (run_->number == pixels_of_) return true;
   run_->number = ++pixels_of_;
-  run_->light = {};
+  run_->light.fades = false;
   run_->light.window_blur_px = run_->model.blur_px;
   profiles_.Set(run_->model.edges);
-  return CollectAnew(reader, lens);
+  return CollectAnew(reader, lens, start);
 }
 
-bool BoardFit::CollectAnew(const LightReader& reader, const Lens& lens) {
-  if (!Recollect(reader, lens)) return false;
+bool BoardFit::CollectAnew(const LightReader& reader, const Lens& lens, const Start& start) {
+  if (!Recollect(reader, lens, start)) return false;
   LookBeside(reader, lens);
   return true;
 }

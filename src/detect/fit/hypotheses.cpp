@@ -151,7 +151,7 @@ bool MayHaveGain(const BoardFit& fit, const Trial& /*made*/) {
 }
 
 bool StartGain(const From& from, Trial& trial) {
-  const std::optional<double> gain = from.fit.FindDotGain(from.reader, from.lens);
+  const std::optional<double> gain = from.fit.FindDotGain(from.reader, from.lens, trial.start);
   if (!gain) return false;
   trial.choice.terms = from.kept.model;
   trial.choice.terms.DotGainTerm::Start(*gain);

@@ -25,6 +25,9 @@ constexpr double kSteep = 0.03, kUneven = 0.007;
 constexpr double kQuiet = 0.005;
 /// Either has to explain all but this of the slope's sum of squares.
 constexpr double kBentLeaves = 0.25;
+/// And a slope beside terms all but this of what levels differ by. (Measured: without it, squared errors are 12 instead
+/// of 1 where a strong lamp's image is not quite the term's.)
+constexpr double kLeavesBesideTerms = 0.25;
 /// A bent shading falls no lower, as a share of the light at the centre.
 constexpr double kLeastLight = 0.05;
 constexpr int kSteps = 4;
@@ -162,6 +165,7 @@ std::optional<Shading> FindShading(const ShadedCells& cells) {
   const Eigen::Vector2d slope = normal.inverse() * regression.right.head<2>();
   if (!slope.allFinite()) return std::nullopt;
   const double square = regression.square - slope.dot(regression.right.head<2>());
+  if (cells.by_terms && square > kLeavesBesideTerms * regression.square) return std::nullopt;
   if (slope.norm() > kSteep && square > kUneven * kUneven * regression.freedom)
     if (const auto bent = FindBent(cells, slope, kBentLeaves * square)) return bent;
   if (cells.fine || square > kQuiet * kQuiet * regression.freedom)
@@ -170,6 +174,11 @@ std::optional<Shading> FindShading(const ShadedCells& cells) {
       return weak;
   if (slope.norm() > kMostPerCell) return std::nullopt;
   return Shading{slope, Eigen::Vector3d::Zero(), false};
+}
+
+void Shade(std::span<PhaseValues> levels, std::span<const float> shares) {
+  for (std::size_t cell = 0; cell < shares.size(); ++cell)
+    for (float& level : levels[cell]) level *= shares[cell];
 }
 
 }  // namespace chequer

@@ -43,6 +43,9 @@ struct ShadedCells {
   int phases = 1;       ///< that differ
   int blue_phase = -1;  ///< that hardly sees yellow, −1 for none
   bool fine = false;    ///< their levels are known so well that they tell how a weak shading bends
+  /// The levels are what terms of the light leave: a shading has to explain most of what they differ by, as what the
+  /// terms do not explain would pass for one.
+  bool by_terms = false;
 };
 
 /// The light over a board, by least squares over the logarithms of the light cells' levels, with an ink of its own for
@@ -51,5 +54,8 @@ struct ShadedCells {
 /// vignetting). Nothing where the cells do not determine it or differ too much for the model. 9,000 instructions for 36
 /// cells; six passes instead of one where it is bent.
 std::optional<Shading> FindShading(const ShadedCells& cells);
+
+/// Levels as they are in a light of these shares, by cell; of none, as they were.
+void Shade(std::span<PhaseValues> levels, std::span<const float> shares);
 
 }  // namespace chequer

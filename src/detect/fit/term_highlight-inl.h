@@ -70,7 +70,7 @@ struct HighlightTerm {
     std::span<const PhaseValues> levels;
     std::span<const std::uint8_t> saturated;
     std::size_t phase = 0;  ///< that tells
-    double blur = 0;        ///< of the image, cells
+    double blur = 0;        ///< that levels have of their neighbours' light, cells
   };
   /// The spot of least squares over the dark cells' levels, each ink with a level of its own: what scales light hardly
   /// shows in them. Nothing where cells of one ink are alike (1 µs), where the spot leaves much of what they differ by,
