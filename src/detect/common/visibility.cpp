@@ -31,6 +31,20 @@ void Visibility::HideCellsBeside(int corner) {
   for (const int cell : CellsAround(size_, corner)) Hide(static_cast<std::size_t>(cell), Hidden::kBeside);
 }
 
+bool Visibility::ShowsAround(int row, int col) const {
+  const auto shows = [this](int r, int c) {
+    return r < 0 || c < 0 || r >= size_.rows || c >= size_.cols || Shows(static_cast<std::size_t>(r * size_.cols + c));
+  };
+  // A corner lies at the bottom right of the cell of its row and column.
+  const auto shows_corner = [this](int r, int c) {
+    const int cols = size_.cols - 1;
+    return r < 0 || c < 0 || r >= size_.rows - 1 || c >= cols || ShowsCorner(r * cols + c);
+  };
+  return shows(row - 1, col) && shows(row + 1, col) && shows(row, col - 1) && shows(row, col + 1) &&
+         shows_corner(row - 1, col - 1) && shows_corner(row - 1, col) && shows_corner(row, col - 1) &&
+         shows_corner(row, col);
+}
+
 bool Visibility::LiesBesideHidden(int corner) const {
   const std::array<int, 4> cells = CellsAround(size_, corner);
   return std::count_if(cells.begin(), cells.end(), [&](int cell) { return !Shows(static_cast<std::size_t>(cell)); }) >=

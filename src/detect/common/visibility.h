@@ -41,6 +41,8 @@ class Visibility {
   /// Cells that hidden ones enclose (HideBetween()).
   void HideEnclosed();
   void HideCellsBeside(int corner);
+  /// Whether the cells beside a cell show, and the corners around it.
+  bool ShowsAround(int row, int col) const;
   /// A corner between two hidden cells or more has hardly an edge.
   bool LiesBesideHidden(int corner) const;
   /// Cells follow what was found of the corners around them: one shows if all of them do, so that nothing else shines

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/median.h"
 
@@ -16,12 +17,16 @@ constexpr float kOffColour = 0.45f;
 constexpr int kFewUnseen = 2;
 /// Least difference of a cell to its neighbours, as a share of the contrast of the board (a guess).
 constexpr double kLeastContrastOfCell = 0.3;
+/// A cell of one light differs by less of the lightest cell's, and a light one has at least so much of the light of the
+/// darkest other one: print and shading make less of a difference (guesses).
+constexpr float kOneLight = 0.15f, kLeastLight = 0.7f;
 
 }  // namespace
 
-void CellOcclusion::Find(const FittedBoard& board, MarkerSize size, std::span<const Eigen::Vector3f> light) {
+void CellOcclusion::Find(const BoardInImage& in, std::span<const Eigen::Vector3f> light) {
+  const MarkerSize size = in.size;
   Visibility& visibility = found_.Start().visibility;
-  visibility = board.visibility;
+  visibility = in.board.visibility;
   // Cells that no corner tells of may look like the board's: where they are but a line or so, only those that do not
   // are evidence of a cover. More of them lie under one.
   found_->wrong.assign(light.size(), 0);
@@ -30,6 +35,28 @@ void CellOcclusion::Find(const FittedBoard& board, MarkerSize size, std::span<co
                            [](Hidden hidden) { return hidden != Hidden::kNot; });
   MarkFlat(size, light);
   HideWrong(size, Hidden::kFlat);
+  FindReached(in, light);
+}
+
+void CellOcclusion::FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light) {
+  const Visibility& visibility = found_->visibility;
+  found_->reached.assign(light.size(), 0);
+  if (visibility.ShowsAll() && visibility.ShowsAllCorners()) return;
+  std::vector<std::uint8_t>& clear = found_->seen;
+  clear.assign(light.size(), 0);
+  Eigen::Vector3f most = Eigen::Vector3f::Zero();
+  float darkest = std::numeric_limits<float>::max();  // of light cells
+  ForCells(in.size, [&](std::size_t cell, int row, int col) {
+    clear[cell] = visibility.Shows(cell) && visibility.ShowsAround(row, col);
+    if (!clear[cell]) return;
+    most = most.cwiseMax(light[cell]);
+    if (!IsDark(row, col)) darkest = std::min(darkest, light[cell][0] + light[cell][1]);
+  });
+  ForCells(in.size, [&](std::size_t cell, int row, int col) {
+    if (clear[cell] || !visibility.Shows(cell)) return;
+    const bool too_dark = !IsDark(row, col) && light[cell][0] + light[cell][1] < kLeastLight * darkest;
+    found_->reached[cell] = too_dark || (LightDiffers(in, cell).array() > kOneLight * most.array()).any();
+  });
 }
 
 void CellOcclusion::MarkFlat(MarkerSize size, std::span<const Eigen::Vector3f> light) {

@@ -10,7 +10,7 @@
 #include "detect/common/neighbours.h"
 #include "detect/common/scratch.h"
 #include "detect/common/visibility.h"
-#include "detect/fit/fit.h"
+#include "detect/identity/cell_sampler.h"
 
 namespace chequer {
 
@@ -18,17 +18,21 @@ namespace chequer {
 class CellOcclusion {
  public:
   /// Begins a board: adds to what the fit has found the cells that do not stand out from their neighbours.
-  void Find(const FittedBoard& board, MarkerSize size, std::span<const Eigen::Vector3f> light);
+  void Find(const BoardInImage& in, std::span<const Eigen::Vector3f> light);
   /// Adds light cells of colours that the board does not have: they belong to what lies over it. Whether there are
   /// some.
   /// @param border saturation of the border's cells. @param white light of its white cells.
   bool AddOffColour(MarkerSize size, std::span<const std::uint8_t> border, std::span<const Eigen::Vector3f> light,
                     const Eigen::Vector3f& white);
   const Visibility& visibility() const { return found_->visibility; }
+  /// Whether what hides a part of the board may lie on a part of a cell that shows.
+  bool MayReach(std::size_t cell) const { return found_->reached[cell] != 0; }
 
  private:
   /// Marks the cells that do not stand out from their neighbours as their class should.
   void MarkFlat(MarkerSize size, std::span<const Eigen::Vector3f> light);
+  /// Finds the cells beside hidden ones, or with a hidden corner, that are not of one light, or light but too dark.
+  void FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light);
   /// The median shares of red, green and blue of the border's light cells, of white and of yellow ones. False where
   /// none of either shows.
   bool MeasureShares(MarkerSize size, std::span<const std::uint8_t> border, std::array<Eigen::Vector3f, 2>& middle);
@@ -39,6 +43,7 @@ class CellOcclusion {
   struct Found {
     Visibility visibility;
     std::vector<std::uint8_t> wrong;  ///< by cell: those that do not look like the board's, and what lies between them
+    std::vector<std::uint8_t> reached;  ///< by cell: what hides others may lie on a part of it
     // What single steps need.
     std::vector<Eigen::Vector3f> shares;  ///< of the three channels in a cell's light
     std::vector<float> values;

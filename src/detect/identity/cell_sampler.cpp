@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "detect/common/homography.h"
 
@@ -54,6 +55,24 @@ void EvenOut(const BoardInImage& in, CellLights& cells) {
 }
 
 }  // namespace
+
+Eigen::Vector3f LightDiffers(const BoardInImage& in, std::size_t cell) {
+  // Of a cell's side: from its middle to a quarter's, and half the window there.
+  constexpr double kOff = 0.2, kHalf = 0.12;
+  const Eigen::Vector2d middle = MiddleOfCell(in.size, static_cast<int>(cell));
+  Eigen::Vector3f least = Eigen::Vector3f::Constant(std::numeric_limits<float>::max()), most = -least;
+  for (const double x : {-kOff, kOff})
+    for (const double y : {-kOff, kOff}) {
+      const Eigen::Vector2d at = middle + Eigen::Vector2d(x, y);
+      Eigen::Matrix2d pixel_by_plane;
+      const Eigen::Vector2d pixel = in.lens.ToImage(in.board.geometry.ToPlane(at), &pixel_by_plane);
+      const double side = std::sqrt(std::abs((pixel_by_plane * in.board.geometry.PlaneByBoard(at)).determinant()));
+      const Eigen::Vector3f light =
+          in.reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(kHalf * side));
+      least = least.cwiseMin(light), most = most.cwiseMax(light);
+    }
+  return most - least;
+}
 
 void CellSampler::Sample(const BoardInImage& in, CellLights& cells) {
   board_.Start();

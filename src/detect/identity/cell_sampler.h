@@ -26,6 +26,10 @@ struct BoardInImage {
   const Lens& lens;
 };
 
+/// By how much the four quarters of a cell's inside differ, as far as the image shows them apart: of what its edges
+/// blur into them, all have as much.
+Eigen::Vector3f LightDiffers(const BoardInImage& in, std::size_t cell);
+
 /// Measures the light of each cell of a fitted board: by the fit's own levels where it saw all channels, else in the
 /// middles of the cells, or of all cells together where these are too small for that.
 class CellSampler {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "chequer/detect_trace.h"
@@ -76,6 +77,20 @@ TEST(Visibility, CellsFollowTheCornersAroundThem) {
   by_any.Set(1, Hidden::kNot);
   by_any.ShowCellsByAnyCorner();
   EXPECT_TRUE(by_any.ShowsAll());
+}
+
+TEST(Visibility, ShowsAroundACellWhatLiesBesideIt) {
+  Visibility visibility(kSize);
+  EXPECT_TRUE(visibility.ShowsAround(0, 0));
+  visibility.Hide(CellAt(2, 3), Hidden::kFlat);
+  for (const auto& [row, col] : {std::pair(1, 3), std::pair(3, 3), std::pair(2, 2), std::pair(2, 4)})
+    EXPECT_FALSE(visibility.ShowsAround(row, col)) << row << ", " << col;
+  EXPECT_TRUE(visibility.ShowsAround(1, 2)) << "beside a corner of it alone";
+  visibility.Set(0, Hidden::kMisfit);
+  for (const auto& [row, col] : {std::pair(0, 0), std::pair(0, 1), std::pair(1, 0), std::pair(1, 1)})
+    EXPECT_FALSE(visibility.ShowsAround(row, col)) << row << ", " << col;
+  EXPECT_TRUE(visibility.ShowsAround(0, 2));
+  EXPECT_TRUE(visibility.ShowsAround(5, 5)) << "at the rim";
 }
 
 TEST(Visibility, TakesCellsAlone) {
