@@ -19,7 +19,7 @@ constexpr int kFewUnseen = 2;
 constexpr double kLeastContrastOfCell = 0.3;
 /// A cell of one light differs by less of the lightest cell's, and a light one has at least so much of the light of the
 /// darkest other one: print and shading make less of a difference (guesses).
-constexpr float kOneLight = 0.15f, kLeastLight = 0.7f;
+constexpr float kOneLight = 0.15f, kLeastOfDarkest = 0.7f;
 
 }  // namespace
 
@@ -54,7 +54,7 @@ void CellOcclusion::FindReached(const BoardInImage& in, std::span<const Eigen::V
   });
   ForCells(in.size, [&](std::size_t cell, int row, int col) {
     if (clear[cell] || !visibility.Shows(cell)) return;
-    const bool too_dark = !IsDark(row, col) && light[cell][0] + light[cell][1] < kLeastLight * darkest;
+    const bool too_dark = !IsDark(row, col) && light[cell][0] + light[cell][1] < kLeastOfDarkest * darkest;
     found_->reached[cell] = too_dark || (LightDiffers(in, cell).array() > kOneLight * most.array()).any();
   });
 }
