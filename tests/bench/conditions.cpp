@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <numbers>
 #include <sstream>
 #include <string>
@@ -131,5 +132,10 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   fmt::print("{:<42} {:>4} {:>5} {:>5} {:>3}  {:>7} {:>7} {:>7}  {:>6} {:>6} {:>6}  {:>6} {:>6} {:>7} {:>7}\n", "condition", "n", "found", "read", "bad",
              "rms mm", "median", "claimed", "sq/pos", "sq/rot", "median", "ms", "99 %", "units", "99 %");
-  for (const std::string& line : lines) chequer::Run(chequer::Parse(line), seeds, first, bayer, each);
+  try {
+    for (const std::string& line : lines) chequer::Run(chequer::Parse(line), seeds, first, bayer, each);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "conditions: {}\n", error.what());
+    return 1;
+  }
 }
