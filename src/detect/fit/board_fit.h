@@ -325,9 +325,16 @@ class BoardFit {
   void FollowShading(const Lens& lens, const Start& start);
   /// Levels as the image has them, for pixels as the image has them. Whether anything had been evened out.
   bool TakeBackShading();
+  /// From how far around light comes to a pixel of a board whose light is uneven: covariance, plane units². Where a
+  /// camera was knocked, light that lies on the scene is smeared along with it; where a robot drives through light that
+  /// stands still, it is not. Which it was does not show: half of it counts, give or take that half.
+  struct SpreadOfLight {
+    Eigen::Matrix2d of_pixels, uncertain;
+  };
+  SpreadOfLight HowLightSpreads() const;
   /// @tparam Light tells how much there is At() a point of the board, and its SlopeAt() it.
   template <class Light>
-  void EvenOutPixels(const Light& light);
+  void EvenOutPixels(const Light& light, const Eigen::Matrix2d& spread);
   double LightAt(int corner) const;
 
   // The model with all its terms: board_fit_model.cpp.

@@ -49,8 +49,18 @@ LightFall FallOf(const Eigen::Vector2d& slope, const Eigen::Vector3d& bend, cons
 
 }  // namespace
 
+BoardFit::SpreadOfLight BoardFit::HowLightSpreads() const {
+  const BoardModel& model = run_->model;
+  const bool is_term = !model.motion_px.isZero();
+  const Eigen::Vector2d& way = is_term ? model.motion_px : model.blur_shape.way_px;
+  const Eigen::Matrix2d half = way * way.transpose() / 24;
+  // The plain model's blur has the way's variance in it, on average over all directions.
+  const double lens = model.blur_px * model.blur_px - (is_term ? 0 : way.squaredNorm() / 24);
+  return {lens * Eigen::Matrix2d::Identity() + half, half};
+}
+
 template <class Light>
-void BoardFit::EvenOutPixels(const Light& even) {
+void BoardFit::EvenOutPixels(const Light& even, const Eigen::Matrix2d& spread) {
   const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(run_->model.geometry);
   const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse().transpose();
   LaneBlock& lanes = pixels_.lanes();
@@ -61,8 +71,7 @@ void BoardFit::EvenOutPixels(const Light& even) {
       const Eigen::Vector2d board = (board_from_plane * Eigen::Vector3d(u, v, 1)).hnormalized();
       const double share = std::max(even.At(board), kLeastShading);
       light /= static_cast<float>(share);
-      const Eigen::Vector2d shift =
-          run_->model.blur_px * run_->model.blur_px / share * (board_by_plane * even.SlopeAt(board));
+      const Eigen::Vector2d shift = spread * (board_by_plane * even.SlopeAt(board)) / share;
       u += static_cast<float>(shift.x());
       v += static_cast<float>(shift.y());
     }
@@ -87,12 +96,14 @@ void BoardFit::EvenOutShading(const Start& start) {
   pixels_.PrepareChange();
   // Taken out of every pixel; levels then are those in the light of the board's centre. As the lens blurs what is
   // already shaded, more light comes to a pixel from its lighter side: it shows what lies σ² ∇log(light) away.
+  const SpreadOfLight spread = HowLightSpreads();
+  const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
+  const Eigen::Vector2d per_px = board_by_plane.transpose() * shading->slope;
+  run_->light.uncertain += board_by_plane * (spread.uncertain * per_px);
   if (shading->bent) {
-    EvenOutPixels(*shading);
+    EvenOutPixels(*shading, spread.of_pixels);
   } else {
-    const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
-    const Eigen::Vector2d per_px = board_by_plane.transpose() * shading->slope;
-    pixels_.MoveOrigin(run_->model.blur_px * run_->model.blur_px * per_px);
+    pixels_.MoveOrigin(spread.of_pixels * per_px);
     EvenOutLanes(FallOf(per_px, shading->bend, board_by_plane), pixels_.lanes());
   }
   if (run_->light.shading.size() == 0) run_->light.shading.Assign(run_->model.levels.size(), 1);
@@ -117,6 +128,7 @@ bool BoardFit::TakeBackShading() {
   Shade(run_->model.levels, run_->light.shading);
   run_->light.shading.Assign(0, 1);
   run_->light.bent = false;
+  run_->light.uncertain.setZero();
   return true;
 }
 

@@ -167,6 +167,12 @@ void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, doub
     result.geometry = bent->middle();
     of_moves = (of_moves.inverse() + variance * bent->uncertain() * bent->uncertain().transpose()).inverse();
   }
+  if (!run_->light.uncertain.isZero()) {
+    BoardGeometry::Parameters moved = BoardGeometry::Parameters::Zero();
+    moved[0] = run_->light.uncertain.x(), moved[3] = run_->light.uncertain.y();
+    const BoardGeometry::Parameters told = of_moves * moved;
+    of_moves -= told * told.transpose() / (1 + moved.dot(told));
+  }
   if (const auto more = CovarianceAlongEdges(in_pixels)) of_moves = (of_moves.inverse() + *more).inverse();
   const double off_px = result.reprojection_rms_px / kOffLongMotionPx;
   if (run_->model.motion_px.norm() > kLongMotionCells * CellPx()) of_moves /= std::max(off_px * off_px, 1.0);

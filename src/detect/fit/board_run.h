@@ -68,8 +68,10 @@ struct BoardRun {
   struct Light {
     FixedVector<float, kMaxCells> shading;  ///< that was taken out, by cell; empty: none
     bool bent = false;                      ///< it is bent
-    bool shade_twice = false;               ///< the first shading is not good enough for boards as large
-    BoardGeometry collected_for;            ///< where the pixels were chosen, and for which motion
+    /// By which that may have moved the board too far, or not far enough, standard deviation along one way, cells.
+    Eigen::Vector2d uncertain = Eigen::Vector2d::Zero();
+    bool shade_twice = false;     ///< the first shading is not good enough for boards as large
+    BoardGeometry collected_for;  ///< where the pixels were chosen, and for which motion
     Eigen::Vector2d collected_for_motion = Eigen::Vector2d::Zero();
     /// The pixels' weights fade out by where the board lies. Not before it has come near: where it was thought to lie,
     /// there are its pixels.

@@ -35,28 +35,6 @@ void CellOcclusion::Find(const BoardInImage& in, std::span<const Eigen::Vector3f
                            [](Hidden hidden) { return hidden != Hidden::kNot; });
   MarkFlat(size, light);
   HideWrong(size, Hidden::kFlat);
-  FindReached(in, light);
-}
-
-void CellOcclusion::FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light) {
-  const Visibility& visibility = found_->visibility;
-  found_->reached.assign(light.size(), 0);
-  if (visibility.ShowsAll() && visibility.ShowsAllCorners()) return;
-  std::vector<std::uint8_t>& clear = found_->seen;
-  clear.assign(light.size(), 0);
-  Eigen::Vector3f most = Eigen::Vector3f::Zero();
-  float darkest = std::numeric_limits<float>::max();  // of light cells
-  ForCells(in.size, [&](std::size_t cell, int row, int col) {
-    clear[cell] = visibility.Shows(cell) && visibility.ShowsAround(row, col);
-    if (!clear[cell]) return;
-    most = most.cwiseMax(light[cell]);
-    if (!IsDark(row, col)) darkest = std::min(darkest, light[cell][0] + light[cell][1]);
-  });
-  ForCells(in.size, [&](std::size_t cell, int row, int col) {
-    if (clear[cell] || !visibility.Shows(cell)) return;
-    const bool too_dark = !IsDark(row, col) && light[cell][0] + light[cell][1] < kLeastOfDarkest * darkest;
-    found_->reached[cell] = too_dark || (LightDiffers(in, cell).array() > kOneLight * most.array()).any();
-  });
 }
 
 void CellOcclusion::MarkFlat(MarkerSize size, std::span<const Eigen::Vector3f> light) {
@@ -131,6 +109,27 @@ bool CellOcclusion::AddOffColour(MarkerSize size, std::span<const std::uint8_t> 
     if (!(off <= most)) found_->wrong[cell] = 1;
   });
   return HideWrong(size, Hidden::kOffColour);
+}
+
+void CellOcclusion::FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light) {
+  const Visibility& visibility = found_->visibility;
+  found_->reached.assign(light.size(), 0);
+  if (visibility.ShowsAll() && visibility.ShowsAllCorners()) return;
+  std::vector<std::uint8_t>& clear = found_->seen;
+  clear.assign(light.size(), 0);
+  Eigen::Vector3f most = Eigen::Vector3f::Zero();
+  float darkest = std::numeric_limits<float>::max();  // of light cells
+  ForCells(in.size, [&](std::size_t cell, int row, int col) {
+    clear[cell] = visibility.Shows(cell) && visibility.ShowsAround(row, col);
+    if (!clear[cell]) return;
+    most = most.cwiseMax(light[cell]);
+    if (!IsDark(row, col)) darkest = std::min(darkest, light[cell][0] + light[cell][1]);
+  });
+  ForCells(in.size, [&](std::size_t cell, int row, int col) {
+    if (clear[cell] || !visibility.Shows(cell)) return;
+    const bool too_dark = !IsDark(row, col) && light[cell][0] + light[cell][1] < kLeastOfDarkest * darkest;
+    found_->reached[cell] = too_dark || (LightDiffers(in, cell).array() > kOneLight * most.array()).any();
+  });
 }
 
 }  // namespace chequer

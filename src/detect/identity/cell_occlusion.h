@@ -24,15 +24,16 @@ class CellOcclusion {
   /// @param border saturation of the border's cells. @param white light of its white cells.
   bool AddOffColour(MarkerSize size, std::span<const std::uint8_t> border, std::span<const Eigen::Vector3f> light,
                     const Eigen::Vector3f& white);
+  /// Once all hidden cells are known: finds those beside them, or with a hidden corner, that are not of one light, or
+  /// light but too dark.
+  void FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light);
   const Visibility& visibility() const { return found_->visibility; }
-  /// Whether what hides a part of the board may lie on a part of a cell that shows.
+  /// Whether one of these is a cell: what hides a part of the board may lie on a part of it.
   bool MayReach(std::size_t cell) const { return found_->reached[cell] != 0; }
 
  private:
   /// Marks the cells that do not stand out from their neighbours as their class should.
   void MarkFlat(MarkerSize size, std::span<const Eigen::Vector3f> light);
-  /// Finds the cells beside hidden ones, or with a hidden corner, that are not of one light, or light but too dark.
-  void FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light);
   /// The median shares of red, green and blue of the border's light cells, of white and of yellow ones. False where
   /// none of either shows.
   bool MeasureShares(MarkerSize size, std::span<const std::uint8_t> border, std::array<Eigen::Vector3f, 2>& middle);

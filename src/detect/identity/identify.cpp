@@ -195,6 +195,7 @@ Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const L
     return identity;
   }
   identity.saturation_told = true;
+  occlusion_.FindReached({board, size, reader, lens}, cells_->lights.light);
   MeasureOverlaps(size, identity);
   WeighKernel(size, identity);
   Decode(size, identity);
