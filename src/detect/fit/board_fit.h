@@ -329,7 +329,7 @@ class BoardFit {
   /// camera was knocked, light that lies on the scene is smeared along with it; where a robot drives through light that
   /// stands still, it is not. Which it was does not show: half of it counts, give or take that half.
   struct SpreadOfLight {
-    Eigen::Matrix2d of_pixels, uncertain;
+    Eigen::Matrix2d of_pixels = Eigen::Matrix2d::Zero(), uncertain = Eigen::Matrix2d::Zero();
   };
   SpreadOfLight HowLightSpreads() const;
   /// @tparam Light tells how much there is At() a point of the board, and its SlopeAt() it.
