@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 namespace chequer {
@@ -16,6 +17,8 @@ class Random {
   double Uniform();
   /// Uniform in [low, high).
   double Uniform(double low, double high) { return low + (high - low) * Uniform(); }
+  /// Between low and high, its logarithm uniform. @pre 0 < low ≤ high.
+  double LogUniform(double low, double high) { return std::exp(Uniform(std::log(low), std::log(high))); }
   /// Uniform in 0 … count − 1. @pre count ≥ 1.
   int Below(int count);
   /// Of mean 0 and variance 1, in 65 536 equally likely steps (tails end at 4.3).

@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <map>
 #include <numbers>
@@ -20,19 +19,15 @@
 namespace chequer {
 namespace {
 
-/// A squared error over covariance and dimension beyond that is gross: one in 10,000 is where covariances are honest.
+/// A squared error over covariance and dimension beyond that is gross: one board in 20,000 where covariances are
+/// honest.
 constexpr double kGross = 8;
-/// A squared error counts as so much at most in means, which a flipped pose would be all of else.
+/// A squared error counts this much at most in means: one flipped pose would outweigh all others.
 constexpr double kMostSquare = 20;
 constexpr double kSideM = 0.12, kFocalPx = 1000;
 constexpr int kWidth = 640, kHeight = 480;
 
 double Turn(Random& random) { return random.Uniform(0, 2 * std::numbers::pi); }
-
-/// Between two bounds, alike in each octave.
-double LogUniform(Random& random, double least, double most) {
-  return std::exp(random.Uniform(std::log(least), std::log(most)));
-}
 
 /// Of a frame, or of the print that all its boards are of.
 struct FrameCondition {
@@ -44,7 +39,7 @@ struct FrameCondition {
 constexpr FrameCondition kFrameConditions[] = {
     {"blur", 0.15, [](Random& random, RenderOptions& to, auto&) { to.blur_sigma_px = random.Uniform(1, 2.2); }},
     {"noise", 0.15,
-     [](Random& random, RenderOptions& to, auto&) { to.sensor.full_well_electrons = LogUniform(random, 300, 3000); }},
+     [](Random& random, RenderOptions& to, auto&) { to.sensor.full_well_electrons = random.LogUniform(300, 3000); }},
     {"dark", 0.12, [](Random& random, RenderOptions& to, auto&) { to.sensor.exposure = random.Uniform(0.06, 0.4); }},
     {"overexposed", 0.1,
      [](Random& random, RenderOptions& to, auto&) { to.sensor.exposure = random.Uniform(1.1, 1.7); }},
@@ -71,7 +66,7 @@ constexpr FrameCondition kFrameConditions[] = {
                     .direction_rad = Turn(random),
                     .through_x = kWidth * random.Uniform(0.25, 0.75),
                     .through_y = kHeight * random.Uniform(0.25, 0.75),
-                    .width_px = LogUniform(random, 0.5, 12)};
+                    .width_px = random.LogUniform(0.5, 12)};
      }},
     {"ink", 0.3,
      [](Random& random, RenderOptions&, std::vector<SceneMarker>& markers) {
@@ -135,7 +130,7 @@ struct DrawnFrame {
 
 /// One to nine boards, by their size, each in a place of its own.
 void PlaceBoards(Random& random, const MarkerCode& code, Scene& scene) {
-  const double side_px = LogUniform(random, 30, 200), ids = static_cast<double>(code.max_id()) + 1;
+  const double side_px = random.LogUniform(30, 200), ids = static_cast<double>(code.max_id()) + 1;
   const int across = side_px < 60 ? 3 : side_px < 120 ? 2 : 1;
   const InkSet inks = *NamedInks(std::array{"laser", "inkjet", "matte"}[static_cast<std::size_t>(random.Below(3))]);
   for (int i = 0; i < across * across; ++i) {
@@ -161,7 +156,7 @@ DrawnFrame Draw(const Request& request, const MarkerCode& code, std::uint64_t se
   render.camera.kind = CameraModel::Kind::kBrownConrady;
   render.camera.distortion = {-0.1, 0.02, 0, 0, 0};
   render.blur_sigma_px = random.Uniform(0.5, 1);
-  render.sensor.full_well_electrons = LogUniform(random, 3000, 20000);
+  render.sensor.full_well_electrons = random.LogUniform(3000, 20000);
   render.sensor.exposure = random.Uniform(0.5, 1.05);
   if (random.Below(2) == 0) render.format = PixelFormat::kBayerRg8;
   constexpr BackgroundKind kKinds[] = {BackgroundKind::kPlain, BackgroundKind::kNoise, BackgroundKind::kTiles,
@@ -202,8 +197,8 @@ struct Tally {
   }
 };
 
-/// What became of one board, in the tallies of its conditions and of all.
-void Count(const SceneMarker& marker, const MarkerPose& pose, const std::vector<Tally*>& tallies, bool& notable) {
+/// Counts a board that was found. Prints how it fared and returns true if its id is wrong or its error gross.
+bool Count(const SceneMarker& marker, const MarkerPose& pose, const std::vector<Tally*>& tallies) {
   test::PoseErrors errors;
   errors.Add(marker.camera_from_marker, pose);
   const bool wrong = pose.id && *pose.id != marker.board.id, ambiguous = pose.Has(Warning::kAmbiguous),
@@ -218,10 +213,10 @@ void Count(const SceneMarker& marker, const MarkerPose& pose, const std::vector<
     tally->position += std::min(errors.position(), kMostSquare);
     tally->orientation += std::min(errors.orientation(), kMostSquare);
   }
-  notable = wrong || gross;
-  if (notable)
-    fmt::print("{}squared errors {:.1f} {:.1f}, {} corners, ", wrong ? "wrong id, " : "", errors.position(),
-               errors.orientation(), pose.corners_used);
+  if (!wrong && !gross) return false;
+  fmt::print("{}squared errors {:.1f} {:.1f}, {} corners, ", wrong ? "wrong id, " : "", errors.position(),
+             errors.orientation(), pose.corners_used);
+  return true;
 }
 
 class Survey {
@@ -259,9 +254,8 @@ class Survey {
         continue;
       }
       const std::size_t board = static_cast<std::size_t>(there - markers.begin());
-      bool notable = false;
-      Count(*there, pose, TalliesOf(frame.conditions[board]), notable);
-      if (notable) fmt::print("frame {} board {}: {}\n", seed, board, fmt::join(frame.conditions[board], ", "));
+      if (Count(*there, pose, TalliesOf(frame.conditions[board])))
+        fmt::print("frame {} board {}: {}\n", seed, board, fmt::join(frame.conditions[board], ", "));
     }
   }
 

@@ -64,8 +64,8 @@ std::vector<KnownFrame> ClutterFrames(int count, std::uint64_t seed, int width, 
     frame.seed = random.Bits();
     frame.options.camera = PlainCamera(width, height);
     frame.options.blur_sigma_px = random.Uniform(0.4, 1.5);
-    frame.options.sensor.exposure = std::exp(random.Uniform(std::log(0.15), std::log(1.5)));
-    frame.options.sensor.full_well_electrons = std::exp(random.Uniform(std::log(500.0), std::log(20000.0)));
+    frame.options.sensor.exposure = random.LogUniform(0.15, 1.5);
+    frame.options.sensor.full_well_electrons = random.LogUniform(500, 20000);
     frame.scene.background.kind = kKinds[static_cast<std::size_t>(i) % kKinds.size()];
     frame.scene.background.seed = frame.seed;
     frame.name = "clutter " + std::to_string(i) + " (" + std::string(BackgroundName(frame.scene.background.kind)) +

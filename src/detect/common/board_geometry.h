@@ -130,12 +130,12 @@ class BoardGeometry {
 /// Turns the board's axes (y down, z into it) into the marker's (y up, z towards the viewer).
 RigidTransform CameraFromMarker(const RigidTransform& camera_from_board);
 
-/// A board's middle, and how the image changes there by the plane and by board coordinates.
-struct BoardMiddle {
-  BoardMiddle(const BoardGeometry& geometry, const Lens& lens)
-      : plane(geometry.ToPlane({0, 0})),
+/// A point of a board, by default its middle, in the plane and in the image.
+struct BoardPoint {
+  BoardPoint(const BoardGeometry& geometry, const Lens& lens, const Eigen::Vector2d& board = Eigen::Vector2d::Zero())
+      : plane(geometry.ToPlane(board)),
         pixel(lens.ToImage(plane, &pixel_by_plane)),
-        pixel_by_board(pixel_by_plane * geometry.PlaneByBoard({0, 0})) {}
+        pixel_by_board(pixel_by_plane * geometry.PlaneByBoard(board)) {}
 
   Eigen::Matrix2d pixel_by_plane = Eigen::Matrix2d::Identity();  ///< before `pixel`, which is found with it
   Eigen::Vector2d plane = Eigen::Vector2d::Zero(), pixel = Eigen::Vector2d::Zero();

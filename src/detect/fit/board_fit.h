@@ -325,16 +325,15 @@ class BoardFit {
   void FollowShading(const Lens& lens, const Start& start);
   /// Levels as the image has them, for pixels as the image has them. Whether anything had been evened out.
   bool TakeBackShading();
-  /// From how far around light comes to a pixel of a board whose light is uneven: covariance, plane units². Where a
-  /// camera was knocked, light that lies on the scene is smeared along with it; where a robot drives through light that
-  /// stands still, it is not. Which it was does not show: half of it counts, give or take that half.
+  /// How far shading moves the light of pixels: the move is a covariance, plane units², times the gradient of log
+  /// light. Lens blur counts in full. Motion blur counts if the camera moved, but not if a robot drove through light
+  /// that stands still. The image does not show which: half of it counts, and that half is the uncertainty.
   struct SpreadOfLight {
     Eigen::Matrix2d of_pixels = Eigen::Matrix2d::Zero(), uncertain = Eigen::Matrix2d::Zero();
   };
   SpreadOfLight HowLightSpreads() const;
-  /// @tparam Light tells how much there is At() a point of the board, and its SlopeAt() it.
-  template <class Light>
-  void EvenOutPixels(const Light& light, const Eigen::Matrix2d& spread);
+  /// Takes a bent shading out of each pixel. @param spread SpreadOfLight::of_pixels.
+  void EvenOutPixels(const Shading& shading, const Eigen::Matrix2d& spread);
   double LightAt(int corner) const;
 
   // The model with all its terms: board_fit_model.cpp.

@@ -8,8 +8,8 @@ namespace {
 
 /// Of the board's mean: less light tells no colours.
 constexpr double kLeastLit = 0.02;
-/// In smaller cells, what blurs into dark cells from light ones makes their levels differ, too, but where the model
-/// looks farther than a corner's own four cells: then cells of the second size tell (a guess).
+/// In smaller cells, light blurs into dark cells and makes their levels differ. The model with all terms knows of the
+/// cells beyond a corner's four: it needs the second size (a guess).
 constexpr double kLeastHighlitCellPx = 6, kLeastHighlitFarCellPx = 4;
 
 /// Where a phase's samples lie in the light (R, G, B) of a cell.

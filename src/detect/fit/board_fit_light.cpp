@@ -54,13 +54,12 @@ BoardFit::SpreadOfLight BoardFit::HowLightSpreads() const {
   const bool is_term = !model.motion_px.isZero();
   const Eigen::Vector2d& way = is_term ? model.motion_px : model.blur_shape.way_px;
   const Eigen::Matrix2d half = way * way.transpose() / 24;
-  // The plain model's blur has the way's variance in it, on average over all directions.
+  // The plain model's blur includes half of the way's variance, as the mean over all directions.
   const double lens = model.blur_px * model.blur_px - (is_term ? 0 : way.squaredNorm() / 24);
   return {lens * Eigen::Matrix2d::Identity() + half, half};
 }
 
-template <class Light>
-void BoardFit::EvenOutPixels(const Light& even, const Eigen::Matrix2d& spread) {
+void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread) {
   const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(run_->model.geometry);
   const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse().transpose();
   LaneBlock& lanes = pixels_.lanes();

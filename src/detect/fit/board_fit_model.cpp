@@ -331,7 +331,7 @@ bool BoardFit::Settled(const BoardRun::Step& before) const {
 }
 
 bool BoardFit::FollowLight(const Start& start, bool light_follows) {
-  // A shadow's edge that does not lie right yet leaves levels that seem shaded.
+  // While a shadow's edge is not in its place, levels look shaded.
   const bool follows = light_follows && (!run_->model.LightVaries() || run_->step.terms <= kNearTerms);
   if (follows) {
     run_->visibility.ShowCellsByAllCorners();
@@ -389,7 +389,7 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
   run_->light.fades = true;
   run_->model_input.robust_limit = kRobustLimit;
   const int stride = StrideFor(kMostPixels);
-  // In a shadow, or with a lamp's image on it, a board has not come near with what else its light does.
+  // With terms of the light on, no shading was taken out before the fit came near.
   bool still = true, light_followed = !run_->model.LightVaries();
   BoardRun::Step before;  // by the same pixels; none yet
   for (int pass = 1, judgements = 0; pass < kMostModelPasses; ++pass) {

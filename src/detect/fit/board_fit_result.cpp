@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detect/common/widened.h"
 #include "detect/fit/board_fit.h"
 
 namespace chequer {
@@ -165,13 +166,12 @@ void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, doub
   BoardGeometry::Information of_moves = in_pixels / variance;
   if (const std::optional<BentPaper>& bent = run_->bend.found) {
     result.geometry = bent->middle();
-    of_moves = (of_moves.inverse() + variance * bent->uncertain() * bent->uncertain().transpose()).inverse();
+    of_moves = Widened<3>(of_moves, std::sqrt(variance) * bent->uncertain());
   }
   if (!run_->light.uncertain.isZero()) {
     BoardGeometry::Parameters moved = BoardGeometry::Parameters::Zero();
     moved[0] = run_->light.uncertain.x(), moved[3] = run_->light.uncertain.y();
-    const BoardGeometry::Parameters told = of_moves * moved;
-    of_moves -= told * told.transpose() / (1 + moved.dot(told));
+    of_moves = Widened(of_moves, moved);
   }
   if (const auto more = CovarianceAlongEdges(in_pixels)) of_moves = (of_moves.inverse() + *more).inverse();
   const double off_px = result.reprojection_rms_px / kOffLongMotionPx;

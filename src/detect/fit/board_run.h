@@ -68,7 +68,7 @@ struct BoardRun {
   struct Light {
     FixedVector<float, kMaxCells> shading;  ///< that was taken out, by cell; empty: none
     bool bent = false;                      ///< it is bent
-    /// By which that may have moved the board too far, or not far enough, standard deviation along one way, cells.
+    /// Standard deviation of the board's place, cells, along the way that this moved it.
     Eigen::Vector2d uncertain = Eigen::Vector2d::Zero();
     bool shade_twice = false;     ///< the first shading is not good enough for boards as large
     BoardGeometry collected_for;  ///< where the pixels were chosen, and for which motion

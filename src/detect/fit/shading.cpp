@@ -25,8 +25,8 @@ constexpr double kSteep = 0.03, kUneven = 0.007;
 constexpr double kQuiet = 0.005;
 /// Either has to explain all but this of the slope's sum of squares.
 constexpr double kBentLeaves = 0.25;
-/// And a slope beside terms all but this of what levels differ by. (Measured: without it, squared errors are 12 instead
-/// of 1 where a strong lamp's image is not quite the term's.)
+/// With terms of the light on, a slope has to explain all but this of the levels' sum of squares. (Measured: without
+/// the bound, squared errors are 12 instead of 1 where a strong lamp's image is no Gaussian.)
 constexpr double kLeavesBesideTerms = 0.25;
 /// A bent shading falls no lower, as a share of the light at the centre.
 constexpr double kLeastLight = 0.05;

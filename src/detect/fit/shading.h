@@ -43,8 +43,8 @@ struct ShadedCells {
   int phases = 1;       ///< that differ
   int blue_phase = -1;  ///< that hardly sees yellow, −1 for none
   bool fine = false;    ///< their levels are known so well that they tell how a weak shading bends
-  /// The levels are what terms of the light leave: a shading has to explain most of what they differ by, as what the
-  /// terms do not explain would pass for one.
+  /// Terms of the light are fitted, too. What these do not explain looks like shading, so a shading has to explain most
+  /// of how the levels differ.
   bool by_terms = false;
 };
 
@@ -55,7 +55,7 @@ struct ShadedCells {
 /// cells; six passes instead of one where it is bent.
 std::optional<Shading> FindShading(const ShadedCells& cells);
 
-/// Levels as they are in a light of these shares, by cell; of none, as they were.
+/// Multiplies the levels of each cell by its share of the light. Without shares, it changes nothing.
 void Shade(std::span<PhaseValues> levels, std::span<const float> shares);
 
 }  // namespace chequer

@@ -17,16 +17,15 @@ constexpr float kOffColour = 0.45f;
 constexpr int kFewUnseen = 2;
 /// Least difference of a cell to its neighbours, as a share of the contrast of the board (a guess).
 constexpr double kLeastContrastOfCell = 0.3;
-/// A cell of one light differs by less of the lightest cell's, and a light one has at least so much of the light of the
-/// darkest other one: print and shading make less of a difference (guesses).
+/// The light within a cell differs by less than the first share of the lightest cell's. A light cell has at least the
+/// second share of the darkest other light cell's. Print and shading change less (guesses).
 constexpr float kOneLight = 0.15f, kLeastOfDarkest = 0.7f;
 
 }  // namespace
 
-void CellOcclusion::Find(const BoardInImage& in, std::span<const Eigen::Vector3f> light) {
-  const MarkerSize size = in.size;
+void CellOcclusion::Find(const FittedBoard& board, MarkerSize size, std::span<const Eigen::Vector3f> light) {
   Visibility& visibility = found_.Start().visibility;
-  visibility = in.board.visibility;
+  visibility = board.visibility;
   // Cells that no corner tells of may look like the board's: where they are but a line or so, only those that do not
   // are evidence of a cover. More of them lie under one.
   found_->wrong.assign(light.size(), 0);

@@ -18,17 +18,17 @@ namespace chequer {
 class CellOcclusion {
  public:
   /// Begins a board: adds to what the fit has found the cells that do not stand out from their neighbours.
-  void Find(const BoardInImage& in, std::span<const Eigen::Vector3f> light);
+  void Find(const FittedBoard& board, MarkerSize size, std::span<const Eigen::Vector3f> light);
   /// Adds light cells of colours that the board does not have: they belong to what lies over it. Whether there are
   /// some.
   /// @param border saturation of the border's cells. @param white light of its white cells.
   bool AddOffColour(MarkerSize size, std::span<const std::uint8_t> border, std::span<const Eigen::Vector3f> light,
                     const Eigen::Vector3f& white);
-  /// Once all hidden cells are known: finds those beside them, or with a hidden corner, that are not of one light, or
-  /// light but too dark.
+  /// Finds cells that show but may be covered in part. Each lies beside a hidden cell or has a hidden corner. Its light
+  /// is uneven, or it is a light cell and too dark. @pre all hidden cells are known.
   void FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light);
   const Visibility& visibility() const { return found_->visibility; }
-  /// Whether one of these is a cell: what hides a part of the board may lie on a part of it.
+  /// Whether a cell is one of these. @pre FindReached().
   bool MayReach(std::size_t cell) const { return found_->reached[cell] != 0; }
 
  private:
@@ -44,7 +44,7 @@ class CellOcclusion {
   struct Found {
     Visibility visibility;
     std::vector<std::uint8_t> wrong;  ///< by cell: those that do not look like the board's, and what lies between them
-    std::vector<std::uint8_t> reached;  ///< by cell: what hides others may lie on a part of it
+    std::vector<std::uint8_t> reached;  ///< by cell: whether it may be covered in part
     // What single steps need.
     std::vector<Eigen::Vector3f> shares;  ///< of the three channels in a cell's light
     std::vector<float> values;

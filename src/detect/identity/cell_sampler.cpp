@@ -20,17 +20,19 @@ constexpr float kMayBeOverexposed = 0.93f;
 /// side (guesses; as CellUnmixer, which takes over where no window is left).
 constexpr double kBlursFromEdge = 1.2, kMostOfCell = 0.35;
 
+/// Mean light of the window around a pixel.
+Eigen::Vector3f WindowLight(const LightReader& reader, const Eigen::Vector2d& pixel, double half_px) {
+  return reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(half_px));
+}
+
 /// Mean light of a cell's middle, which its neighbours do not blur into.
 Eigen::Vector3f MiddleLight(const BoardInImage& in, std::size_t cell) {
-  const Eigen::Vector2d at = MiddleOfCell(in.size, static_cast<int>(cell));
-  Eigen::Matrix2d pixel_by_plane;
-  const Eigen::Vector2d pixel = in.lens.ToImage(in.board.geometry.ToPlane(at), &pixel_by_plane);
-  const Eigen::Matrix2d pixel_by_board = pixel_by_plane * in.board.geometry.PlaneByBoard(at);
-  const double short_side =
-      std::abs(pixel_by_board.determinant()) / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
+  const BoardPoint middle(in.board.geometry, in.lens, MiddleOfCell(in.size, static_cast<int>(cell)));
+  const Eigen::Matrix2d& by_board = middle.pixel_by_board;
+  const double short_side = std::abs(by_board.determinant()) / std::max(by_board.col(0).norm(), by_board.col(1).norm());
   const double clear =
       std::clamp(0.5 * short_side - kBlursFromEdge * in.board.image.blur_px, 0.0, kMostOfCell * short_side);
-  return in.reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(clear));
+  return WindowLight(in.reader, middle.pixel, clear);
 }
 
 /// Where shadows' edges cross the board: makes the cells' light what it would be if the board were lit alike all over.
@@ -57,18 +59,15 @@ void EvenOut(const BoardInImage& in, CellLights& cells) {
 }  // namespace
 
 Eigen::Vector3f LightDiffers(const BoardInImage& in, std::size_t cell) {
-  // Of a cell's side: from its middle to a quarter's, and half the window there.
-  constexpr double kOff = 0.2, kHalf = 0.12;
+  // From the cell's middle to that of a quarter, and half of the window there, as shares of the cell's side (a guess).
+  constexpr double kOff = 0.2, kHalfWindow = 0.12;
   const Eigen::Vector2d middle = MiddleOfCell(in.size, static_cast<int>(cell));
   Eigen::Vector3f least = Eigen::Vector3f::Constant(std::numeric_limits<float>::max()), most = -least;
   for (const double x : {-kOff, kOff})
     for (const double y : {-kOff, kOff}) {
-      const Eigen::Vector2d at = middle + Eigen::Vector2d(x, y);
-      Eigen::Matrix2d pixel_by_plane;
-      const Eigen::Vector2d pixel = in.lens.ToImage(in.board.geometry.ToPlane(at), &pixel_by_plane);
-      const double side = std::sqrt(std::abs((pixel_by_plane * in.board.geometry.PlaneByBoard(at)).determinant()));
-      const Eigen::Vector3f light =
-          in.reader.Rgb(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(kHalf * side));
+      const BoardPoint quarter(in.board.geometry, in.lens, middle + Eigen::Vector2d(x, y));
+      const double side_px = std::sqrt(std::abs(quarter.pixel_by_board.determinant()));
+      const Eigen::Vector3f light = WindowLight(in.reader, quarter.pixel, kHalfWindow * side_px);
       least = least.cwiseMin(light), most = most.cwiseMax(light);
     }
   return most - least;

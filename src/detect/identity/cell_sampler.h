@@ -26,8 +26,8 @@ struct BoardInImage {
   const Lens& lens;
 };
 
-/// By how much the four quarters of a cell's inside differ, as far as the image shows them apart: of what its edges
-/// blur into them, all have as much.
+/// How much the light differs between the four quarters of a cell's inside: largest minus smallest, by channel. Blur
+/// from the cell's edges adds about the same to each quarter.
 Eigen::Vector3f LightDiffers(const BoardInImage& in, std::size_t cell);
 
 /// Measures the light of each cell of a fitted board: by the fit's own levels where it saw all channels, else in the

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "detect/common/widened.h"
 #include "detect/pose/plane_pose.h"
 
 namespace chequer {

@@ -28,7 +28,7 @@ using Points = std::array<Point, 4 * kMaxCells>;
 std::span<const Point> PlacePoints(const AnchoredBoard& board, const LightReader& reader, const Lens& lens,
                                    Points& points) {
   constexpr int kMost = kReachPx + kReachAroundPx;
-  const BoardMiddle middle(BoardGeometry(board.plane_from_board), lens);
+  const BoardPoint middle(BoardGeometry(board.plane_from_board), lens);
   std::size_t count = 0;
   for (int cell = 0; cell < board.size.rows * board.size.cols; ++cell) {
     const Eigen::Vector2d at = MiddleOfCell(board.size, cell);

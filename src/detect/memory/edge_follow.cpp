@@ -34,7 +34,7 @@ class Windows {
  public:
   Windows(const AnchoredBoard& board, const LightReader& reader, const Lens& lens)
       : width_(reader.width()), height_(reader.height()), rows_(reader.AllRows()) {
-    const BoardMiddle middle(BoardGeometry(board.plane_from_board), lens);
+    const BoardPoint middle(BoardGeometry(board.plane_from_board), lens);
     Eigen::Matrix3d pixel_from_plane = Eigen::Matrix3d::Identity();
     pixel_from_plane.topLeftCorner<2, 2>() = middle.pixel_by_plane;
     pixel_from_plane.topRightCorner<2, 1>() = middle.pixel - middle.pixel_by_plane * middle.plane;

@@ -81,7 +81,7 @@ bool ExpectedBoards::Expect(const RememberedBoard& remembered, const Eigen::Matr
   board.saturated.Assign(cells, 0);
   TellSaturation(remembered, board.saturated.data());
   board.visibility = Visibility(board.size);
-  const Eigen::Matrix2d pixel_by_board = BoardMiddle(geometry, lens).pixel_by_board;
+  const Eigen::Matrix2d pixel_by_board = BoardPoint(geometry, lens).pixel_by_board;
   const float half_px = static_cast<float>(SampledHalfPx(pixel_by_board.colwise().norm().minCoeff()));
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const Eigen::Vector2d pixel = lens.ToImage(geometry.ToPlane(MiddleOfCell(board.size, static_cast<int>(cell))));

@@ -62,16 +62,6 @@ CameraColumns HomographyByCamera(const BoardGeometry& geometry, MarkerSize size,
 /// What of a calibration is not known where its file does not say (kUsualFocalError): both focal lengths err together.
 LensCovariance UsualLensCovariance(const CameraModel& camera);
 
-/// Inverse of a covariance that was the inverse of `information` and is larger by B Bᵀ now (Woodbury).
-template <int kColumns>
-BoardGeometry::Information Widened(const BoardGeometry::Information& information,
-                                   const Eigen::Matrix<double, BoardGeometry::kParameters, kColumns>& by) {
-  using Square = Eigen::Matrix<double, kColumns, kColumns>;
-  const Eigen::Matrix<double, BoardGeometry::kParameters, kColumns> weighted = information * by;
-  const Square inner = Square::Identity() + by.transpose() * weighted;
-  return information - weighted * inner.llt().solve(weighted.transpose());
-}
-
 /// The part of a pose's covariance that its print and its camera's calibration may be off: that of the pose which the
 /// columns of by_print and by_camera lead to.
 Matrix6d ConstantCovariance(const PlanePose& pose, const BoardMeasurement& measured);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/lens_parameters.h"
+#include "detect/common/widened.h"
 #include "detect/fit/ink_register.h"
 #include "detect/pose/plane_pose.h"
 #include "simulate/print_quality.h"

@@ -129,11 +129,10 @@ struct Shaded {
 class HonestCovarianceInUnevenLight : public testing::TestWithParam<Shaded> {};
 
 TEST_P(HonestCovarianceInUnevenLight, LightThatFallsOffMovesNoBoard) {
-  // The lens blurs what is already shaded: taken for a board in even light, it seems to lie to the brighter side, by
-  // the blur's square times the light's slope. Where pixels were collected anew, as of boards that blur widely, have
-  // dot gain or lie far off at first, the shading that had been taken out of them was forgotten; beside terms of the
-  // light, none was taken out; and motion smears the light as the blur does. (Squared errors then, in the order of the
-  // cases below: 1.9, 30, 33, 2.1, 62, 30.)
+  // The lens blurs light that is already shaded. A fit that assumes even light moves the board to the brighter side, by
+  // the blur's variance times the gradient of log light. The fit once lost the shading when it collected pixels anew.
+  // It took none out beside a lamp's image or a shadow, and it left out motion blur. Squared errors were then, in the
+  // order of the cases below: 1.9, 30, 33, 2.1, 62, 30.
   constexpr int kShaded = 30;
   const test::PoseErrors errors = ErrorsOf(GetParam().tag, kShaded, [](StressCase& stress) {
     stress.scene.markers[0].gradient = GetParam().gradient;

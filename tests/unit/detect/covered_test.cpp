@@ -65,7 +65,7 @@ TEST(CoveredBoards, HavePosesThatAreHonestAndTheSameWithAMemory) {
   EXPECT_LT(std::sqrt(differences.position()), 0.25);
 }
 
-/// Nine boards, across each of which a strip of one colour lies that is about as wide as a cell: an arm, or a cable.
+/// Nine boards. A strip of one colour, about as wide as a cell, lies across each: an arm, or a cable.
 Scene UnderStrips(const MarkerCode& code, std::uint64_t seed) {
   constexpr double kSideM = 0.12, kDepthM = 2.6, kAcrossM = 0.55, kDownM = 0.41;
   Random random(seed);
@@ -88,8 +88,8 @@ Scene UnderStrips(const MarkerCode& code, std::uint64_t seed) {
 }
 
 TEST(CoveredBoards, HaveNoWrongIdUnderAStripAcrossThem) {
-  // It may lie on a part of cells that seem to be in full view. With all that such cells say, one of these ids was
-  // wrong.
+  // The strip covers parts of cells that seem to be in full view. One of these ids was wrong while such cells counted
+  // in full.
   const MarkerCode code({6, 6}, Variant::kSecded);
   RenderOptions render;
   render.camera = {.width = 640, .height = 480, .fx = 1000, .fy = 1000, .cx = 320, .cy = 240};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "detect/common/widened.h"
 #include "detect/pose/plane_pose.h"
 #include "support/seed.h"
 #include "unit/robot/measured_boards.h"

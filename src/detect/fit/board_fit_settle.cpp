@@ -1,0 +1,136 @@
+// Of BoardFit: the steps of the plain model until nothing moves any more.
+#include <algorithm>
+#include <cmath>
+
+#include "detect/fit/board_fit.h"
+#include "detect/fit/board_fit_limits.h"
+
+namespace chequer {
+namespace {
+
+constexpr int kMaxPasses = 8;
+/// A step that moves corners and blur less ends the fit: the errors left are those of its square and cube.
+constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
+/// A board is explained where pixels are off by fewer variances (a guess). The next step over this one where residuals
+/// are noise, for each variance that they have (measured: 0.01 to 0.06, 0.1 to 0.4 at three variances and beyond).
+constexpr double kExplained = 2, kNextStep = 0.04;
+/// Steps that shrink by less are taken to shrink by that (a guess).
+constexpr double kLeastShrinking = 0.1;
+/// Residuals that are less are rounding, not noise, variances (a guess).
+constexpr double kLeastVariances = 1e-3;
+/// Where a step moved corners farther, they are placed anew before the next one. (With 0.1 px, one of the tests' boards
+/// under gloss lies 5 % farther off.)
+constexpr double kFollowSettlingPx = 0.05;
+/// What a fit that has settled leaves.
+struct SettleLimits {
+  double square;         ///< of the way that the next steps would still lead, standard deviations, at most
+  double shape;          ///< another shape of the blur lets Σ w r² fall by less for each pixel
+  double shape_follows;  ///< a step that is made anyway has the shape that explains so much more
+};
+/// Measured: with a shape of 0.015, poses of moving boards with and without memory differ by a tenth more, in 2 % less
+/// work. Noise alone explains less than 12 (kShapeCounts).
+constexpr SettleLimits kUsualLimits{.square = 0.2, .shape = 0.008, .shape_follows = 12};
+/// The same where another blur seems to be another place: of overexposed cells, the pixels at the light side of an edge
+/// tell little, and of a board that is hidden in part, a turn moves the middle of what shows. Measured: poses with and
+/// without memory differ by 0.08 to 0.10 deviations where boards are overexposed instead of 0.09 to 0.12, under hands
+/// by 0.10 instead of 0.12, in 8 and 5 % more work.
+constexpr SettleLimits kCloseLimits{.square = 0.01, .shape = 0.001, .shape_follows = 1};
+/// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
+constexpr int kPassesOfLight = 4;
+
+}  // namespace
+
+double BoardFit::LeftVariances() const {
+  if (run_->plain_input.sums == LaneSums::kShapes) return 1;  // no weights were summed
+  return std::max((equations_.chi_square() - run_->step.gain) / std::max(WeightUsed(), 1.0), kLeastVariances);
+}
+
+double BoardFit::SquareOf(const BoardGeometry::Parameters& moves) const {
+  constexpr int kMoves = BoardGeometry::kParameters;
+  return moves.dot(equations_.normal().topLeftCorner<kMoves, kMoves>() * moves);
+}
+
+BoardFit::StepSize BoardFit::SizeOfStep() const {
+  const double variances = LeftVariances();
+  return {SquareOf(run_->step.moves.head<BoardGeometry::kParameters>()) / variances, variances};
+}
+
+bool BoardFit::WhatIsLeftCounts(const StepSize& step, const StepSize& before, double most) const {
+  // With a budget, plain fits of all boards go before better ones of those that they do not explain.
+  if (run_->terms.plain_only && step.variances > kExplained) return false;
+  double next = kNextStep * std::max(step.variances, 1.0);
+  // Two steps tell it better.
+  if (before.square > 0) next = std::sqrt(step.square / before.square);
+  // As each of those that follow shrinks by as much, they lead so many times as far as the last one. Plain fits under a
+  // budget (above) do not go all the way.
+  const double left = run_->terms.plain_only ? next : next / std::max(1 - next, kLeastShrinking);
+  return left * left * step.square > most;
+}
+
+bool BoardFit::FollowsClosely() const {
+  // With a budget, plain fits of all boards go before better ones.
+  return !run_->terms.plain_only && (run_->view.overexposed || AnyUnused());
+}
+
+bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
+  LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
+  run_->light.fades = true;
+  bool edges_told = start.image != nullptr;
+  StepSize step, before;
+  for (int pass = 1; pass < kMaxPasses; before = step, ++pass) {
+    const SettleLimits& settled = FollowsClosely() ? kCloseLimits : kUsualLimits;
+    const bool moved = run_->step.corner_px > kFollowSettlingPx;
+    if (moved) pixels_.PlaceCorners(lens, run_->model.geometry);
+    if (moved || pass == 1 || run_->step.shape_gain > settled.shape_follows) SetPlaces();
+    run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
+    if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
+    if (pass == 1 && BeginsNear(start) && run_->step.corner_px > kOtherPixelsPx) return false;
+    step = SizeOfStep();
+    if (MayBeOutOfRegister()) MoveInks(start);
+    const bool changed = FindOccludedCorners();
+    // What is done to the light follows the fit by a pass or two.
+    const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;
+    const bool follows = uneven ? pass < kPassesOfLight : again;
+    if (noise_known && !changed && !follows && run_->step.corner_px < kSettledPx &&
+        run_->step.blur_share < kSettledBlur && run_->step.shape_gain < settled.shape * pixels_.pixels() &&
+        !WhatIsLeftCounts(step, before, settled.square)) {
+      // Of the image's first board, which tells the others: as it ends, however many steps it took.
+      if (!start.image && sums == LaneSums::kNoise)
+        EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
+      run_->told.settled = true;
+      run_->result.moved_square = SquareOf(run_->step.moved) / step.variances;
+      // It tells its edges, too: those of a board that lies elsewhere seem to have another shape.
+      if (edges_told || !TellEdges(lens)) break;
+      // What they explain is no noise.
+      edges_told = true;
+      run_->told.settled = noise_known = false;
+      continue;
+    }
+    if (uneven ? pass > 1 && pass < kPassesOfLight : again) FollowShading(lens, start);
+    noise_known = true;
+    // It is the camera's: what a board has told holds for the image's others, too. What theirs have beside it, of print
+    // or of steps that are not at their end, is no noise of pixels; their misfit widens the covariance.
+    if (start.image) continue;
+    if (sums == LaneSums::kNoise)
+      EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
+    sums = LaneSums::kNoise;
+  }
+  return true;
+}
+
+bool BoardFit::TellEdges(const Lens& lens) {
+  Finish(lens);
+  if (!run_->result.flat()) return false;
+  const Eigen::Matrix2d board_by_pixel = BoardByPixel();
+  // Its sums take the place of the last step's.
+  const std::optional<EdgeSpread> found = FindEdgeSpread(run_->plain_input, board_by_pixel.row(0),
+                                                         board_by_pixel.row(1), run_->visibility.corners(), pixels_);
+  run_->told.sums_gone = !found;
+  if (!found) return false;
+  run_->model.edges = *found;
+  profiles_.Set(run_->model.edges);
+  run_->model.blur_px = run_->model.edges.blur_px;
+  return true;
+}
+
+}  // namespace chequer
