@@ -326,10 +326,14 @@ class BoardFit {
   /// Levels as the image has them, for pixels as the image has them. Whether anything had been evened out.
   bool TakeBackShading();
   /// How far shading moves the light of pixels: the move is a covariance, plane units², times the gradient of log
-  /// light. Lens blur counts in full. Motion blur counts if the camera moved, but not if a robot drove through light
-  /// that stands still. The image does not show which: half of it counts, and that half is the uncertainty.
+  /// light. Blur counts where it blurs what is already shaded. The image does not show whether it does in two cases,
+  /// of which half counts each, and that half is the uncertainty:
+  /// - motion: it counts if the camera moved, but not if a robot drove through light that stands still;
+  /// - across the rows: the lens counts if the scene is shaded, but not if lamps flicker over a rolling shutter, whose
+  ///   rows are brighter or darker by what light they are exposed to.
   struct SpreadOfLight {
-    Eigen::Matrix2d of_pixels = Eigen::Matrix2d::Zero(), uncertain = Eigen::Matrix2d::Zero();
+    Eigen::Matrix2d of_pixels = Eigen::Matrix2d::Zero();
+    std::array<Eigen::Matrix2d, 2> uncertain = {Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero()};
   };
   SpreadOfLight HowLightSpreads() const;
   /// Takes a bent shading out of each pixel. @param spread SpreadOfLight::of_pixels.

@@ -53,10 +53,11 @@ BoardFit::SpreadOfLight BoardFit::HowLightSpreads() const {
   const BoardModel& model = run_->model;
   const bool is_term = !model.motion_px.isZero();
   const Eigen::Vector2d& way = is_term ? model.motion_px : model.blur_shape.way_px;
-  const Eigen::Matrix2d half = way * way.transpose() / 24;
+  const Eigen::Matrix2d half_motion = way * way.transpose() / 24;
   // The plain model's blur includes half of the way's variance, as the mean over all directions.
   const double lens = model.blur_px * model.blur_px - (is_term ? 0 : way.squaredNorm() / 24);
-  return {lens * Eigen::Matrix2d::Identity() + half, half};
+  const Eigen::Matrix2d half_lens = Eigen::Vector2d(0, lens / 2).asDiagonal();
+  return {lens * Eigen::Matrix2d::Identity() - half_lens + half_motion, {half_motion, half_lens}};
 }
 
 void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread) {
@@ -98,7 +99,8 @@ void BoardFit::EvenOutShading(const Start& start) {
   const SpreadOfLight spread = HowLightSpreads();
   const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
   const Eigen::Vector2d per_px = board_by_plane.transpose() * shading->slope;
-  run_->light.uncertain += board_by_plane * (spread.uncertain * per_px);
+  for (int way = 0; way < 2; ++way)
+    run_->light.uncertain.col(way) += board_by_plane * (spread.uncertain[static_cast<std::size_t>(way)] * per_px);
   if (shading->bent) {
     EvenOutPixels(*shading, spread.of_pixels);
   } else {

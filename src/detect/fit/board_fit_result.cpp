@@ -169,9 +169,10 @@ void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, doub
     of_moves = Widened<3>(of_moves, std::sqrt(variance) * bent->uncertain());
   }
   if (!run_->light.uncertain.isZero()) {
-    BoardGeometry::Parameters moved = BoardGeometry::Parameters::Zero();
-    moved[0] = run_->light.uncertain.x(), moved[3] = run_->light.uncertain.y();
-    of_moves = Widened(of_moves, moved);
+    Eigen::Matrix<double, BoardGeometry::kParameters, 2> moved;
+    moved.setZero();
+    moved.row(0) = run_->light.uncertain.row(0), moved.row(3) = run_->light.uncertain.row(1);
+    of_moves = Widened<2>(of_moves, moved);
   }
   if (const auto more = CovarianceAlongEdges(in_pixels)) of_moves = (of_moves.inverse() + *more).inverse();
   const double off_px = result.reprojection_rms_px / kOffLongMotionPx;

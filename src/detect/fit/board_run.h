@@ -68,8 +68,8 @@ struct BoardRun {
   struct Light {
     FixedVector<float, kMaxCells> shading;  ///< that was taken out, by cell; empty: none
     bool bent = false;                      ///< it is bent
-    /// Standard deviation of the board's place, cells, along the way that this moved it.
-    Eigen::Vector2d uncertain = Eigen::Vector2d::Zero();
+    /// Each column is a way, cells, by which this may have moved the board; one standard deviation.
+    Eigen::Matrix2d uncertain = Eigen::Matrix2d::Zero();
     bool shade_twice = false;     ///< the first shading is not good enough for boards as large
     BoardGeometry collected_for;  ///< where the pixels were chosen, and for which motion
     Eigen::Vector2d collected_for_motion = Eigen::Vector2d::Zero();

@@ -117,6 +117,35 @@ frames = 36
   EXPECT_LT(bright, 1.4);
 }
 
+TEST(HonestCovarianceOfARollingShutter, RowsThatALampFlickersOverMoveNoBoard) {
+  // The rows of a rolling shutter are exposed one after the other. A lamp that flickers shades them behind the lens, whose
+  // blur shades nothing then: with a shading that is blurred as that of a scene is, squared errors were 2.7.
+  const test::StreamFrames frames(R"(
+seed = 5
+[camera]
+size = "640x480"
+focal_px = 1200
+distance = 2.0
+fps = 60
+exposure_ms = 4
+rows_read_ms = 8
+[swarm]
+robots = 4
+size = "6x6"
+variant = "secded"
+side = 0.1
+[[phase]]
+kind = "flicker"
+light = 0.5
+frequency_hz = 100
+depth = 0.95
+frames = 36
+)");
+  const double squared = SquaredErrorsOf(frames, 0);
+  EXPECT_GT(squared, 0.6);
+  EXPECT_LT(squared, 1.5);
+}
+
 /// A board in light that falls off over it, and what else is in the frame.
 struct Shaded {
   const char* name;
