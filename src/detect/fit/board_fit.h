@@ -319,6 +319,7 @@ class BoardFit {
   LevelProducts SumModelProducts(const LearntBoard& learnt) const;
 
   // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
+  /// Takes out of the pixels what cells' levels tell of a shading. Where terms of the light are on, ShadingTerm has it.
   void EvenOutShading(const Start& start);
   /// Of the plain fit: takes back the one that was told from cells which turn out to be occluded, and evens out what
   /// the others tell.
@@ -336,6 +337,8 @@ class BoardFit {
     std::array<Eigen::Matrix2d, 2> uncertain = {Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero()};
   };
   SpreadOfLight HowLightSpreads() const;
+  /// Each column is a way by which what is not known of that may have moved the board; one standard deviation.
+  Eigen::Matrix<double, BoardGeometry::kParameters, 2> MovedByShading() const;
   /// Takes a bent shading out of each pixel. @param spread SpreadOfLight::of_pixels.
   void EvenOutPixels(const Shading& shading, const Eigen::Matrix2d& spread);
   double LightAt(int corner) const;
@@ -379,8 +382,8 @@ class BoardFit {
   /// @param before the step before, by the same pixels, if there was one: where steps shrink fast, both tell what is
   /// left.
   bool Settled(const BoardRun::Step& before) const;
-  /// What follows a step that did not end the fit. Whether the shading did.
-  bool FollowLight(const Start& start, bool light_follows);
+  /// What follows a step that did not end the fit.
+  void FollowLight(const Start& start, bool light_follows);
   /// The pixels of the board as it lies by now, and the light beside it.
   bool CollectAnew(const LightReader& reader, const Lens& lens, const Start& start);
 

@@ -60,6 +60,19 @@ BoardFit::SpreadOfLight BoardFit::HowLightSpreads() const {
   return {lens * Eigen::Matrix2d::Identity() - half_lens + half_motion, {half_motion, half_lens}};
 }
 
+Eigen::Matrix<double, BoardGeometry::kParameters, 2> BoardFit::MovedByShading() const {
+  const SpreadOfLight spread = HowLightSpreads();
+  const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
+  const Eigen::Vector2d per_px = board_by_plane.transpose() * (run_->light.slope + run_->model.grows);
+  Eigen::Matrix<double, BoardGeometry::kParameters, 2> moved;
+  moved.setZero();
+  for (int way = 0; way < 2; ++way) {
+    const Eigen::Vector2d cells = board_by_plane * (spread.uncertain[static_cast<std::size_t>(way)] * per_px);
+    moved(0, way) = cells.x(), moved(3, way) = cells.y();
+  }
+  return moved;
+}
+
 void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread) {
   const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(run_->model.geometry);
   const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse().transpose();
@@ -80,7 +93,7 @@ void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread)
 double BoardFit::LightAt(int corner) const { return run_->model.LightAt(pixels_.place(corner).board).share; }
 
 void BoardFit::EvenOutShading(const Start& start) {
-  if (run_->model.own_levels) return;
+  if (run_->model.own_levels || run_->model.LightVaries()) return;
   const double cell_px = CellPx();
   run_->light.shade_twice = cell_px > kTwiceCellPx;
   std::optional<Shading> shading = FindShading({.size = run_->view.size,
@@ -89,8 +102,7 @@ void BoardFit::EvenOutShading(const Start& start) {
                                                 .hidden = run_->visibility.cells(),
                                                 .phases = run_->view.channels == 3 ? 4 : 1,
                                                 .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
-                                                .fine = cell_px > kFineCellPx,
-                                                .by_terms = run_->model.LightVaries()});
+                                                .fine = cell_px > kFineCellPx});
   if (!shading || (cell_px <= kFineCellPx && !Shrink(*shading))) return;
   run_->light.bent |= shading->bent;
   pixels_.PrepareChange();
@@ -99,8 +111,7 @@ void BoardFit::EvenOutShading(const Start& start) {
   const SpreadOfLight spread = HowLightSpreads();
   const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
   const Eigen::Vector2d per_px = board_by_plane.transpose() * shading->slope;
-  for (int way = 0; way < 2; ++way)
-    run_->light.uncertain.col(way) += board_by_plane * (spread.uncertain[static_cast<std::size_t>(way)] * per_px);
+  run_->light.slope += shading->slope;
   if (shading->bent) {
     EvenOutPixels(*shading, spread.of_pixels);
   } else {
@@ -129,7 +140,7 @@ bool BoardFit::TakeBackShading() {
   Shade(run_->model.levels, run_->light.shading);
   run_->light.shading.Assign(0, 1);
   run_->light.bent = false;
-  run_->light.uncertain.setZero();
+  run_->light.slope.setZero();
   return true;
 }
 

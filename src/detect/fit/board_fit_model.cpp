@@ -150,6 +150,7 @@ void BoardFit::SetLanesOfTerms(int corner) {
   TermCorner of_terms{.by_pixel = by_pixel,
                       .lens = lens,
                       .blur = lens,
+                      .shading = by_pixel * HowLightSpreads().of_pixels * by_pixel.transpose(),
                       .size = run_->view.size,
                       .row = corner / (run_->view.size.cols - 1),
                       .col = corner % (run_->view.size.cols - 1)};
@@ -330,15 +331,12 @@ bool BoardFit::Settled(const BoardRun::Step& before) const {
   return step.terms <= 1 || (step.terms <= kQuietTerms && step.corner_px < kQuietPx);
 }
 
-bool BoardFit::FollowLight(const Start& start, bool light_follows) {
-  // While a shadow's edge is not in its place, levels look shaded.
-  const bool follows = light_follows && (!run_->model.LightVaries() || run_->step.terms <= kNearTerms);
-  if (follows) {
+void BoardFit::FollowLight(const Start& start, bool light_follows) {
+  if (light_follows) {
     run_->visibility.ShowCellsByAllCorners();
     EvenOutShading(start);
   }
   EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
-  return follows;
 }
 
 bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_known, int most_steps) {
@@ -389,8 +387,7 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
   run_->light.fades = true;
   run_->model_input.robust_limit = kRobustLimit;
   const int stride = StrideFor(kMostPixels);
-  // With terms of the light on, no shading was taken out before the fit came near.
-  bool still = true, light_followed = !run_->model.LightVaries();
+  bool still = true;
   BoardRun::Step before;  // by the same pixels; none yet
   for (int pass = 1, judgements = 0; pass < kMostModelPasses; ++pass) {
     if (run_->step.corner_px > kFollowPx) pixels_.PlaceCorners(lens, run_->model.geometry);
@@ -400,10 +397,10 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
     still = Still();
     const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();
     if (work_.units() > start.most_units) return near;
-    run_->told.settled = judged && near && Settled(before) && light_followed;
+    run_->told.settled = judged && near && Settled(before);
     if (run_->told.settled) break;
     before = changed ? BoardRun::Step{} : run_->step;
-    light_followed |= FollowLight(start, pass < kModelPassesOfLight || !light_followed);
+    FollowLight(start, pass < kModelPassesOfLight);
   }
   return true;
 }

@@ -168,12 +168,7 @@ void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, doub
     result.geometry = bent->middle();
     of_moves = Widened<3>(of_moves, std::sqrt(variance) * bent->uncertain());
   }
-  if (!run_->light.uncertain.isZero()) {
-    Eigen::Matrix<double, BoardGeometry::kParameters, 2> moved;
-    moved.setZero();
-    moved.row(0) = run_->light.uncertain.row(0), moved.row(3) = run_->light.uncertain.row(1);
-    of_moves = Widened<2>(of_moves, moved);
-  }
+  if (run_->light.shading.size() > 0 || run_->model.shaded) of_moves = Widened<2>(of_moves, MovedByShading());
   if (const auto more = CovarianceAlongEdges(in_pixels)) of_moves = (of_moves.inverse() + *more).inverse();
   const double off_px = result.reprojection_rms_px / kOffLongMotionPx;
   if (run_->model.motion_px.norm() > kLongMotionCells * CellPx()) of_moves /= std::max(off_px * off_px, 1.0);

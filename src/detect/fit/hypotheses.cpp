@@ -63,6 +63,7 @@ bool MayMirrorLamp(const BoardFit& fit, const Trial& made) {
 bool StartHighlight(const From& from, Trial& trial) {
   StartAnew(from, trial);
   static_cast<HighlightTerm&>(trial.choice.terms) = *from.fit.FindHighlight(trial.start.saturated);
+  trial.choice.terms.shaded = true;
   trial.choice.from = &from.kept;
   return true;
 }
@@ -80,6 +81,7 @@ bool StartShadow(const From& from, Trial& trial) {
   values[ShadowEdge::kLogWidth] =
       std::max(values[ShadowEdge::kLogWidth], std::log(from.fit.result().image.blur_px / from.fit.cell_px()));
   trial.choice.terms.ShadowTerm::Start(values);
+  trial.choice.terms.shaded = true;
   trial.choice.from = &from.kept;
   KeepTraits(from, trial);
   return true;

@@ -200,10 +200,12 @@ HWY_INLINE void Twist(const LaneModel& m, Picture& p) {
 /// What a term does to the light of pixels. It has some of
 ///   AddPoints(input, m, x, y, p, add_point)  a pixel's light is the mean over several points: add_point(x, y, part),
 ///   AddPoint(m, x, y, part, terms, p)        a point's, in place of AddPoint() below,
-///   Bend(input, m, x, y, gaussian, p, by)    what it makes of the light, and its derivatives, at a point of the board,
+///   Bend(input, m, x, y, gaussian, p, by)    what it makes of the light and of its derivatives by the place, and those
+///                                            by its unknowns, at a point of the board; if it scales the light, it
+///                                            returns by how much, and all other derivatives are scaled,
 ///   Derive(m, x, y, p, by)                   the derivatives by its unknowns at a point of the board, where Bend()
 ///                                            does not write them.
-/// Terms that bend the light follow each other: one that scales it says so of all that is in a Picture.
+/// Terms that bend the light follow each other.
 template <class Term>
 struct OnLanes;
 
@@ -250,12 +252,32 @@ void LookAt(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTe
   Twist(m, p);
 }
 
+/// What a term that scales the light makes of derivatives that it does not know: by what a Picture has, and by unknowns
+/// of the terms before it.
+template <class Scaling>
+HWY_INLINE void ScaleOthers(V light, const ModelTerms& terms, Picture& p, ByTerms& by) {
+  for (V* value : {&p.by_blur, &p.by_gain, &p.way_x, &p.way_y, &p.by_xx, &p.by_xy, &p.by_yy})
+    *value = hn::Mul(*value, light);
+  for (auto& row : p.share)
+    for (V& cell : row) cell = hn::Mul(cell, light);
+  ForEachTerm(Terms(), terms, [&]<class Term>() HWY_ATTR {
+    constexpr bool kBefore = Terms::BeforeTerm<Term>().terms < Terms::BeforeTerm<Scaling>().terms;
+    if constexpr (kBefore && requires { &OnLanes<Term>::Bend; })
+      for (int i = 0; i < Term::kColumns; ++i) by.of<Term>()[i] = hn::Mul(by.of<Term>()[i], light);
+  });
+}
+
 /// What the terms make of the light at a point of the board.
 HWY_INLINE void Bend(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTerms& gaussian, Picture& p,
                      ByTerms& by) {
   ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
-    if constexpr (requires { OnLanes<Term>::Bend(input, m, x, y, gaussian, p, by.of<Term>()); })
-      OnLanes<Term>::Bend(input, m, x, y, gaussian, p, by.of<Term>());
+    if constexpr (requires { OnLanes<Term>::Bend(input, m, x, y, gaussian, p, by.of<Term>()); }) {
+      V* own = by.of<Term>();
+      if constexpr (std::is_void_v<decltype(OnLanes<Term>::Bend(input, m, x, y, gaussian, p, own))>)
+        OnLanes<Term>::Bend(input, m, x, y, gaussian, p, own);
+      else
+        ScaleOthers<Term>(OnLanes<Term>::Bend(input, m, x, y, gaussian, p, own), input.terms, p, by);
+    }
   });
   ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
     if constexpr (requires { OnLanes<Term>::Derive(m, x, y, p, by.of<Term>()); })

@@ -25,9 +25,6 @@ constexpr double kSteep = 0.03, kUneven = 0.007;
 constexpr double kQuiet = 0.005;
 /// Either has to explain all but this of the slope's sum of squares.
 constexpr double kBentLeaves = 0.25;
-/// With terms of the light on, a slope has to explain all but this of the levels' sum of squares. (Measured: without
-/// the bound, squared errors are 12 instead of 1 where a strong lamp's image is no Gaussian.)
-constexpr double kLeavesBesideTerms = 0.25;
 /// A bent shading falls no lower, as a share of the light at the centre.
 constexpr double kLeastLight = 0.05;
 constexpr int kSteps = 4;
@@ -165,7 +162,6 @@ std::optional<Shading> FindShading(const ShadedCells& cells) {
   const Eigen::Vector2d slope = normal.inverse() * regression.right.head<2>();
   if (!slope.allFinite()) return std::nullopt;
   const double square = regression.square - slope.dot(regression.right.head<2>());
-  if (cells.by_terms && square > kLeavesBesideTerms * regression.square) return std::nullopt;
   if (slope.norm() > kSteep && square > kUneven * kUneven * regression.freedom)
     if (const auto bent = FindBent(cells, slope, kBentLeaves * square)) return bent;
   if (cells.fine || square > kQuiet * kQuiet * regression.freedom)

@@ -43,9 +43,6 @@ struct ShadedCells {
   int phases = 1;       ///< that differ
   int blue_phase = -1;  ///< that hardly sees yellow, −1 for none
   bool fine = false;    ///< their levels are known so well that they tell how a weak shading bends
-  /// Terms of the light are fitted, too. What these do not explain looks like shading, so a shading has to explain most
-  /// of how the levels differ.
-  bool by_terms = false;
 };
 
 /// The light over a board, by least squares over the logarithms of the light cells' levels, with an ink of its own for

@@ -76,8 +76,8 @@ struct ShadowTerm {
 template <>
 struct OnLanes<ShadowTerm> {
   /// The light of the shadow that falls on it. @param x, y on the board. Writes the derivatives by the shadow.
-  static HWY_INLINE void Bend(const ShadowTerm::Input& s, const LaneModel& m, V x, V y, const PowerTerms& gaussian,
-                              Picture& p, V* by) {
+  static HWY_INLINE V Bend(const ShadowTerm::Input& s, const LaneModel& m, V x, V y, const PowerTerms& gaussian,
+                           Picture& p, V* by) {
     const D d;
     const V across = hn::Sub(hn::MulAdd(Splat(s.normal_x), x, hn::Mul(Splat(s.normal_y), y)), Splat(s.offset));
     const V a = hn::Mul(across, Splat(s.per_width));
@@ -105,10 +105,7 @@ struct OnLanes<ShadowTerm> {
     // The edge stays where it is on the board, which moves under the pixels.
     p.by_x = hn::NegMulAdd(Splat(s.normal_x), by_offset, hn::Mul(lit, p.by_x));
     p.by_y = hn::NegMulAdd(Splat(s.normal_y), by_offset, hn::Mul(lit, p.by_y));
-    for (V* value : {&p.by_blur, &p.by_gain, &p.way_x, &p.way_y, &p.by_xx, &p.by_xy, &p.by_yy})
-      *value = hn::Mul(*value, lit);
-    for (auto& row : p.share)
-      for (V& cell : row) cell = hn::Mul(cell, lit);
+    return lit;
   }
 };
 

@@ -3,6 +3,7 @@
 #include "detect/fit/term_dot_gain-inl.h"
 #include "detect/fit/term_highlight-inl.h"
 #include "detect/fit/term_motion-inl.h"
+#include "detect/fit/term_shading-inl.h"
 #include "detect/fit/term_shadow-inl.h"
 #include "detect/fit/term_uneven_blur-inl.h"
 
@@ -11,7 +12,7 @@
 
 namespace chequer {
 
-using Terms = TermList<MotionTerm, DotGainTerm, ShadowTerm, HighlightTerm, UnevenBlurTerm>;
+using Terms = TermList<MotionTerm, DotGainTerm, ShadowTerm, ShadingTerm, HighlightTerm, UnevenBlurTerm>;
 
 /// Which terms a model has.
 class ModelTerms {

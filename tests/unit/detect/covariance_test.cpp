@@ -52,7 +52,7 @@ TEST_P(HonestCovariance, ErrorsAreAsLargeAsTheirCovariances) {
   // Thirty squares of a standard normal average 1 ± 0.26.
   for (const double mean : {errors.position(), errors.orientation()}) {
     EXPECT_GT(mean, 0.3);
-    EXPECT_LT(mean, GetParam().most);
+    EXPECT_LT(mean, 1.5);
   }
 }
 
@@ -118,8 +118,8 @@ frames = 36
 }
 
 TEST(HonestCovarianceOfARollingShutter, RowsThatALampFlickersOverMoveNoBoard) {
-  // The rows of a rolling shutter are exposed one after the other. A lamp that flickers shades them behind the lens, whose
-  // blur shades nothing then: with a shading that is blurred as that of a scene is, squared errors were 2.7.
+  // The rows of a rolling shutter are exposed one after the other. A lamp that flickers shades them behind the lens,
+  // whose blur shades nothing then: with a shading that is blurred as that of a scene is, squared errors were 2.7.
   const test::StreamFrames frames(R"(
 seed = 5
 [camera]
@@ -152,7 +152,6 @@ struct Shaded {
   const char* tag;
   double gradient;
   std::function<void(StressCase&)> change;
-  double most = 1.5;
 };
 
 class HonestCovarianceInUnevenLight : public testing::TestWithParam<Shaded> {};
@@ -161,7 +160,7 @@ TEST_P(HonestCovarianceInUnevenLight, LightThatFallsOffMovesNoBoard) {
   // The lens blurs light that is already shaded. A fit that assumes even light moves the board to the brighter side, by
   // the blur's variance times the gradient of log light. The fit once lost the shading when it collected pixels anew.
   // It took none out beside a lamp's image or a shadow, and it left out motion blur. Squared errors were then, in the
-  // order of the cases below: 1.9, 30, 33, 2.1, 62, 30.
+  // order of the cases below without the faint lamp: 1.9, 30, 33, 2.1, 62, 30.
   constexpr int kShaded = 30;
   const test::PoseErrors errors = ErrorsOf(GetParam().tag, kShaded, [](StressCase& stress) {
     stress.scene.markers[0].gradient = GetParam().gradient;
@@ -170,8 +169,8 @@ TEST_P(HonestCovarianceInUnevenLight, LightThatFallsOffMovesNoBoard) {
   });
   EXPECT_GE(errors.poses(), kShaded * 19 / 20);
   EXPECT_GT(errors.position(), 0.6);
-  EXPECT_LT(errors.position(), GetParam().most);
-  EXPECT_LT(errors.orientation(), GetParam().most);
+  EXPECT_LT(errors.position(), 1.5);
+  EXPECT_LT(errors.orientation(), 1.5);
 }
 
 /// The edge of a shadow through the board's middle.
@@ -179,6 +178,11 @@ void CastShadowOn(StressCase& stress) {
   const SceneMarker& marker = stress.scene.markers[0];
   const Eigen::Vector2d at = CenterPx(marker, stress.options.camera);
   stress.options.shadow = {.takes = 0.6, .direction_rad = 2, .through_x = at.x(), .through_y = at.y(), .width_px = 2};
+}
+
+/// Wide and faint: light cells hardly tell it from the shading.
+void MirrorFaintLamp(StressCase& stress) {
+  stress.scene.markers[0].highlight = {.strength = 0.4, .at = {0.7, 0.1}, .sigma = 0.26};
 }
 
 void MirrorLamp(StressCase& stress) {
@@ -190,7 +194,8 @@ INSTANTIATE_TEST_SUITE_P(Stress, HonestCovarianceInUnevenLight,
                                          Shaded{"DotGain", "ink_spread=0.1", 0.5, {}},
                                          Shaded{"Moving", "motion_px=6", 0.5, {}},
                                          Shaded{"Tilted", "tilt_deg=55", 0.5, {}},
-                                         Shaded{"MirrorsLamp", "side_px=96", 0.4, MirrorLamp, 2.5},
+                                         Shaded{"MirrorsLamp", "side_px=96", 0.4, MirrorLamp},
+                                         Shaded{"MirrorsFaintLamp", "side_px=96", 0.6, MirrorFaintLamp},
                                          Shaded{"InShadow", "side_px=96", 0.4, CastShadowOn}),
                          [](const auto& shaded) { return std::string(shaded.param.name); });
 
@@ -241,7 +246,7 @@ TEST_P(HonestCovarianceOfEdgesAlongPixels, ErrorsMayBeAlike) {
   const test::PoseErrors errors = ErrorsOf(GetParam().tag, kFollowing, FollowPixels);
   EXPECT_EQ(errors.poses(), kFollowing);
   EXPECT_GT(errors.position(), GetParam().least);
-  EXPECT_LT(errors.position(), GetParam().most);
+  EXPECT_LT(errors.position(), 1.5);
   EXPECT_LT(errors.orientation(), 1.5);
 }
 

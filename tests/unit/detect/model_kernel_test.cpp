@@ -21,6 +21,7 @@ struct CornerScene {
   ModelTerms terms;
   double dx = 0, dy = 0, blur = 0.3, covariance = 0.02, way_x = 0.7, way_y = -0.4, turn = 0.02, gain = 0.1;
   double takes = 0.6, direction = 0.5, offset = 0.1, width = 0.8;
+  double grows_x = 0.06, grows_y = -0.04;
   double amount = 0.5, spot_x = 0.2, spot_y = -0.1, spot_width = 0.7;
   bool even_dark = true;
 };
@@ -69,6 +70,9 @@ CornerPicture Evaluate(const CornerScene& s) {
   set_ink(DotGainTerm::kHalfEven, s.even_dark ? 0.5 : 0), set_ink(DotGainTerm::kHalfOdd, s.even_dark ? 0 : 0.5);
   set(ModelLanes::Of<ShadowTerm>(ShadowTerm::kMixedX), s.blur * s.blur * std::cos(0.5)),
       set(ModelLanes::Of<ShadowTerm>(ShadowTerm::kMixedY), s.blur * s.blur * std::sin(0.5));
+  set(ModelLanes::Of<ShadingTerm>(ShadingTerm::kBlurXx), s.blur * s.blur),
+      set(ModelLanes::Of<ShadingTerm>(ShadingTerm::kBlurXy), 0.1 * s.blur * s.blur),
+      set(ModelLanes::Of<ShadingTerm>(ShadingTerm::kBlurYy), s.blur * s.blur);
   set(ModelLanes::Of<HighlightTerm>(HighlightTerm::kWhite), 0.9);
   set(ModelLanes::kNoiseFloor, 1), set(ModelLanes::kNoiseSlope, 0);
   for (int i = 0; i < ModelColumns::kLevels; ++i) {
@@ -83,6 +87,7 @@ CornerPicture Evaluate(const CornerScene& s) {
   static_cast<ShadowTerm::Input&>(input) = {static_cast<float>(s.takes), static_cast<float>(std::cos(s.direction)),
                                             static_cast<float>(std::sin(s.direction)), static_cast<float>(s.offset),
                                             static_cast<float>(1 / s.width)};
+  static_cast<ShadingTerm::Input&>(input) = {static_cast<float>(s.grows_x), static_cast<float>(s.grows_y)};
   static_cast<HighlightTerm::Input&>(input) = {static_cast<float>(s.amount), static_cast<float>(s.spot_x),
                                                static_cast<float>(s.spot_y),
                                                static_cast<float>(1 / (s.spot_width * s.spot_width))};
@@ -127,9 +132,11 @@ std::vector<CornerScene> Scenes() {
         scene.terms.on<ShadowTerm>() = shadow;
         scenes.push_back(scene);
       }
-  CornerScene mirroring;
-  mirroring.terms = ModelTerms().With<HighlightTerm>();
-  scenes.push_back(mirroring);
+  for (const ModelTerms& terms : {ModelTerms().With<HighlightTerm>(), ModelTerms().With<ShadingTerm, HighlightTerm>(),
+                                  ModelTerms().With<ShadowTerm, ShadingTerm>()}) {
+    scenes.emplace_back();
+    scenes.back().terms = terms;
+  }
   return scenes;
 }
 
@@ -138,7 +145,9 @@ TEST(ModelKernel, DerivativesAreThoseOfDifferences) {
     // Those by terms leave out how the blur's covariance mixes the edges' own.
     scene.covariance = 0.004;
     SCOPED_TRACE(testing::Message() << "motion " << scene.terms.on<MotionTerm>() << " gain "
-                                    << scene.terms.on<DotGainTerm>() << " shadow " << scene.terms.on<ShadowTerm>());
+                                    << scene.terms.on<DotGainTerm>() << " shadow " << scene.terms.on<ShadowTerm>()
+                                    << " shading " << scene.terms.on<ShadingTerm>() << " highlight "
+                                    << scene.terms.on<HighlightTerm>());
     const ModelColumns columns(scene.terms);
     // And how a shadow's edge mixes with the slope of what it falls on, which is wider than here.
     const double within = !scene.terms.on<ShadowTerm>() ? 0.05 : scene.terms.on<MotionTerm>() ? 0.2 : 0.12;
@@ -162,6 +171,13 @@ TEST(ModelKernel, DerivativesAreThoseOfDifferences) {
     if (scene.terms.on<DotGainTerm>())
       ExpectColumn(
           scene, columns.of<DotGainTerm>(), [](CornerScene& s, double by) { s.gain += by; }, within, "dot gain");
+    if (scene.terms.on<ShadingTerm>()) {
+      ExpectColumn(
+          scene, columns.of<ShadingTerm>(), [](CornerScene& s, double by) { s.grows_x += by; }, 0.01,
+          "shading along x");
+      ExpectColumn(
+          scene, columns.of<ShadingTerm>() + 1, [](CornerScene& s, double by) { s.grows_y += by; }, 0.01, "along y");
+    }
     if (scene.terms.on<HighlightTerm>()) {
       const int first = columns.of<HighlightTerm>();
       ExpectColumn(
@@ -181,7 +197,7 @@ TEST(ModelKernel, DerivativesAreThoseOfDifferences) {
     ExpectColumn(
         scene, columns.of<ShadowTerm>() + 2, [](CornerScene& s, double by) { s.offset += by; }, 0.1, "offset");
     ExpectColumn(
-        scene, columns.of<ShadowTerm>() + 3, [](CornerScene& s, double by) { s.width *= std::exp(by); }, 0.2, "width");
+        scene, columns.of<ShadowTerm>() + 3, [](CornerScene& s, double by) { s.width *= std::exp(by); }, 0.25, "width");
   }
 }
 
@@ -193,8 +209,12 @@ TEST(ModelKernel, SharesOfCellsAddUp) {
       double sum = 0;
       for (int level = 0; level < ModelColumns::kLevels; ++level)
         sum += picture.by[static_cast<std::size_t>(columns.levels + level)][i];
+      // A shading of a tenth a cell makes that of what is half of a cell from the middle.
+      const double shading = scene.terms.on<ShadingTerm>() ? 0.1 : 0;
       if (scene.terms.on<ShadowTerm>())
-        EXPECT_TRUE(sum > 0.35 && sum < 1.01) << sum;
+        EXPECT_TRUE(sum > 0.35 && sum < 1.01 + shading) << sum;
+      else if (shading > 0)
+        EXPECT_NEAR(sum, 1, shading);
       else
         EXPECT_NEAR(sum, 1, 2e-3);
     }

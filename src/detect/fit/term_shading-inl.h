@@ -1,0 +1,84 @@
+// Shading: light that falls off linearly over the board, beside other terms of its light. Of a board in even light
+// otherwise, it is told from the levels of cells (shading.h); beside a lamp's image they do not tell it well enough,
+// but the light within cells does. The lens blurs the light's product with the board M to E M + ∇EᵀC∇M, C the
+// covariance of its blur.
+#ifndef CHEQUER_DETECT_TERM_SHADING
+#define CHEQUER_DETECT_TERM_SHADING
+
+#include <algorithm>
+
+#include "detect/fit/term.h"
+
+namespace chequer {
+
+struct ShadingTerm {
+  static constexpr int kColumns = 2;  ///< by which the light grows a cell along x and y, over that at the middle
+  enum Lane { kBlurXx, kBlurXy, kBlurYy, kLanes };  ///< covariance of its blur, cells²
+  struct Input {
+    float grows_x = 0, grows_y = 0;
+  };
+
+  bool shaded = false;
+  Eigen::Vector2d grows = Eigen::Vector2d::Zero();
+
+  bool on() const { return shaded; }
+
+  double At(const Eigen::Vector2d& board) const {
+    constexpr double kLeast = 0.05;  // levels are divided by it
+    return std::max(1 + grows.dot(board), kLeast);
+  }
+
+  void LightAt(const Eigen::Vector2d& board, LightThere& light) const { light.share *= At(board); }
+
+  void SetInput(double /*blur_px*/, bool /*roughly*/, Input& input) const {
+    input = {static_cast<float>(grows.x()), static_cast<float>(grows.y())};
+  }
+
+  template <class Set>
+  void SetLanes(const Input& /*input*/, const TermCorner& corner, const Set& set) const {
+    set(kBlurXx, corner.shading(0, 0));
+    set(kBlurXy, corner.shading(0, 1));
+    set(kBlurYy, corner.shading(1, 1));
+  }
+
+  template <class Vector>
+  void AddPrior(Vector information, Vector pull) const {
+    // A standard deviation: light that halves over a board of six cells; a guess.
+    constexpr double kKnownTo = 0.1;
+    SetPrior<Eigen::Vector2d>(Eigen::Vector2d::Constant(kKnownTo), -grows, information, pull);
+  }
+
+  double Move(const TermStep& step) {
+    // Longer steps lead elsewhere; then what no longer counts.
+    const Eigen::Vector2d most(0.1, 0.1), still(0.001, 0.001), before = grows;
+    grows += Eigen::Map<const Eigen::Vector2d>(step.of).cwiseMax(-most).cwiseMin(most);
+    return step.MostThatCounts<Eigen::Vector2d>(grows - before, still);
+  }
+};
+
+}  // namespace chequer
+
+#endif  // CHEQUER_DETECT_TERM_SHADING
+
+#ifdef CHEQUER_TERMS_ON_LANES
+
+template <>
+struct OnLanes<ShadingTerm> {
+  static HWY_INLINE V Bend(const ShadingTerm::Input& s, const LaneModel& m, V x, V y, const PowerTerms& /*gaussian*/,
+                           Picture& p, V* by) {
+    const V xx = m.of<ShadingTerm>(ShadingTerm::kBlurXx), xy = m.of<ShadingTerm>(ShadingTerm::kBlurXy),
+            yy = m.of<ShadingTerm>(ShadingTerm::kBlurYy);
+    const V grows_x = Splat(s.grows_x), grows_y = Splat(s.grows_y);
+    const V light = hn::MulAdd(grows_x, x, hn::MulAdd(grows_y, y, Splat(1)));
+    by[0] = hn::MulAdd(x, p.light, hn::MulAdd(xx, p.by_x, hn::Mul(xy, p.by_y)));
+    by[1] = hn::MulAdd(y, p.light, hn::MulAdd(xy, p.by_x, hn::Mul(yy, p.by_y)));
+    // The light stays where it is on the board, which moves under the pixels.
+    const V even = p.light;
+    p.light = hn::MulAdd(grows_x, by[0], hn::MulAdd(grows_y, by[1], even));
+    p.by_x = hn::MulAdd(light, p.by_x, hn::Mul(grows_x, even));
+    p.by_y = hn::MulAdd(light, p.by_y, hn::Mul(grows_y, even));
+    return light;
+  }
+};
+
+#endif  // CHEQUER_TERMS_ON_LANES
