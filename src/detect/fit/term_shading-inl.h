@@ -43,8 +43,9 @@ struct ShadingTerm {
 
   template <class Vector>
   void AddPrior(Vector information, Vector pull) const {
-    // A standard deviation: light that halves over a board of six cells; a guess.
-    constexpr double kKnownTo = 0.1;
+    // A standard deviation, measured: pixels know it to .001, and with .1 first steps led 2 of 30 fits away from a
+    // lamp.
+    constexpr double kKnownTo = 0.03;
     SetPrior<Eigen::Vector2d>(Eigen::Vector2d::Constant(kKnownTo), -grows, information, pull);
   }
 

@@ -52,7 +52,7 @@ TEST_P(HonestCovariance, ErrorsAreAsLargeAsTheirCovariances) {
   // Thirty squares of a standard normal average 1 ± 0.26.
   for (const double mean : {errors.position(), errors.orientation()}) {
     EXPECT_GT(mean, 0.3);
-    EXPECT_LT(mean, 1.5);
+    EXPECT_LT(mean, GetParam().most);
   }
 }
 
@@ -246,8 +246,8 @@ TEST_P(HonestCovarianceOfEdgesAlongPixels, ErrorsMayBeAlike) {
   const test::PoseErrors errors = ErrorsOf(GetParam().tag, kFollowing, FollowPixels);
   EXPECT_EQ(errors.poses(), kFollowing);
   EXPECT_GT(errors.position(), GetParam().least);
-  EXPECT_LT(errors.position(), 1.5);
-  EXPECT_LT(errors.orientation(), 1.5);
+  EXPECT_LT(errors.position(), GetParam().most);
+  EXPECT_LT(errors.orientation(), GetParam().most);
 }
 
 INSTANTIATE_TEST_SUITE_P(Stress, HonestCovarianceOfEdgesAlongPixels,
