@@ -351,7 +351,8 @@ class BoardFit {
   void MapLevels();
   void SetModelInput(int stride);
   void SetModelLanes();
-  void SetLanesOfTerms(int corner);
+  /// @param shading how far shading moves the light of pixels (SpreadOfLight::of_pixels).
+  void SetLanesOfTerms(int corner, const Eigen::Matrix2d& shading);
   void SetLanesOfLevels(int corner);
   ModelEquations::Input EquationsOfModel() const;
   /// A step of Gauss-Newton that is not made yet.

@@ -132,14 +132,15 @@ void BoardFit::SetModelInput(int stride) {
 
 void BoardFit::SetModelLanes() {
   model_lanes_.Reset(pixels_.lanes().padded(), ModelColumns(run_->model_input.terms).products());
+  const Eigen::Matrix2d shading = HowLightSpreads().of_pixels;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
-    SetLanesOfTerms(corner);
+    SetLanesOfTerms(corner, shading);
     SetLanesOfLevels(corner);
   }
 }
 
-void BoardFit::SetLanesOfTerms(int corner) {
+void BoardFit::SetLanesOfTerms(int corner, const Eigen::Matrix2d& shading) {
   const CornerPlace& place = pixels_.place(corner);
   const int lane = pixels_.Lane(corner);
   const auto set = [&](int which, double value) {
@@ -150,7 +151,7 @@ void BoardFit::SetLanesOfTerms(int corner) {
   TermCorner of_terms{.by_pixel = by_pixel,
                       .lens = lens,
                       .blur = lens,
-                      .shading = by_pixel * HowLightSpreads().of_pixels * by_pixel.transpose(),
+                      .shading = by_pixel * shading * by_pixel.transpose(),
                       .size = run_->view.size,
                       .row = corner / (run_->view.size.cols - 1),
                       .col = corner % (run_->view.size.cols - 1)};
@@ -260,9 +261,9 @@ bool BoardFit::StepModel(int stride, bool first) {
   const ModelEquations::Shared information = model_equations_.information().diagonal();
   Terms::ForEach([&]<class Term>() {
     if (!run_->model_input.terms.on<Term>()) return;
-    const int first = columns.of<Term>();
+    const int own = columns.of<Term>();
     const double counts =
-        run_->model.Term::Move({step.data() + first, information.data() + first, run_->model.blur_px, BoardByPixel()});
+        run_->model.Term::Move({step.data() + own, information.data() + own, run_->model.blur_px, BoardByPixel()});
     run_->step.terms = std::max(run_->step.terms, counts);
   });
   run_->step.corner_px = FarthestStepPx();

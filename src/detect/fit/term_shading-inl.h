@@ -1,7 +1,6 @@
-// Shading: light that falls off linearly over the board, beside other terms of its light. Of a board in even light
-// otherwise, it is told from the levels of cells (shading.h); beside a lamp's image they do not tell it well enough,
-// but the light within cells does. The lens blurs the light's product with the board M to E M + ∇EᵀC∇M, C the
-// covariance of its blur.
+// Shading: light that falls off linearly over the board. Where no other term changes the light, shading.h finds it by
+// the levels of cells instead. A shadow or a lamp's image changes these levels too; there the light within cells tells
+// the shading. The lens blurs the product of shading E and board M to E M + ∇EᵀC∇M, C the covariance of its blur.
 #ifndef CHEQUER_DETECT_TERM_SHADING
 #define CHEQUER_DETECT_TERM_SHADING
 
