@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/median.h"
@@ -10,9 +11,9 @@
 namespace chequer {
 namespace {
 
-/// A light cell is hidden if its colour is farther from both white and yellow than this share of their distance (a
-/// guess).
-constexpr float kOffColour = 0.45f;
+/// A cell is hidden if its hue is farther from those of both inks of its class than this share of their distance, and
+/// than so many times as most of the border's cells (guesses).
+constexpr float kOffColour = 0.45f, kOffUsual = 6;
 /// One line of cells is hidden if no more cells than that line and so many others have no used corner (a guess).
 constexpr int kFewUnseen = 2;
 /// Least difference of a cell to its neighbours, as a share of the contrast of the board (a guess).
@@ -71,43 +72,55 @@ bool CellOcclusion::HideWrong(MarkerSize size, Hidden why) {
   return visibility.hidden_cells() > before;
 }
 
-bool CellOcclusion::MeasureShares(MarkerSize size, std::span<const std::uint8_t> border,
-                                  std::array<Eigen::Vector3f, 2>& middle) {
+bool CellOcclusion::MeasureHues(const ShownCells& cells, bool dark, std::array<Eigen::Vector3f, 2>& middle) {
   std::array<std::vector<std::size_t>, 2>& told_by = found_->told_by;
-  for (std::vector<std::size_t>& cells : told_by) cells.clear();
-  ForCells(size, [&](std::size_t cell, int row, int col) {
-    if (IsBorder(size, row, col) && !IsDark(row, col) && found_->visibility.Shows(cell))
-      told_by[border[cell]].push_back(cell);
+  for (std::vector<std::size_t>& of_ink : told_by) of_ink.clear();
+  ForCells(cells.size, [&](std::size_t cell, int row, int col) {
+    if (IsBorder(cells.size, row, col) && IsDark(row, col) == dark && cells.visibility.Shows(cell))
+      told_by[cells.border[cell]].push_back(cell);
   });
   std::vector<float>& values = found_->values;
   for (std::size_t saturated = 0; saturated < 2; ++saturated)
     for (int channel = 0; channel < 3; ++channel) {
       values.clear();
-      for (const std::size_t cell : told_by[saturated]) values.push_back(found_->shares[cell][channel]);
+      for (const std::size_t cell : told_by[saturated]) values.push_back(found_->hues[cell][channel]);
       if (values.empty()) return false;
       middle[saturated][channel] = MedianInPlace(values);
     }
   return true;
 }
 
-bool CellOcclusion::AddOffColour(MarkerSize size, std::span<const std::uint8_t> border,
-                                 std::span<const Eigen::Vector3f> light, const Eigen::Vector3f& white) {
-  // Shading leaves the shares of the three channels alone. White and yellow are as the border has them.
-  std::vector<Eigen::Vector3f>& shares = found_->shares;
-  shares.resize(light.size());
-  for (std::size_t cell = 0; cell < light.size(); ++cell) {
-    const Eigen::Vector3f of_white = light[cell].cwiseQuotient(white).cwiseMax(0);
-    shares[cell] = of_white / std::max(of_white.sum(), 1e-6f);
-  }
+void CellOcclusion::MarkOffColour(const ShownCells& cells, bool dark) {
   std::array<Eigen::Vector3f, 2> middle;
-  if (!MeasureShares(size, border, middle)) return false;
-  const float most = kOffColour * (middle[1] - middle[0]).norm();
-  ForCells(size, [&](std::size_t cell, int row, int col) {
-    if (IsDark(row, col) || found_->wrong[cell]) return;
-    const float off = std::min((shares[cell] - middle[0]).norm(), (shares[cell] - middle[1]).norm());
-    if (!(off <= most)) found_->wrong[cell] = 1;
+  if (!MeasureHues(cells, dark, middle)) return;
+  const auto off = [&](std::size_t cell) {
+    return std::min((found_->hues[cell] - middle[0]).norm(), (found_->hues[cell] - middle[1]).norm());
+  };
+  std::vector<float>& values = found_->values;
+  values.clear();
+  for (const std::vector<std::size_t>& of_ink : found_->told_by)
+    std::ranges::transform(of_ink, std::back_inserter(values), off);
+  const float most = std::max(kOffColour * (middle[1] - middle[0]).norm(), kOffUsual * MedianInPlace(values));
+  ForCells(cells.size, [&](std::size_t cell, int row, int col) {
+    if (IsDark(row, col) != dark || found_->wrong[cell]) return;
+    if (!(off(cell) <= most)) found_->wrong[cell] = 1;
   });
-  return HideWrong(size, Hidden::kOffColour);
+}
+
+bool CellOcclusion::AddOffColour(const ShownCells& cells, const Eigen::Vector3f& white) {
+  const std::vector<Eigen::Vector3f>& light = cells.lights.light;
+  std::vector<Eigen::Vector3f>& hues = found_->hues;
+  hues.resize(light.size());
+  ForCells(cells.size, [&](std::size_t cell, int row, int col) {
+    const Eigen::Vector3f of_white = light[cell].cwiseQuotient(white).cwiseMax(0);
+    // Shading leaves the shares of the three channels alone; a veil of white light, what they differ by.
+    if (IsDark(row, col))
+      hues[cell] = of_white.array() - of_white.minCoeff();
+    else
+      hues[cell] = of_white / std::max(of_white.sum(), 1e-6f);
+  });
+  for (const bool dark : {false, true}) MarkOffColour(cells, dark);
+  return HideWrong(cells.size, Hidden::kOffColour);
 }
 
 void CellOcclusion::FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light) {

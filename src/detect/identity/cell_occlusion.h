@@ -10,6 +10,7 @@
 #include "detect/common/neighbours.h"
 #include "detect/common/scratch.h"
 #include "detect/common/visibility.h"
+#include "detect/identity/cell_inks.h"
 #include "detect/identity/cell_sampler.h"
 
 namespace chequer {
@@ -19,11 +20,9 @@ class CellOcclusion {
  public:
   /// Begins a board: adds to what the fit has found the cells that do not stand out from their neighbours.
   void Find(const FittedBoard& board, MarkerSize size, std::span<const Eigen::Vector3f> light);
-  /// Adds light cells of colours that the board does not have: they belong to what lies over it. Whether there are
-  /// some.
-  /// @param border saturation of the border's cells. @param white light of its white cells.
-  bool AddOffColour(MarkerSize size, std::span<const std::uint8_t> border, std::span<const Eigen::Vector3f> light,
-                    const Eigen::Vector3f& white);
+  /// Adds cells of colours that the board does not have: they belong to what lies over it. Whether there are some.
+  /// @param white light of its white cells.
+  bool AddOffColour(const ShownCells& cells, const Eigen::Vector3f& white);
   /// Finds cells that show but may be covered in part. Each lies beside a hidden cell or has a hidden corner. Its light
   /// is uneven, or it is a light cell and too dark. @pre all hidden cells are known.
   void FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light);
@@ -34,9 +33,11 @@ class CellOcclusion {
  private:
   /// Marks the cells that do not stand out from their neighbours as their class should.
   void MarkFlat(MarkerSize size, std::span<const Eigen::Vector3f> light);
-  /// The median shares of red, green and blue of the border's light cells, of white and of yellow ones. False where
-  /// none of either shows.
-  bool MeasureShares(MarkerSize size, std::span<const std::uint8_t> border, std::array<Eigen::Vector3f, 2>& middle);
+  /// The median hues of the border's dark or light cells, of plain and of saturated ones. False where none of either
+  /// shows.
+  bool MeasureHues(const ShownCells& cells, bool dark, std::array<Eigen::Vector3f, 2>& middle);
+  /// Marks the dark or light cells whose hue is neither ink's.
+  void MarkOffColour(const ShownCells& cells, bool dark);
   /// Hides the cells that look wrong, and those between them. Whether there are more hidden ones now.
   bool HideWrong(MarkerSize size, Hidden why);
 
@@ -46,9 +47,11 @@ class CellOcclusion {
     std::vector<std::uint8_t> wrong;  ///< by cell: those that do not look like the board's, and what lies between them
     std::vector<std::uint8_t> reached;  ///< by cell: whether it may be covered in part
     // What single steps need.
-    std::vector<Eigen::Vector3f> shares;  ///< of the three channels in a cell's light
+    /// Of a light cell, the shares of the three channels in its light; of a dark one, how much more of white's light
+    /// each of them has than the least.
+    std::vector<Eigen::Vector3f> hues;
     std::vector<float> values;
-    std::array<std::vector<std::size_t>, 2> told_by;  ///< border cells that tell white, and yellow
+    std::array<std::vector<std::size_t>, 2> told_by;  ///< border cells of either ink
     std::vector<std::uint8_t> seen;
     NeighbourLead neighbours;
   };

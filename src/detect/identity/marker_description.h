@@ -36,10 +36,13 @@ struct Identity {
   bool plausible = true;         ///< enough of the board shows that it lies as it was taken to lie
 };
 
+/// Instead of whether a cell is saturated, where that cannot be told.
+inline constexpr std::uint8_t kInkUntold = 2;
+
 /// Whether what shows of a board agrees with the border just as well where the board lies turned, shifted, or both.
 /// That is so of one 6 × 6 board in sixteen of which two lines are occluded: turned by half and shifted by two lines,
-/// its sides are the same, and the line that becomes the border may be like it. @param hidden, saturated as seen,
-/// border as it should be: by cell, row by row.
+/// its sides are the same, and the line that becomes the border may be like it. @param hidden, saturated as seen (or
+/// kInkUntold), border as it should be: by cell, row by row.
 bool AgreesElsewhere(MarkerSize size, std::span<const Hidden> hidden, std::span<const std::uint8_t> saturated,
                      std::span<const std::uint8_t> border);
 
@@ -53,7 +56,8 @@ class Identifier {
   /// @param options must outlive it.
   explicit Identifier(const DetectorOptions& options);
 
-  /// @param board a fit of a board of that size, its axes turned as the border says.
+  /// @param board a fit of a board of that size, its axes turned as the border says. @param size of one of the
+  /// families.
   Identity Identify(const FittedBoard& board, MarkerSize size, const LightReader& reader, const Lens& lens);
 
   /// How a cell of the last board was read.
@@ -74,7 +78,7 @@ class Identifier {
   /// The likeliest word of all families of that size.
   void Decode(MarkerSize size, Identity& identity);
   /// Whether its margin decides it.
-  void Decide(Identity& identity) const;
+  void Decide(const FittedBoard& board, Identity& identity) const;
   /// Whether nothing would reveal that a cell is misread, and colours overlap so much that one may be.
   bool IsUnchecked(const Identity& identity) const;
   /// Whether the cells that show would be as right on a board that lies otherwise.

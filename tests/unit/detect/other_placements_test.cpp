@@ -27,5 +27,13 @@ TEST(OtherPlacements, ABoardWithoutALineLiesOneWay) { EXPECT_EQ(AgreeElsewhere(1
 
 TEST(OtherPlacements, OneBoardInSixteenWithoutTwoLinesMayLieTwoWays) { EXPECT_EQ(AgreeElsewhere(2), 1); }
 
+TEST(OtherPlacements, ABoardWhoseColoursCannotBeToldMayLieAnyWay) {
+  const std::vector<std::uint8_t> border = CellSaturation(kSixBySix, 0), untold(border.size(), kInkUntold);
+  std::vector<Hidden> hidden(border.size(), Hidden::kNot);
+  EXPECT_TRUE(AgreesElsewhere(kSixBySix, hidden, untold, border));
+  std::fill_n(hidden.begin(), 3 * kSixBySix.cols, Hidden::kFlat);
+  EXPECT_TRUE(AgreesElsewhere(kSixBySix, hidden, untold, border));
+}
+
 }  // namespace
 }  // namespace chequer
