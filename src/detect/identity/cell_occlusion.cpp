@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 
 #include "core/median.h"
@@ -11,8 +10,8 @@
 namespace chequer {
 namespace {
 
-/// A cell is hidden if its hue is farther from those of both inks of its class than this share of their distance, and
-/// than so many times as most of the border's cells (guesses).
+/// A cell is hidden if its hue is farther from both inks of its class than this share of the inks' distance, and than
+/// so many times the median distance of the border's cells from theirs (guesses).
 constexpr float kOffColour = 0.45f, kOffUsual = 6;
 /// One line of cells is hidden if no more cells than that line and so many others have no used corner (a guess).
 constexpr int kFewUnseen = 2;
@@ -72,54 +71,54 @@ bool CellOcclusion::HideWrong(MarkerSize size, Hidden why) {
   return visibility.hidden_cells() > before;
 }
 
-bool CellOcclusion::MeasureHues(const ShownCells& cells, bool dark, std::array<Eigen::Vector3f, 2>& middle) {
-  std::array<std::vector<std::size_t>, 2>& told_by = found_->told_by;
-  for (std::vector<std::size_t>& of_ink : told_by) of_ink.clear();
+void CellOcclusion::MeasureHues(const ShownCells& cells, const Eigen::Vector3f& white) {
+  for (OfClass& of_class : found_->classes)
+    for (std::vector<std::size_t>& of_ink : of_class.told_by) of_ink.clear();
+  found_->hues.resize(cells.lights.light.size());
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
-    if (IsBorder(cells.size, row, col) && IsDark(row, col) == dark && cells.visibility.Shows(cell))
-      told_by[cells.border[cell]].push_back(cell);
+    const bool dark = IsDark(row, col);
+    if (IsBorder(cells.size, row, col) && cells.visibility.Shows(cell))
+      found_->classes[dark].told_by[cells.border[cell]].push_back(cell);
+    const Eigen::Vector3f of_white = cells.lights.light[cell].cwiseQuotient(white).cwiseMax(0);
+    // Shading leaves the shares of the three channels alone; a veil of white light, what they differ by.
+    if (dark)
+      found_->hues[cell] = of_white.array() - of_white.minCoeff();
+    else
+      found_->hues[cell] = of_white / std::max(of_white.sum(), 1e-6f);
   });
+}
+
+float CellOcclusion::OffInks(const OfClass& of_class, std::size_t cell) const {
+  const Eigen::Vector3f& hue = found_->hues[cell];
+  return std::min((hue - of_class.inks[0]).norm(), (hue - of_class.inks[1]).norm());
+}
+
+void CellOcclusion::MeasureInkHues(OfClass& of_class) {
+  of_class.told = false;
   std::vector<float>& values = found_->values;
   for (std::size_t saturated = 0; saturated < 2; ++saturated)
     for (int channel = 0; channel < 3; ++channel) {
       values.clear();
-      for (const std::size_t cell : told_by[saturated]) values.push_back(found_->hues[cell][channel]);
-      if (values.empty()) return false;
-      middle[saturated][channel] = MedianInPlace(values);
+      for (const std::size_t cell : of_class.told_by[saturated]) values.push_back(found_->hues[cell][channel]);
+      if (values.empty()) return;
+      of_class.inks[saturated][channel] = MedianInPlace(values);
     }
-  return true;
-}
-
-void CellOcclusion::MarkOffColour(const ShownCells& cells, bool dark) {
-  std::array<Eigen::Vector3f, 2> middle;
-  if (!MeasureHues(cells, dark, middle)) return;
-  const auto off = [&](std::size_t cell) {
-    return std::min((found_->hues[cell] - middle[0]).norm(), (found_->hues[cell] - middle[1]).norm());
-  };
-  std::vector<float>& values = found_->values;
   values.clear();
-  for (const std::vector<std::size_t>& of_ink : found_->told_by)
-    std::ranges::transform(of_ink, std::back_inserter(values), off);
-  const float most = std::max(kOffColour * (middle[1] - middle[0]).norm(), kOffUsual * MedianInPlace(values));
-  ForCells(cells.size, [&](std::size_t cell, int row, int col) {
-    if (IsDark(row, col) != dark || found_->wrong[cell]) return;
-    if (!(off(cell) <= most)) found_->wrong[cell] = 1;
-  });
+  for (const std::vector<std::size_t>& of_ink : of_class.told_by)
+    for (const std::size_t cell : of_ink) values.push_back(OffInks(of_class, cell));
+  const float apart = (of_class.inks[1] - of_class.inks[0]).norm();
+  of_class.most_off = std::max(kOffColour * apart, kOffUsual * MedianInPlace(values));
+  of_class.told = true;
 }
 
 bool CellOcclusion::AddOffColour(const ShownCells& cells, const Eigen::Vector3f& white) {
-  const std::vector<Eigen::Vector3f>& light = cells.lights.light;
-  std::vector<Eigen::Vector3f>& hues = found_->hues;
-  hues.resize(light.size());
+  MeasureHues(cells, white);
+  for (OfClass& of_class : found_->classes) MeasureInkHues(of_class);
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
-    const Eigen::Vector3f of_white = light[cell].cwiseQuotient(white).cwiseMax(0);
-    // Shading leaves the shares of the three channels alone; a veil of white light, what they differ by.
-    if (IsDark(row, col))
-      hues[cell] = of_white.array() - of_white.minCoeff();
-    else
-      hues[cell] = of_white / std::max(of_white.sum(), 1e-6f);
+    const OfClass& of_class = found_->classes[IsDark(row, col)];
+    if (!of_class.told || found_->wrong[cell]) return;
+    if (!(OffInks(of_class, cell) <= of_class.most_off)) found_->wrong[cell] = 1;
   });
-  for (const bool dark : {false, true}) MarkOffColour(cells, dark);
   return HideWrong(cells.size, Hidden::kOffColour);
 }
 

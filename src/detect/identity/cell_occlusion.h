@@ -33,13 +33,23 @@ class CellOcclusion {
  private:
   /// Marks the cells that do not stand out from their neighbours as their class should.
   void MarkFlat(MarkerSize size, std::span<const Eigen::Vector3f> light);
-  /// The median hues of the border's dark or light cells, of plain and of saturated ones. False where none of either
-  /// shows.
-  bool MeasureHues(const ShownCells& cells, bool dark, std::array<Eigen::Vector3f, 2>& middle);
-  /// Marks the dark or light cells whose hue is neither ink's.
-  void MarkOffColour(const ShownCells& cells, bool dark);
   /// Hides the cells that look wrong, and those between them. Whether there are more hidden ones now.
   bool HideWrong(MarkerSize size, Hidden why);
+
+  /// The hues of dark or of light cells.
+  struct OfClass {
+    std::array<std::vector<std::size_t>, 2> told_by;  ///< border cells that show, of the plain and of the saturated ink
+    std::array<Eigen::Vector3f, 2> inks{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};  ///< their median hues
+    float most_off = 0;  ///< a cell whose hue lies farther from both is none of the board's
+    bool told = false;   ///< both inks show
+  };
+
+  /// Measures the hues of all cells, and sorts the border's cells by ink.
+  void MeasureHues(const ShownCells& cells, const Eigen::Vector3f& white);
+  /// Measures the hues of a class's inks. @pre MeasureHues().
+  void MeasureInkHues(OfClass& of_class);
+  /// How far the hue of a cell lies from that of the nearer ink.
+  float OffInks(const OfClass& of_class, std::size_t cell) const;
 
   /// What is known of one board, by cell where nothing else is said.
   struct Found {
@@ -51,7 +61,7 @@ class CellOcclusion {
     /// each of them has than the least.
     std::vector<Eigen::Vector3f> hues;
     std::vector<float> values;
-    std::array<std::vector<std::size_t>, 2> told_by;  ///< border cells of either ink
+    std::array<OfClass, 2> classes;  ///< light, dark
     std::vector<std::uint8_t> seen;
     NeighbourLead neighbours;
   };

@@ -50,6 +50,11 @@ std::vector<std::vector<std::uint8_t>> BordersOf(const DetectorOptions& options)
   return borders;
 }
 
+bool CornersLieOff(const FittedBoard& board) {
+  const double by_noise_px = std::max(board.image.blur_px, 1.0) / board.signal_to_noise;
+  return board.reprojection_rms_px > kMostOffByNoise * by_noise_px;
+}
+
 /// A placement on a board of n rows and n or other columns: turns by 90°, then a shift.
 struct OtherPlacement {
   int turns, down, right;
@@ -143,11 +148,8 @@ void Identifier::Decide(const FittedBoard& board, Identity& identity) const {
   const bool warned = identity.luminance_overlap > options_.max_luminance_overlap ||
                       identity.saturation_overlap > options_.max_saturation_overlap;
   const bool doubtful = identity.mixed_pixels > 0 || (identity.decoded && identity.decoded->bits_corrected > 0);
-  const double by_noise_px = std::max(board.image.blur_px, 1.0) / board.signal_to_noise;
-  const bool off = board.reprojection_rms_px > kMostOffByNoise * by_noise_px;
-  identity.least_margin = off || (warned && doubtful) ? kLeastMarginDoubtful
-                          : warned                    ? kLeastMarginWarned
-                                                      : kLeastMargin;
+  identity.least_margin = !warned ? kLeastMargin : doubtful ? kLeastMarginDoubtful : kLeastMarginWarned;
+  if (CornersLieOff(board)) identity.least_margin = kLeastMarginDoubtful;
   identity.id_decided = identity.margin >= identity.least_margin;
 }
 
