@@ -70,7 +70,8 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
                 .register_cells = RegisterOf(board.size, job.options),
                 .blur_shape =
                     job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_shape : BlurShape{},
-                .image = order.image},
+                .image = order.image,
+                .noise_may_differ = !job.frame.traits},
       .motion_blurred = board.motion_blurred,
       .most_units = order.most_units,
       .plain_only = order.plain_only,

@@ -56,8 +56,12 @@ class BoardFit {
     BlurShape blur_shape{};
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
+    /// They are the last image's, or another fit's of this board: so its pixels tell the noise anew.
+    bool noise_may_differ = false;
     /// A fit with all terms that is not near its end once so many units (work_meter.h) were spent on the board fails.
     std::uint64_t most_units = ~0ull;
+
+    bool TellsNoise() const { return !image || noise_may_differ; }
   };
   /// Which model a fit has.
   struct Choice {
@@ -207,7 +211,12 @@ class BoardFit {
   /// Whether it goes on until next to nothing is left.
   bool FollowsClosely() const;
   /// Steps until nothing moves any more.
-  bool Settle(const Lens& lens, const Start& start, bool noise_known);
+  /// @param anew it had settled before, by other pixels.
+  bool Settle(const Lens& lens, const Start& start, bool noise_known, bool anew = false);
+  /// Goes on with the pixels of the board as it lies by now.
+  bool SettleAnew(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Whether what was taken out of the pixels is the shading that the levels tell by now; if not, it is from here on.
+  bool ShadingHolds(const Start& start, double variances);
   void Finish(const Lens& lens);
   /// Finishes, and fits on if the paper is bent.
   void FinishBent(const LightReader& reader, const Lens& lens, const Start& start);
@@ -267,6 +276,12 @@ class BoardFit {
   /// third of those of the model with all terms.
   void FollowMotion(const Lens& lens);
   void StartLevels(const LightReader& reader, const Start& start);
+  /// Goes on with all terms, if it may.
+  bool LookFarther(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
+  /// Whether a plain fit ended so far from where its pixels were chosen that others are the board's.
+  bool LiesOffItsPixels() const;
+  /// Whether a plain fit that has settled shows a motion that it did not show at first.
+  bool HasMovedAfterAll() const;
   /// Starts from another fit of the board.
   void StartFrom(const BoardRun& run);
   /// Sums of two quadrants' levels each, in the channel that tells light from dark cells best, has most pixels, and
@@ -319,8 +334,11 @@ class BoardFit {
   LevelProducts SumModelProducts(const LearntBoard& learnt) const;
 
   // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
-  /// Takes out of the pixels what cells' levels tell of a shading. Where terms of the light are on, ShadingTerm has it.
-  void EvenOutShading(const Start& start);
+  /// Takes out of the pixels what cells' levels tell of a shading, beside what was taken out before. Where terms of the
+  /// light are on, ShadingTerm has it. How much steeper that is, of the light's logarithm, a cell.
+  double EvenOutShading(const Start& start);
+  /// By how many standard deviations another slope of the shading moves the board. @param variances of pixels.
+  double MovedBySlope(double slope, double variances) const;
   /// Of the plain fit: takes back the one that was told from cells which turn out to be occluded, and evens out what
   /// the others tell.
   void FollowShading(const Lens& lens, const Start& start);
@@ -385,6 +403,8 @@ class BoardFit {
   bool Settled(const BoardRun::Step& before) const;
   /// What follows a step that did not end the fit.
   void FollowLight(const Start& start, bool light_follows);
+  /// By what the last step leaves.
+  void TellNoise(const Start& start);
   /// The pixels of the board as it lies by now, and the light beside it.
   bool CollectAnew(const LightReader& reader, const Lens& lens, const Start& start);
 

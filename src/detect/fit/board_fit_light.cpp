@@ -27,15 +27,16 @@ constexpr double kFineCellPx = 12;
 /// deviations). Of stronger ones the same is left out in part, so that one that is as strong does not decide by its
 /// noise (measured: with and without memory, poses of knocked frames differ by 0.35 instead of 0.40 deviations).
 constexpr double kWeakShading = 0.003;
+/// Less is nothing: it moves a pose by a thousandth of its deviation.
+constexpr double kNoSlope = 1e-5;
 /// Of these, twice: the levels of cells in uneven light are not quite those of their middles.
 constexpr double kTwiceCellPx = 24;
 
 /// What counts of a slope, as estimates are shrunk (James and Stein): nothing of a weak one, nearly all of a strong
-/// one, and what lies between changes steadily. A bend that was found is evident. False if nothing counts.
-bool Shrink(Shading& shading) {
-  const double counts = 1 - kWeakShading * kWeakShading / shading.slope.squaredNorm();
-  if (shading.bend.isZero()) shading.slope *= counts;
-  return counts > 0;
+/// one, and what lies between changes steadily.
+Eigen::Vector2d Shrunk(const Eigen::Vector2d& slope) {
+  const double square = slope.squaredNorm(), weak = kWeakShading * kWeakShading;
+  return square > weak ? Eigen::Vector2d((1 - weak / square) * slope) : Eigen::Vector2d::Zero();
 }
 
 /// @param slope per plane unit, @param bend of x², xy and y² on the board.
@@ -92,8 +93,8 @@ void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread)
 
 double BoardFit::LightAt(int corner) const { return run_->model.LightAt(pixels_.place(corner).board).share; }
 
-void BoardFit::EvenOutShading(const Start& start) {
-  if (run_->model.own_levels || run_->model.LightVaries()) return;
+double BoardFit::EvenOutShading(const Start& start) {
+  if (run_->model.own_levels || run_->model.LightVaries()) return 0;
   const double cell_px = CellPx();
   run_->light.shade_twice = cell_px > kTwiceCellPx;
   std::optional<Shading> shading = FindShading({.size = run_->view.size,
@@ -103,7 +104,13 @@ void BoardFit::EvenOutShading(const Start& start) {
                                                 .phases = run_->view.channels == 3 ? 4 : 1,
                                                 .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
                                                 .fine = cell_px > kFineCellPx});
-  if (!shading || (cell_px <= kFineCellPx && !Shrink(*shading))) return;
+  if (!shading) return 0;
+  if (cell_px <= kFineCellPx) {
+    const bool bends = !shading->bend.isZero();
+    // Of all of it, whatever was taken out before: else what counts would depend on the order.
+    if (!bends) shading->slope = Shrunk(run_->light.slope + shading->slope) - run_->light.slope;
+    if (shading->slope.norm() < (bends ? kWeakShading : kNoSlope)) return 0;
+  }
   run_->light.bent |= shading->bent;
   pixels_.PrepareChange();
   // Taken out of every pixel; levels then are those in the light of the board's centre. As the lens blurs what is
@@ -124,6 +131,14 @@ void BoardFit::EvenOutShading(const Start& start) {
     run_->light.shading[cell] *= share;
     for (float& level : run_->model.levels[cell]) level /= share;
   }
+  return shading->slope.norm();
+}
+
+double BoardFit::MovedBySlope(double slope, double variances) const {
+  const double blur_cells = run_->model.blur_px / CellPx();
+  BoardGeometry::Parameters move = BoardGeometry::Parameters::Zero();
+  move[0] = slope * blur_cells * blur_cells;
+  return std::sqrt(SquareOf(move) / variances);
 }
 
 void BoardFit::FollowShading(const Lens& lens, const Start& start) {

@@ -25,14 +25,17 @@ constexpr int kMostModelPasses = 14, kModelPassesOfLight = 4;
 constexpr double kNearPx = 0.1, kNearMovedPx = 0.3, kModelSettledPx = 0.04, kModelSettledBlur = 0.04;
 /// The same in the first one where the corners of a board that moved were seen in its stripes.
 constexpr double kRunawayMovedPx = 6;
-/// Where corners lie as much farther off than was thought, other pixels are the board's (measured: with 0.45 px, poses
-/// of knocked frames with and without memory differ by 0.29 instead of 0.22 deviations, in 2 % less work).
-constexpr double kCollectAnewPx = 0.15, kCollectAnewMotionPx = 3;
+/// Where corners lie as much farther off than was thought, other pixels are the board's (measured: with 0.15 px, poses
+/// of knocked frames with and without memory differ by 0.126 instead of 0.120 deviations, in 1 % less work).
+constexpr double kCollectAnewPx = 0.05, kCollectAnewMotionPx = 3;
 /// Steps of terms may be so many times what no longer counts where the fit is near enough for all pixels.
 constexpr double kNearTerms = 10;
 /// Where corners stay as still as that, terms may be so many times as far off: each step halves what is left at least,
 /// and the corners have followed. Measured on shadows' edges under wide blur, which come to rest slowly.
 constexpr double kQuietPx = 0.02, kQuietTerms = 4;
+/// Pixels that leave less of the noise that another board has told tell that there is less (a guess; in one knocked
+/// frame, it was an eighth).
+constexpr double kLeastOfNoise = 0.5;
 /// Blur, cells and px, from which on it may be motion.
 constexpr double kMovedBlur = 0.12, kMovedBlurPx = 1.2;
 /// Standard deviations by which the blur along one direction must differ from that across it to be motion: measured, 33
@@ -337,7 +340,15 @@ void BoardFit::FollowLight(const Start& start, bool light_follows) {
     run_->visibility.ShowCellsByAllCorners();
     EvenOutShading(start);
   }
-  EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
+  TellNoise(start);
+}
+
+void BoardFit::TellNoise(const Start& start) {
+  // It is the camera's, and the image's first board has told it: another one's pixels would only tell it less well, and
+  // each fit of them otherwise. Unless that board was fitted badly.
+  const bool too_loud = model_equations_.chi_square() < kLeastOfNoise * WeightUsed();
+  if (start.TellsNoise() || too_loud)
+    EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
 }
 
 bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_known, int most_steps) {
@@ -399,7 +410,10 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
     const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();
     if (work_.units() > start.most_units) return near;
     run_->told.settled = judged && near && Settled(before);
-    if (run_->told.settled) break;
+    if (run_->told.settled) {
+      TellNoise(start);
+      break;
+    }
     before = changed ? BoardRun::Step{} : run_->step;
     FollowLight(start, pass < kModelPassesOfLight);
   }

@@ -35,8 +35,12 @@ constexpr SettleLimits kUsualLimits{.square = 0.2, .shape = 0.008, .shape_follow
 /// without memory differ by 0.08 to 0.10 deviations where boards are overexposed instead of 0.09 to 0.12, under hands
 /// by 0.10 instead of 0.12, in 8 and 5 % more work.
 constexpr SettleLimits kCloseLimits{.square = 0.01, .shape = 0.001, .shape_follows = 1};
-/// Passes until what is done to the light (see board_fit_light.cpp) has settled too.
-constexpr int kPassesOfLight = 4;
+/// Passes until what is done to the light (see board_fit_light.cpp) has settled too, and where it had settled before.
+constexpr int kPassesOfLight = 4, kPassesOfLightAnew = 2;
+/// A shading that was told from levels as they were sampled, and that the fit's tell otherwise, counts where it moves
+/// the board by so many standard deviations (measured: with twice and with half as much, poses of knocked frames agree
+/// as well).
+constexpr double kOtherShading = 0.05;
 
 }  // namespace
 
@@ -72,7 +76,16 @@ bool BoardFit::FollowsClosely() const {
   return !run_->terms.plain_only && (run_->view.overexposed || AnyUnused());
 }
 
-bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
+bool BoardFit::ShadingHolds(const Start& start, double variances) {
+  return run_->light.shading.size() == 0 || MovedBySlope(EvenOutShading(start), variances) < kOtherShading;
+}
+
+bool BoardFit::SettleAnew(const LightReader& reader, const Lens& lens, const Start& start) {
+  return Recollect(reader, lens, start) && Settle(lens, start, true, true);
+}
+
+bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bool anew) {
+  const int passes_of_light = anew ? kPassesOfLightAnew : kPassesOfLight;
   LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
   run_->light.fades = true;
   bool edges_told = start.image != nullptr;
@@ -86,16 +99,19 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
     if (pass == 1 && BeginsNear(start) && run_->step.corner_px > kOtherPixelsPx) return false;
     step = SizeOfStep();
+    run_->told.pixel_variance = step.variances;
     if (MayBeOutOfRegister()) MoveInks(start);
     const bool changed = FindOccludedCorners();
     // What is done to the light follows the fit by a pass or two.
     const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;
-    const bool follows = uneven ? pass < kPassesOfLight : again;
-    if (noise_known && !changed && !follows && run_->step.corner_px < kSettledPx &&
-        run_->step.blur_share < kSettledBlur && run_->step.shape_gain < settled.shape * pixels_.pixels() &&
-        !WhatIsLeftCounts(step, before, settled.square)) {
+    const bool follows = uneven ? pass < passes_of_light : again;
+    const bool near = run_->step.corner_px < kSettledPx && run_->step.blur_share < kSettledBlur;
+    // The levels of one that is near are fitted, not sampled.
+    const bool lit_anew = near && !uneven && pass > 1 && pass + 1 < kMaxPasses && !ShadingHolds(start, step.variances);
+    if (noise_known && !changed && !follows && near && !lit_anew &&
+        run_->step.shape_gain < settled.shape * pixels_.pixels() && !WhatIsLeftCounts(step, before, settled.square)) {
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
-      if (!start.image && sums == LaneSums::kNoise)
+      if (start.TellsNoise() && sums == LaneSums::kNoise)
         EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
       run_->told.settled = true;
       run_->result.moved_square = SquareOf(run_->step.moved) / step.variances;
@@ -106,11 +122,11 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known) {
       run_->told.settled = noise_known = false;
       continue;
     }
-    if (uneven ? pass > 1 && pass < kPassesOfLight : again) FollowShading(lens, start);
+    if (uneven ? pass > 1 && pass < passes_of_light : again) FollowShading(lens, start);
     noise_known = true;
     // It is the camera's: what a board has told holds for the image's others, too. What theirs have beside it, of print
     // or of steps that are not at their end, is no noise of pixels; their misfit widens the covariance.
-    if (start.image) continue;
+    if (!start.TellsNoise()) continue;
     if (sums == LaneSums::kNoise)
       EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
     sums = LaneSums::kNoise;

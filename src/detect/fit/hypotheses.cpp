@@ -25,6 +25,7 @@ void KeepTraits(const From& from, Trial& trial) {
   if (trial.start.image) return;
   from.traits = from.kept.result.image;
   trial.start.image = &from.traits;
+  trial.start.noise_may_differ = true;
 }
 
 // Without the motion that its blur seemed to be: shadows and ink make edges uneven, too.
