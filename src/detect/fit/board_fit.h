@@ -215,8 +215,6 @@ class BoardFit {
   bool Settle(const Lens& lens, const Start& start, bool noise_known, bool anew = false);
   /// Goes on with the pixels of the board as it lies by now.
   bool SettleAnew(const LightReader& reader, const Lens& lens, const Start& start);
-  /// Whether what was taken out of the pixels is the shading that the levels tell by now; if not, it is from here on.
-  bool ShadingHolds(const Start& start, double variances);
   void Finish(const Lens& lens);
   /// Finishes, and fits on if the paper is bent.
   void FinishBent(const LightReader& reader, const Lens& lens, const Start& start);
@@ -336,9 +334,10 @@ class BoardFit {
   // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
   /// Takes out of the pixels what cells' levels tell of a shading, beside what was taken out before. Where terms of the
   /// light are on, ShadingTerm has it. How much steeper that is, of the light's logarithm, a cell.
-  double EvenOutShading(const Start& start);
-  /// By how many standard deviations another slope of the shading moves the board. @param variances of pixels.
-  double MovedBySlope(double slope, double variances) const;
+  Eigen::Vector2d EvenOutShading(const Start& start);
+  /// Whether what was taken out of the pixels is the shading that the levels tell by now; if not, it is from here on.
+  /// @param variances that pixels leave.
+  bool ShadingHolds(const Start& start, double variances);
   /// Of the plain fit: takes back the one that was told from cells which turn out to be occluded, and evens out what
   /// the others tell.
   void FollowShading(const Lens& lens, const Start& start);
@@ -403,6 +402,8 @@ class BoardFit {
   bool Settled(const BoardRun::Step& before) const;
   /// What follows a step that did not end the fit.
   void FollowLight(const Start& start, bool light_follows);
+  /// Of pixels, before the last step, variances.
+  double LeftByModel() const;
   /// By what the last step leaves.
   void TellNoise(const Start& start);
   /// The pixels of the board as it lies by now, and the light beside it.

@@ -29,6 +29,10 @@ constexpr double kFineCellPx = 12;
 constexpr double kWeakShading = 0.003;
 /// Less is nothing: it moves a pose by a thousandth of its deviation.
 constexpr double kNoSlope = 1e-5;
+/// A shading that was told from levels as they were sampled, and that the fit's tell otherwise, counts where it moves
+/// the board by so many standard deviations (measured: with twice and with half as much, poses of knocked frames agree
+/// as well).
+constexpr double kOtherShading = 0.05;
 /// Of these, twice: the levels of cells in uneven light are not quite those of their middles.
 constexpr double kTwiceCellPx = 24;
 
@@ -93,8 +97,9 @@ void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread)
 
 double BoardFit::LightAt(int corner) const { return run_->model.LightAt(pixels_.place(corner).board).share; }
 
-double BoardFit::EvenOutShading(const Start& start) {
-  if (run_->model.own_levels || run_->model.LightVaries()) return 0;
+Eigen::Vector2d BoardFit::EvenOutShading(const Start& start) {
+  const Eigen::Vector2d none = Eigen::Vector2d::Zero();
+  if (run_->model.own_levels || run_->model.LightVaries()) return none;
   const double cell_px = CellPx();
   run_->light.shade_twice = cell_px > kTwiceCellPx;
   std::optional<Shading> shading = FindShading({.size = run_->view.size,
@@ -104,12 +109,12 @@ double BoardFit::EvenOutShading(const Start& start) {
                                                 .phases = run_->view.channels == 3 ? 4 : 1,
                                                 .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
                                                 .fine = cell_px > kFineCellPx});
-  if (!shading) return 0;
+  if (!shading) return none;
   if (cell_px <= kFineCellPx) {
     const bool bends = !shading->bend.isZero();
     // Of all of it, whatever was taken out before: else what counts would depend on the order.
     if (!bends) shading->slope = Shrunk(run_->light.slope + shading->slope) - run_->light.slope;
-    if (shading->slope.norm() < (bends ? kWeakShading : kNoSlope)) return 0;
+    if (shading->slope.norm() < (bends ? kWeakShading : kNoSlope)) return none;
   }
   run_->light.bent |= shading->bent;
   pixels_.PrepareChange();
@@ -131,14 +136,19 @@ double BoardFit::EvenOutShading(const Start& start) {
     run_->light.shading[cell] *= share;
     for (float& level : run_->model.levels[cell]) level /= share;
   }
-  return shading->slope.norm();
+  return shading->slope;
 }
 
-double BoardFit::MovedBySlope(double slope, double variances) const {
-  const double blur_cells = run_->model.blur_px / CellPx();
+bool BoardFit::ShadingHolds(const Start& start, double variances) {
+  if (run_->light.shading.size() == 0) return true;
+  const Eigen::Vector2d change = EvenOutShading(start);
+  if (change.isZero()) return true;
+  const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
+  const Eigen::Vector2d cells =
+      board_by_plane * (HowLightSpreads().of_pixels * (board_by_plane.transpose() * change));
   BoardGeometry::Parameters move = BoardGeometry::Parameters::Zero();
-  move[0] = slope * blur_cells * blur_cells;
-  return std::sqrt(SquareOf(move) / variances);
+  move[0] = cells.x(), move[3] = cells.y();
+  return move.dot(InformationOnMoves() * move) < kOtherShading * kOtherShading * variances;
 }
 
 void BoardFit::FollowShading(const Lens& lens, const Start& start) {

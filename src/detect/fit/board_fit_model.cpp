@@ -343,11 +343,12 @@ void BoardFit::FollowLight(const Start& start, bool light_follows) {
   TellNoise(start);
 }
 
+double BoardFit::LeftByModel() const { return model_equations_.chi_square() / std::max(WeightUsed(), 1.0); }
+
 void BoardFit::TellNoise(const Start& start) {
   // It is the camera's, and the image's first board has told it: another one's pixels would only tell it less well, and
   // each fit of them otherwise. Unless that board was fitted badly.
-  const bool too_loud = model_equations_.chi_square() < kLeastOfNoise * WeightUsed();
-  if (start.TellsNoise() || too_loud)
+  if (start.TellsNoise() || LeftByModel() < kLeastOfNoise)
     EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
 }
 
@@ -409,7 +410,8 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
     still = Still();
     const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();
     if (work_.units() > start.most_units) return near;
-    run_->told.settled = judged && near && Settled(before);
+    run_->told.settled = judged && near && Settled(before) &&
+                         (pass + 1 == kMostModelPasses || ShadingHolds(start, LeftByModel()));
     if (run_->told.settled) {
       TellNoise(start);
       break;

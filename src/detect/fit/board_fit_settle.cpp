@@ -37,10 +37,6 @@ constexpr SettleLimits kUsualLimits{.square = 0.2, .shape = 0.008, .shape_follow
 constexpr SettleLimits kCloseLimits{.square = 0.01, .shape = 0.001, .shape_follows = 1};
 /// Passes until what is done to the light (see board_fit_light.cpp) has settled too, and where it had settled before.
 constexpr int kPassesOfLight = 4, kPassesOfLightAnew = 2;
-/// A shading that was told from levels as they were sampled, and that the fit's tell otherwise, counts where it moves
-/// the board by so many standard deviations (measured: with twice and with half as much, poses of knocked frames agree
-/// as well).
-constexpr double kOtherShading = 0.05;
 
 }  // namespace
 
@@ -74,10 +70,6 @@ bool BoardFit::WhatIsLeftCounts(const StepSize& step, const StepSize& before, do
 bool BoardFit::FollowsClosely() const {
   // With a budget, plain fits of all boards go before better ones.
   return !run_->terms.plain_only && (run_->view.overexposed || AnyUnused());
-}
-
-bool BoardFit::ShadingHolds(const Start& start, double variances) {
-  return run_->light.shading.size() == 0 || MovedBySlope(EvenOutShading(start), variances) < kOtherShading;
 }
 
 bool BoardFit::SettleAnew(const LightReader& reader, const Lens& lens, const Start& start) {

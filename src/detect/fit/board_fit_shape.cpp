@@ -76,21 +76,22 @@ void BoardFit::MoveBlurShape(double blur_px) {
   // The noise that is known so far may be a hundred times what is left.
   const double variances = std::min(LeftVariances(), 1.0);
   run_->step.shape_gain = fit.Step(kShapeCounts * variances, run_->model.blur_shape) / variances;
-  // Another motion than the last frame's begins anew: steps from that one's might not find it.
-  const bool another = run_->step.shape_gain > kOtherShape * pixels_.pixels();
   const BlurShape& placed = run_->step.placed_shape;
   if (ComesNear() && run_->step.shape_gain < kShapeOfFirstStep * pixels_.pixels()) {
     run_->model.blur_shape = placed;
     run_->step.shape_gain = 0;
     return;
   }
-  if (placed.round() || !(placed == run_->step.start_shape)) return;
+  if (placed.round()) return;
+  // Another motion than the last frame's begins anew: steps from that one's might not find it.
+  const bool another = placed == run_->step.start_shape && run_->step.shape_gain > kOtherShape * pixels_.pixels();
   if (another) run_->model.blur_shape = {};
-  // So does one that explains no more than it would take to have it: such a one leads anywhere, step by step.
+  // So does one that explains no more than it would take to have it, or less than none at all: such a one leads
+  // anywhere, step by step. (Of overexposed boards, one in some hundred began across its true way, and never found it.)
   const double round_leaves = fit.round_leaves() / variances;
-  if (round_leaves + run_->step.shape_gain >= kShapeCounts) return;
+  if (round_leaves >= -kShapeCounts && round_leaves + run_->step.shape_gain >= kShapeCounts) return;
   run_->model.blur_shape = {};
-  run_->step.shape_gain = std::abs(round_leaves);
+  run_->step.shape_gain = std::max(run_->step.shape_gain, std::abs(round_leaves));
 }
 
 }  // namespace chequer
