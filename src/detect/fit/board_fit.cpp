@@ -274,11 +274,15 @@ bool BoardFit::LookFarther(const LightReader& reader, const Lens& lens, const St
 }
 
 bool BoardFit::LiesOffItsPixels() const {
-  return !run_->terms.look_farther && FollowsClosely() && FarthestMove(run_->light.collected_for) > kCloselyOtherPixelsPx;
+  return !run_->terms.look_farther && FollowsClosely() &&
+         FarthestMove(run_->light.collected_for) > kCloselyOtherPixelsPx;
 }
 
-bool BoardFit::HasMovedAfterAll() const {
-  return !run_->terms.wide && run_->told.pixel_variance > kUnexplained && SeemsMoved();
+bool BoardFit::HasMovedAfterAll(const Start& start) const {
+  if (run_->terms.wide || !SeemsMoved()) return false;
+  // What the plain model leaves of a long way is no noise, which this board would tell the others.
+  const bool misleads = start.TellsNoise() && run_->model.blur_shape.way_px.norm() > kShortWay * CellPx();
+  return misleads || run_->told.pixel_variance > kUnexplained;
 }
 
 bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
@@ -294,7 +298,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   bool settled = run_->terms.look_farther ? SettleModel(reader, lens, start, noise_known, choice)
                                           : Settle(lens, start, noise_known);
   if (settled && LiesOffItsPixels()) settled = SettleAnew(reader, lens, start);
-  if (settled && HasMovedAfterAll()) {
+  if (settled && HasMovedAfterAll(start)) {
     run_->terms.wide = true;
     if (!LookFarther(reader, lens, start, choice)) return false;
     if (run_->terms.look_farther) settled = SettleModel(reader, lens, start, true, choice);

@@ -279,7 +279,7 @@ class BoardFit {
   /// Whether a plain fit ended so far from where its pixels were chosen that others are the board's.
   bool LiesOffItsPixels() const;
   /// Whether a plain fit that has settled shows a motion that it did not show at first.
-  bool HasMovedAfterAll() const;
+  bool HasMovedAfterAll(const Start& start) const;
   /// Starts from another fit of the board.
   void StartFrom(const BoardRun& run);
   /// Sums of two quadrants' levels each, in the channel that tells light from dark cells best, has most pixels, and

@@ -28,7 +28,7 @@ constexpr double kFineCellPx = 12;
 /// noise (measured: with and without memory, poses of knocked frames differ by 0.35 instead of 0.40 deviations).
 constexpr double kWeakShading = 0.003;
 /// Less is nothing: it moves a pose by a thousandth of its deviation.
-constexpr double kNoSlope = 1e-5;
+constexpr double kNoShading = 1e-5;
 /// A shading that was told from levels as they were sampled, and that the fit's tell otherwise, counts where it moves
 /// the board by so many standard deviations (measured: with twice and with half as much, poses of knocked frames agree
 /// as well).
@@ -114,7 +114,7 @@ Eigen::Vector2d BoardFit::EvenOutShading(const Start& start) {
     const bool bends = !shading->bend.isZero();
     // Of all of it, whatever was taken out before: else what counts would depend on the order.
     if (!bends) shading->slope = Shrunk(run_->light.slope + shading->slope) - run_->light.slope;
-    if (shading->slope.norm() < (bends ? kWeakShading : kNoSlope)) return none;
+    if (shading->slope.norm() < (bends ? kWeakShading : kNoShading)) return none;
   }
   run_->light.bent |= shading->bent;
   pixels_.PrepareChange();
@@ -144,8 +144,7 @@ bool BoardFit::ShadingHolds(const Start& start, double variances) {
   const Eigen::Vector2d change = EvenOutShading(start);
   if (change.isZero()) return true;
   const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
-  const Eigen::Vector2d cells =
-      board_by_plane * (HowLightSpreads().of_pixels * (board_by_plane.transpose() * change));
+  const Eigen::Vector2d cells = board_by_plane * (HowLightSpreads().of_pixels * (board_by_plane.transpose() * change));
   BoardGeometry::Parameters move = BoardGeometry::Parameters::Zero();
   move[0] = cells.x(), move[3] = cells.y();
   return move.dot(InformationOnMoves() * move) < kOtherShading * kOtherShading * variances;

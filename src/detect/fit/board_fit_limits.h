@@ -12,6 +12,8 @@ inline constexpr double kFollowPx = 0.3;
 inline constexpr double kStillFromPrediction = 0.4;
 /// Standard deviations beyond which a pixel counts with less weight.
 inline constexpr float kRobustLimit = 4;
+/// Ways of a blur's shape, cells, that the plain model holds, and the next frame's fit may begin with (a guess).
+inline constexpr double kShortWay = 0.4;
 /// Blur, pixels: half a pixel's own integration up to what still shows cells.
 inline constexpr double kLeastBlur = 0.25, kMostBlur = 12;
 /// Of a board's pixels, so many at most finish a fit of the model with all terms. What they leave out costs precision

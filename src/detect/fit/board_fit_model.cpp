@@ -410,8 +410,8 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
     still = Still();
     const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();
     if (work_.units() > start.most_units) return near;
-    run_->told.settled = judged && near && Settled(before) &&
-                         (pass + 1 == kMostModelPasses || ShadingHolds(start, LeftByModel()));
+    run_->told.settled =
+        judged && near && Settled(before) && (pass + 1 == kMostModelPasses || ShadingHolds(start, LeftByModel()));
     if (run_->told.settled) {
       TellNoise(start);
       break;

@@ -6,12 +6,11 @@
 
 #include "detect/common/widened.h"
 #include "detect/fit/board_fit.h"
+#include "detect/fit/board_fit_limits.h"
 
 namespace chequer {
 namespace {
 
-/// Ways of a blur's shape, cells, with which the next frame's fit may begin (a guess).
-constexpr double kShortWay = 0.4;
 /// Of ways of more than a cell, little of the cells is left in the pixels, and some fits are off by more than the
 /// pixels' noise tells: those whose corners lie farther off the plane than that, px (measured: 0.015 of most, 0.03 of
 /// these).
