@@ -19,10 +19,9 @@ constexpr double kMotionBlurReach = 0.1, kMotionBlurReachAllCells = 0.4;
 constexpr double kReachBlurs = 2.2;
 /// Larger ones have more pixels than the model with all its terms needs.
 constexpr double kLargeCellPx = 12;
-/// Where boards are followed closely, those that lie farther from where their pixels were chosen have others (measured:
-/// poses with and without memory differ by 0.08 deviations instead of 0.10 under hands and where boards are
-/// overexposed, in a tenth more work).
-constexpr double kCloselyOtherPixelsPx = 0.2;
+/// Boards that are hidden in part and lie farther from where their pixels were chosen have others (measured: under
+/// hands, poses with and without memory differ by 0.08 deviations instead of 0.10, in a tenth more work).
+constexpr double kOtherPixelsOfRestPx = 0.2;
 /// Of what pixels leave, variances: the plain model does not explain a board (a guess).
 constexpr double kUnexplained = 2;
 /// Mean light of a cell of which much is saturated.
@@ -274,8 +273,8 @@ bool BoardFit::LookFarther(const LightReader& reader, const Lens& lens, const St
 }
 
 bool BoardFit::LiesOffItsPixels() const {
-  return !run_->terms.look_farther && FollowsClosely() &&
-         FarthestMove(run_->light.collected_for) > kCloselyOtherPixelsPx;
+  return !run_->terms.look_farther && !run_->terms.plain_only && AnyUnused() &&
+         FarthestMove(run_->light.collected_for) > kOtherPixelsOfRestPx;
 }
 
 bool BoardFit::HasMovedAfterAll(const Start& start) const {

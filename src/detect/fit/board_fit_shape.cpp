@@ -18,8 +18,6 @@ constexpr double kShapeOfFirstStep = 0.05;
 /// places and levels grow towards the rim, too (measured: one of 12 boards behind a sharpening filter seemed to turn by
 /// 2.5 degrees after a step of 0.07 px, and ended so far off that the RMS of all was a quarter more).
 constexpr double kNearForTurnPx = 0.03;
-/// The gain of a shape where corners were placed with a bad one: another step has to follow.
-constexpr double kAnotherStep = std::numeric_limits<double>::infinity();
 /// Blurs that are less have none: a pixel's own square is 0.29, so they are drawn, not seen, or sharpened (a guess).
 constexpr double kLeastShaped = 0.4;
 
@@ -64,7 +62,7 @@ void BoardFit::MoveBlurShape(double blur_px) {
   run_->step.shape_gain = 0;
   if (run_->model.blur_px < kLeastShaped) {
     // Corners that were placed with one, as after a knock, make blurs seem as small: a step without it has to follow.
-    if (!run_->step.placed_shape.round()) run_->step.shape_gain = kAnotherStep;
+    if (!run_->step.placed_shape.round()) run_->step.shape_gain = std::numeric_limits<double>::infinity();
     run_->model.blur_shape = {};
     return;
   }
@@ -91,10 +89,9 @@ void BoardFit::MoveBlurShape(double blur_px) {
   // So does one that explains no more than it would take to have it, or less than none at all: such a one leads
   // anywhere, step by step. (Of overexposed boards, one in some hundred began across its true way, and never found it.)
   const double round_leaves = fit.round_leaves() / variances;
-  const bool worse = round_leaves < -kShapeCounts;
-  if (!worse && round_leaves + run_->step.shape_gain >= kShapeCounts) return;
+  if (round_leaves >= -kShapeCounts && round_leaves + run_->step.shape_gain >= kShapeCounts) return;
   run_->model.blur_shape = {};
-  run_->step.shape_gain = worse ? kAnotherStep : std::abs(round_leaves);
+  run_->step.shape_gain = std::max(run_->step.shape_gain, std::abs(round_leaves));
 }
 
 }  // namespace chequer
