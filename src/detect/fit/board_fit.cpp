@@ -22,8 +22,6 @@ constexpr double kLargeCellPx = 12;
 /// Boards that are hidden in part and lie farther from where their pixels were chosen have others (measured: under
 /// hands, poses with and without memory differ by 0.08 deviations instead of 0.10, in a tenth more work).
 constexpr double kOtherPixelsOfRestPx = 0.2;
-/// Of what pixels leave, variances: the plain model does not explain a board (a guess).
-constexpr double kUnexplained = 2;
 /// Mean light of a cell of which much is saturated.
 constexpr float kOverexposed = 0.98f;
 
@@ -281,7 +279,7 @@ bool BoardFit::HasMovedAfterAll(const Start& start) const {
   if (run_->terms.wide || !SeemsMoved()) return false;
   // What the plain model leaves of a long way is no noise, which this board would tell the others.
   const bool misleads = start.TellsNoise() && run_->model.blur_shape.way_px.norm() > kShortWay * CellPx();
-  return misleads || run_->told.pixel_variance > kUnexplained;
+  return misleads || run_->told.pixel_variance > kExplained;
 }
 
 bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {

@@ -52,6 +52,16 @@ LightFall FallOf(const Eigen::Vector2d& slope, const Eigen::Vector3d& bend, cons
           value(per_plane(1, 1))};
 }
 
+/// How a shading moves a board whose light spreads so far. @param slope of the light's logarithm, a cell.
+BoardGeometry::Parameters MoveBySlope(const BoardGeometry& geometry, const Eigen::Matrix2d& spread,
+                                      const Eigen::Vector2d& slope) {
+  const Eigen::Matrix2d board_by_plane = geometry.PlaneByBoard({0, 0}).inverse();
+  const Eigen::Vector2d per_px = board_by_plane.transpose() * slope, cells = board_by_plane * (spread * per_px);
+  BoardGeometry::Parameters move = BoardGeometry::Parameters::Zero();
+  move[0] = cells.x(), move[3] = cells.y();
+  return move;
+}
+
 }  // namespace
 
 BoardFit::SpreadOfLight BoardFit::HowLightSpreads() const {
@@ -67,14 +77,10 @@ BoardFit::SpreadOfLight BoardFit::HowLightSpreads() const {
 
 Eigen::Matrix<double, BoardGeometry::kParameters, 2> BoardFit::MovedByShading() const {
   const SpreadOfLight spread = HowLightSpreads();
-  const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
-  const Eigen::Vector2d per_px = board_by_plane.transpose() * (run_->light.slope + run_->model.grows);
+  const Eigen::Vector2d slope = run_->light.slope + run_->model.grows;
   Eigen::Matrix<double, BoardGeometry::kParameters, 2> moved;
-  moved.setZero();
-  for (int way = 0; way < 2; ++way) {
-    const Eigen::Vector2d cells = board_by_plane * (spread.uncertain[static_cast<std::size_t>(way)] * per_px);
-    moved(0, way) = cells.x(), moved(3, way) = cells.y();
-  }
+  for (int way = 0; way < 2; ++way)
+    moved.col(way) = MoveBySlope(run_->model.geometry, spread.uncertain[static_cast<std::size_t>(way)], slope);
   return moved;
 }
 
@@ -143,10 +149,7 @@ bool BoardFit::ShadingHolds(const Start& start, double variances) {
   if (run_->light.shading.size() == 0) return true;
   const Eigen::Vector2d change = EvenOutShading(start);
   if (change.isZero()) return true;
-  const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
-  const Eigen::Vector2d cells = board_by_plane * (HowLightSpreads().of_pixels * (board_by_plane.transpose() * change));
-  BoardGeometry::Parameters move = BoardGeometry::Parameters::Zero();
-  move[0] = cells.x(), move[3] = cells.y();
+  const BoardGeometry::Parameters move = MoveBySlope(run_->model.geometry, HowLightSpreads().of_pixels, change);
   return move.dot(InformationOnMoves() * move) < kOtherShading * kOtherShading * variances;
 }
 

@@ -12,6 +12,8 @@ inline constexpr double kFollowPx = 0.3;
 inline constexpr double kStillFromPrediction = 0.4;
 /// Standard deviations beyond which a pixel counts with less weight.
 inline constexpr float kRobustLimit = 4;
+/// The plain model explains a board whose pixels leave fewer variances (a guess).
+inline constexpr double kExplained = 2;
 /// Ways of a blur's shape, cells, that the plain model holds, and the next frame's fit may begin with (a guess).
 inline constexpr double kShortWay = 0.4;
 /// Blur, pixels: half a pixel's own integration up to what still shows cells.

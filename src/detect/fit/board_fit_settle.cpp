@@ -11,9 +11,9 @@ namespace {
 constexpr int kMaxPasses = 8;
 /// A step that moves corners and blur less ends the fit: the errors left are those of its square and cube.
 constexpr double kSettledPx = 0.05, kSettledBlur = 0.1;
-/// A board is explained where pixels are off by fewer variances (a guess). The next step over this one where residuals
-/// are noise, for each variance that they have (measured: 0.01 to 0.06, 0.1 to 0.4 at three variances and beyond).
-constexpr double kExplained = 2, kNextStep = 0.04;
+/// The next step over this one where residuals are noise, for each variance that they have (measured: 0.01 to 0.06, 0.1
+/// to 0.4 at three variances and beyond).
+constexpr double kNextStep = 0.04;
 /// Steps that shrink by less are taken to shrink by that (a guess).
 constexpr double kLeastShrinking = 0.1;
 /// Residuals that are less are rounding, not noise, variances (a guess).

@@ -157,7 +157,7 @@ TEST(CoveredBoards, HaveNoWrongIdUnderAStripAcrossThem) {
 }
 
 TEST(CoveredBoards, LieWhereTheyAreSaidToLieWithHalfOfThemHidden) {
-  // Some were published turned by half. Their cover was taken for a part of the border, whose inks it does not show.
+  // The cover was once taken for a part of the border, and some boards were published rotated by 180 degrees.
   const Readings readings = ReadFrames(HalfOfIt, 12);
   EXPECT_GT(readings.errors.poses(), readings.boards / 3);
   EXPECT_LT(readings.errors.position(), 1.5);
