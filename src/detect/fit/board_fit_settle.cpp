@@ -84,9 +84,10 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
   StepSize step, before;
   for (int pass = 1; pass < kMaxPasses; before = step, ++pass) {
     const SettleLimits& settled = FollowsClosely() ? kCloseLimits : kUsualLimits;
+    const double shape_left = settled.shape * pixels_.pixels();
     const bool moved = run_->step.corner_px > kFollowSettlingPx;
     if (moved) pixels_.PlaceCorners(lens, run_->model.geometry);
-    if (moved || pass == 1 || run_->step.shape_gain > settled.shape_follows) SetPlaces();
+    if (moved || pass == 1 || run_->step.shape_gain >= std::min(settled.shape_follows, shape_left)) SetPlaces();
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
     if (pass == 1 && BeginsNear(start) && run_->step.corner_px > kOtherPixelsPx) return false;
@@ -100,8 +101,8 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
     const bool near = run_->step.corner_px < kSettledPx && run_->step.blur_share < kSettledBlur;
     // The levels of one that is near are fitted, not sampled.
     const bool lit_anew = near && !uneven && pass > 1 && pass + 1 < kMaxPasses && !ShadingHolds(start, step.variances);
-    if (noise_known && !changed && !follows && near && !lit_anew &&
-        run_->step.shape_gain < settled.shape * pixels_.pixels() && !WhatIsLeftCounts(step, before, settled.square)) {
+    if (noise_known && !changed && !follows && near && !lit_anew && run_->step.shape_gain < shape_left &&
+        !WhatIsLeftCounts(step, before, settled.square)) {
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
       if (start.TellsNoise() && sums == LaneSums::kNoise)
         EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
