@@ -159,6 +159,7 @@ void Detector::Impl::FindBoards(const ImageJob& job, const StreamImage* stream) 
     fits.FitFrom(job, 0);
     JudgeExpected(job, *stream);
   }
+  frame->plan.StartSearch(frame->work.units());
   ChooseRegions(job, stream ? &stream->memory : nullptr);
   for (const SearchRegion& region : frame->regions.regions()) search.Search(job, region);
   if (expected == 0) FindMosaic(job);

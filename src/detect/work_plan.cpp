@@ -31,8 +31,9 @@ std::size_t WorkPlan::MostPeaks(double pixels) const {
 
 std::uint64_t WorkPlan::MostForBoards(std::uint64_t reserved) const {
   if (!limited()) return kNoLimit;
-  const auto share = [&](double of_budget) {
-    return static_cast<std::uint64_t>(of_budget * static_cast<double>(budget_));
+  const std::uint64_t before = std::min(before_search_, budget_);
+  const auto share = [&](double of_rest) {
+    return before + static_cast<std::uint64_t>(of_rest * static_cast<double>(budget_ - before));
   };
   const std::uint64_t with_reserve = budget_ - std::min(reserved, budget_);
   return std::clamp(with_reserve, share(kLeastBoardsShare), share(kBoardsShare));

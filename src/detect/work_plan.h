@@ -13,6 +13,9 @@ class WorkPlan {
   explicit WorkPlan(std::uint64_t budget) : budget_(budget) {}
 
   bool limited() const { return budget_ > 0; }
+  /// The search for boards begins, after fits of those that were expected: what it may take is shared out of the rest,
+  /// so that many that were expected leave time to find the others.
+  void StartSearch(std::uint64_t spent) { before_search_ = spent; }
   /// Peaks that may be looked at, and linked, in an image of so many pixels.
   std::size_t MostPeaks(double pixels) const;
   /// Units that the first search for boards in grids may go on to; those that are not searched by then wait.
@@ -32,6 +35,7 @@ class WorkPlan {
 
  private:
   std::uint64_t budget_;
+  std::uint64_t before_search_ = 0;
 };
 
 }  // namespace chequer

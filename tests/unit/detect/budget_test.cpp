@@ -298,6 +298,16 @@ TEST(WorkPlan, LeavesSomethingForEveryStep) {
   EXPECT_EQ(plan.Left(100'001), 0u);
 }
 
+TEST(WorkPlan, LeavesTheSearchItsShareOfWhatExpectedBoardsLeave) {
+  WorkPlan plan(100'000);
+  plan.StartSearch(70'000);
+  EXPECT_EQ(plan.MostForBoards(0), 88'000u);
+  EXPECT_EQ(plan.MostForBoards(15'000), 85'000u) << "a second look that waits";
+  EXPECT_EQ(plan.MostForBoards(90'000), 82'000u) << "one that takes too much";
+  plan.StartSearch(100'001);
+  EXPECT_EQ(plan.MostForBoards(0), 100'000u);
+}
+
 TEST(WorkPlan, TakesNoPeaksFromFramesOfBoardsHoweverSmallItIs) {
   // A swarm of 50 in 1920 × 1080 has 2,800.
   EXPECT_GE(WorkPlan(kLeastBudget).MostPeaks(1920 * 1080), 8000u);
