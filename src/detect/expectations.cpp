@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,11 @@ constexpr double kContrastKept = 0.9;
 constexpr double kContrastThatIsThere = 0.25;
 /// Cost of that search for one board, in units of WorkStep::kPlace (measured, of 10 px cells).
 constexpr std::uint64_t kPlacesOfShift = 10;
+/// The same of the search for the shift of one board by itself.
+constexpr std::uint64_t kPlacesOfOwnShift = 2;
+/// Boards of small cells that show less of their contrast are followed: they lie a quarter of a cell or more from where
+/// they are expected (measured), and a fit from there would take two to five steps more.
+constexpr double kContrastAtPlace = 0.9;
 /// Share of the remaining budget that the search for a common shift may take (a guess; a search of the image takes
 /// less).
 constexpr double kMostOfBudgetForShift = 0.25;
@@ -113,18 +119,38 @@ void FollowShift(const ImageJob& job) {
 /// expected (a guess).
 constexpr double kMayTurnOffPx = 0.5;
 
+/// Whether a board may have turned off since the last frame: it does not lie where it did, nor as expected.
+bool MayHaveTurnedOff(const ImageJob& job, std::size_t board) {
+  const RememberedBoard& expected = job.frame.expected[board];
+  if (!expected.is_followed() || expected.lay_near() || job.frame.stream.IsKnocked()) return false;
+  const auto pixel = [&](const Eigen::Matrix3d& place) { return job.lens.ToImage(place.col(2).hnormalized()); };
+  return (pixel(job.frame.boards[board].plane_from_board) - pixel(expected.plane_from_board)).norm() >= kMayTurnOffPx;
+}
+
+/// Where a board lies that is near to where it is expected, but not there; nothing where it shows nothing of that.
+std::optional<Eigen::Matrix3d> FollowNear(const ImageJob& job, std::size_t board) {
+  ImageState& frame = job.frame;
+  const AnchoredBoard& anchored = frame.boards[board];
+  if (HasEdgesToFollow(anchored, job.lens)) {
+    if (!MayHaveTurnedOff(job, board)) return std::nullopt;
+    frame.work.Add(WorkStep::kCellSample, anchored.light.size());
+    return FollowEdges(anchored, job.reader, job.lens);
+  }
+  if (SampledContrast(anchored) >= kContrastAtPlace * frame.expected[board].contrast) return std::nullopt;
+  frame.work.Add(WorkStep::kPlace, kPlacesOfOwnShift);
+  const Eigen::Vector2d shift_px = FindOwnShift(anchored, job.reader, job.lens, frame.stream.shares);
+  if (shift_px.isZero()) return std::nullopt;
+  return Shifted(anchored.plane_from_board, shift_px, job.lens);
+}
+
 /// Moves boards that are near to where they are expected, but not there, as driving robots are that steer or brake.
-void FollowTurnsOff(const ImageJob& job) {
+void FollowOwnWays(const ImageJob& job) {
   ImageState& frame = job.frame;
   for (std::size_t i = 0; i < frame.expected.size(); ++i) {
-    const RememberedBoard& expected = frame.expected[i];
-    if (!expected.is_followed() || expected.lay_near()) continue;
-    const auto pixel = [&](const Eigen::Matrix3d& place) { return job.lens.ToImage(place.col(2).hnormalized()); };
-    if ((pixel(frame.boards[i].plane_from_board) - pixel(expected.plane_from_board)).norm() < kMayTurnOffPx) continue;
-    const auto place = FollowEdges(frame.boards[i], job.reader, job.lens);
-    frame.work.Add(WorkStep::kCellSample, frame.boards[i].light.size());
+    const std::optional<Eigen::Matrix3d> place = FollowNear(job, i);
     AnchoredBoard moved;
-    if (place && job.expected_boards.Expect(expected, *place, job.reader, job.lens, moved)) frame.boards[i] = moved;
+    if (place && job.expected_boards.Expect(frame.expected[i], *place, job.reader, job.lens, moved))
+      frame.boards[i] = moved;
   }
 }
 
@@ -205,7 +231,7 @@ void ExpectBoards(const ImageJob& job, const StreamImage& stream) {
   frame.stream.learns = job.options.learn_levels;
   if (frame.stream.learns) AgeLearnt(frame);
   FollowShift(job);
-  if (!frame.stream.IsKnocked()) FollowTurnsOff(job);
+  FollowOwnWays(job);
   const bool sharp = frame.stream.IsSharp();
   for (std::size_t i = 0; i < frame.expected.size(); ++i)
     job.expected_boards.HideWhatDoesNotShow(frame.expected[i], sharp, frame.boards[i]);

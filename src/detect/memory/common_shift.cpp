@@ -10,6 +10,8 @@ namespace {
 
 /// How far it is looked for, in steps of first some, then one pixel; and there, how far around the best one.
 constexpr int kReachPx = 16, kCoarsePx = 2, kReachAroundPx = 4;
+/// The same for a board by itself, which is not asked among others.
+constexpr int kOwnReachPx = 4;
 /// Distance of the sampled points from the middle of their cell, cells. A wrong shift moves some of them to another
 /// cell, so that the best shift is known to a fraction of a cell.
 constexpr double kFromMiddle = 0.3;
@@ -17,7 +19,7 @@ constexpr double kFromMiddle = 0.3;
 /// elsewhere.
 constexpr double kNearlyBest = 0.95;
 
-/// A point that should be light, or dark.
+/// A point that should be light, or dark: between the pixel and the next along its row, which are read together.
 struct Point {
   int x, y;
   float sign;
@@ -38,7 +40,7 @@ std::span<const Point> PlacePoints(const AnchoredBoard& board, const LightReader
         const Eigen::Vector2d pixel = middle.pixel + middle.pixel_by_board * (at + Eigen::Vector2d(x, y));
         const auto near = [](double at_px, int size) { return at_px > -kMost && at_px < size + kMost - 1; };
         if (near(pixel.x(), reader.width()) && near(pixel.y(), reader.height()))
-          points[count++] = {static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())), sign};
+          points[count++] = {static_cast<int>(std::floor(pixel.x())), static_cast<int>(std::lround(pixel.y())), sign};
       }
   }
   return std::span(points).first(count);
@@ -155,6 +157,30 @@ Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size
     ++count;
   });
   return sum / std::max(count, 1);
+}
+
+Eigen::Vector2d FindOwnShift(const AnchoredBoard& board, const LightReader& reader, const Lens& lens,
+                             std::vector<float>& cells) {
+  Points points;
+  ShiftContrasts<kOwnReachPx, 1> around(reader, {0, 0}, cells);
+  around.Add(PlacePoints(board, reader, lens, points));
+  Eigen::Vector2i best(0, 0);
+  float most = around.At(best);
+  const float none = most;
+  around.ForEach([&](const Eigen::Vector2i& shift, float contrast) {
+    if (contrast <= most) return;
+    most = contrast;
+    best = shift;
+  });
+  if (none >= static_cast<float>(kNearlyBest) * most || best.cwiseAbs().maxCoeff() == kOwnReachPx)
+    return Eigen::Vector2d::Zero();
+  Eigen::Vector2d shift = best.cast<double>();
+  for (const int axis : {0, 1}) {
+    const Eigen::Vector2i step = Eigen::Vector2i::Unit(axis);
+    const double before = around.At(best - step), after = around.At(best + step), bend = before + after - 2.0 * most;
+    if (bend < 0) shift[axis] += 0.5 * (before - after) / bend;
+  }
+  return shift;
 }
 
 double SampledContrast(const AnchoredBoard& board) {

@@ -175,6 +175,11 @@ class EdgeOffsets {
 
 }  // namespace
 
+bool HasEdgesToFollow(const AnchoredBoard& board, const Lens& lens) {
+  const BoardPoint middle(BoardGeometry(board.plane_from_board), lens);
+  return middle.pixel_by_board.colwise().norm().minCoeff() >= double{kLeastCellPx};
+}
+
 std::optional<Eigen::Matrix3d> FollowEdges(const AnchoredBoard& board, const LightReader& reader, const Lens& lens) {
   EdgeOffsets edges(board, reader, lens);
   const float cell_px = edges.cell_px(), half = 0.5f * static_cast<float>(std::max(board.size.rows, board.size.cols));

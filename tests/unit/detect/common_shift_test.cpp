@@ -1,4 +1,4 @@
-// How far a knocked camera has shifted all boards.
+// How far a knocked camera has shifted all boards, and how far one board has moved by itself.
 #include "detect/memory/common_shift.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ const std::array<float, 256> kLightOfTones = ToneCurve::Srgb().LinearTable();
 constexpr double kCellPx = 10;
 
 /// Boards of 6 × 6 cells that lie turned, one of them at the image's rim.
-std::vector<Eigen::Matrix3d> Places() {
+std::vector<Eigen::Matrix3d> Places(double cell_px = kCellPx) {
   std::vector<Eigen::Matrix3d> places;
   for (const auto& [x, y, angle] : {std::array{60.3, 70.8, 0.2},
                                     {200.6, 80.1, 0.9},
@@ -27,7 +27,7 @@ std::vector<Eigen::Matrix3d> Places() {
                                     {90.2, 210.4, -0.5},
                                     {371.0, 215.0, 0.0}}) {
     Eigen::Matrix3d place = Eigen::Matrix3d::Identity();
-    place.topLeftCorner<2, 2>() = kCellPx * Eigen::Rotation2Dd(angle).toRotationMatrix();
+    place.topLeftCorner<2, 2>() = cell_px * Eigen::Rotation2Dd(angle).toRotationMatrix();
     place.topRightCorner<2, 1>() << x, y;
     places.push_back(place);
   }
@@ -65,15 +65,23 @@ Image Draw(PixelFormat format, const std::vector<Eigen::Matrix3d>& places, const
   return image;
 }
 
+AnchoredBoard BoardAt(const Eigen::Matrix3d& place) {
+  AnchoredBoard board;
+  board.size = {6, 6};
+  board.plane_from_board = place;
+  return board;
+}
+
 Eigen::Vector2d ShiftOf(const Image& image, const std::vector<Eigen::Matrix3d>& expected, std::size_t asked) {
   std::vector<AnchoredBoard> boards;
-  for (const Eigen::Matrix3d& place : expected) {
-    AnchoredBoard& board = boards.emplace_back();
-    board.size = {6, 6};
-    board.plane_from_board = place;
-  }
+  for (const Eigen::Matrix3d& place : expected) boards.push_back(BoardAt(place));
   std::vector<float> row(3, 7.0f);  // left by others
   return FindCommonShift(boards, asked, LightReader(image.view(), kLightOfTones), Lens(), row);
+}
+
+Eigen::Vector2d OwnShiftOf(const Image& image, const Eigen::Matrix3d& expected) {
+  std::vector<float> row(3, 7.0f);  // left by others
+  return FindOwnShift(BoardAt(expected), LightReader(image.view(), kLightOfTones), Lens(), row);
 }
 
 TEST(CommonShift, IsFoundToAPixelWithMotionBlurAndAtTheRim) {
@@ -107,6 +115,28 @@ TEST(CommonShift, AsksNoPixelBeyondTheImage) {
   }
   for (const PixelFormat format : {PixelFormat::kMono8, PixelFormat::kBgr8, PixelFormat::kBayerRg8})
     EXPECT_TRUE(ShiftOf(Draw(format, {}, {0, 0}, 0), far, kMostAskedForShift).allFinite());
+}
+
+TEST(OwnShift, IsFoundToTwoFifthsOfAPixelOfSmallCells) {
+  const std::vector<Eigen::Matrix3d> places = Places(4);
+  for (const PixelFormat format : {PixelFormat::kMono8, PixelFormat::kBgr8, PixelFormat::kBayerRg8})
+    for (const Eigen::Vector2d& shift : {Eigen::Vector2d(1.6, -0.8), {-2.3, 1.4}, {0.3, 2.7}})
+      for (const int motion_px : {0, 2}) {
+        const Image image = Draw(format, places, shift, motion_px);
+        for (const Eigen::Matrix3d& place : places) {
+          const Eigen::Vector2d found = OwnShiftOf(image, place);
+          EXPECT_LT((found - shift).norm(), 0.4)
+              << PixelFormatName(format) << ", shift " << shift.transpose() << ", motion " << motion_px << " px, at "
+              << place.col(2).transpose() << ", found " << found.transpose();
+        }
+      }
+}
+
+TEST(OwnShift, IsNoneWhereTheBoardLiesAsExpectedOrTooFarOff) {
+  const std::vector<Eigen::Matrix3d> places = Places(4);
+  for (const Eigen::Vector2d& shift : {Eigen::Vector2d(0.2, -0.1), {40, 40}})
+    for (const Eigen::Matrix3d& place : places)
+      EXPECT_TRUE(OwnShiftOf(Draw(PixelFormat::kMono8, places, shift, 0), place).isZero()) << shift.transpose();
 }
 
 }  // namespace

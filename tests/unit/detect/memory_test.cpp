@@ -277,8 +277,9 @@ TEST(Memory, ReadsSmallBoardsThatRunWithABudgetThatDoesWithoutIt) {
     const test::StreamFrame frame = stream.Frame(i);
     score += test::ScoreFrame(follower.Next(frame.image.view(), 33333us).markers, frame.truth);
   }
-  // Once they were lost, the search for a shift of the camera left no budget to find them again: 4 of 10 were read.
-  EXPECT_GE(score.Recall(), 0.7) << score.read << " of " << score.expected;
+  // They turn off by up to a cell. Where each was fitted as far off as that, and what was found in the end had to do
+  // without the budget that this took, 4 to 6 of 10 were read.
+  EXPECT_GE(score.Recall(), 0.75) << score.read << " of " << score.expected;
 }
 
 /// How far poses with and without memory differ while five robots drive, then in another phase.
