@@ -7,6 +7,7 @@
 #include "capture/aravis_devices.h"
 #include "capture/aravis_formats.h"
 #include "capture/aravis_source.h"
+#include "support/sanitizers.h"
 
 namespace chequer {
 namespace {
@@ -81,7 +82,7 @@ class AravisFakeTest : public ::testing::Test {
     arv_disable_interface("USB3Vision");
   }
   void SetUp() override {
-#ifdef __SANITIZE_THREAD__
+#ifdef CHEQUER_THREAD_SANITIZER
     GTEST_SKIP() << "GLib's locks are not made for the thread sanitizer, which takes what they guard for races";
 #endif
   }

@@ -13,17 +13,14 @@
 #include <vector>
 
 #include "chequer/detector.h"
+#include "support/sanitizers.h"
 #include "support/scenes.h"
 
 namespace {
 std::atomic<int> allocations{0};
 }  // namespace
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define CHEQUER_MALLOC_IS_TAKEN
-#endif
-#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(CHEQUER_ADDRESS_SANITIZER) || defined(CHEQUER_THREAD_SANITIZER)
 #define CHEQUER_MALLOC_IS_TAKEN
 #endif
 
