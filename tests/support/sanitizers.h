@@ -1,7 +1,7 @@
 #pragma once
 
-// Which sanitizer a test is built with: CHEQUER_ADDRESS_SANITIZER, CHEQUER_THREAD_SANITIZER. Compilers say so in ways of
-// their own.
+// Which sanitizer a test is built with: CHEQUER_ADDRESS_SANITIZER, CHEQUER_THREAD_SANITIZER. Compilers say so in ways
+// of their own.
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
 #define CHEQUER_ADDRESS_SANITIZER
