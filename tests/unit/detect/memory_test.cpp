@@ -282,11 +282,29 @@ TEST(Memory, ReadsSmallBoardsThatRunWithABudgetThatDoesWithoutIt) {
   EXPECT_GE(score.Recall(), 0.75) << score.read << " of " << score.expected;
 }
 
-/// How far poses with and without memory differ while five robots drive, then in another phase.
-test::PoseErrors DifferencesByMemory(std::string_view phase) {
-  std::string larger = kDriving;
-  larger.replace(larger.find("focal_px = 800"), 14, "focal_px = 1100");
-  const test::StreamFrames stream{std::string_view(larger += phase)};
+/// What happens to five robots that have driven for ten frames.
+struct Phase {
+  const char* kind;  ///< "calm": they drive on
+  const char* more;
+  int seed, exposure_ms;
+  int poses;    ///< that are compared, at least
+  double most;  ///< standard deviations between poses with and without memory
+};
+
+class PosesWithMemory : public testing::TestWithParam<Phase> {};
+
+TEST_P(PosesWithMemory, AreThoseWithoutIt) {
+  const Phase& phase = GetParam();
+  std::string scenario = kDriving;
+  const auto set = [&](const std::string& key, const char* as, int value) {
+    scenario.replace(scenario.find(key + as), (key + as).size(), key + std::to_string(value));
+  };
+  set("seed = ", "5", phase.seed);
+  set("focal_px = ", "800", 1100);
+  set("exposure_ms = ", "1", phase.exposure_ms);
+  const bool calm = std::string_view(phase.kind) == "calm";
+  if (!calm) scenario = scenario + "[[phase]]\nkind = \"" + phase.kind + "\"\n" + phase.more;
+  const test::StreamFrames stream{std::string_view(scenario)};
   const DetectorOptions options = stream.Options();
   Follower follower(options);
   Detector cold(options);
@@ -294,40 +312,28 @@ test::PoseErrors DifferencesByMemory(std::string_view phase) {
   for (std::size_t i = 0; i < stream.size(); ++i) {
     const test::StreamFrame frame = stream.Frame(i);
     const Detected& found = follower.Next(frame.image.view());
-    if (phase.empty() || stream.phase(i) != "calm")
-      differences.AddDifferences(cold.Detect(frame.image.view()), found.markers);
+    if (stream.phase(i) == phase.kind) differences.AddDifferences(cold.Detect(frame.image.view()), found.markers);
   }
-  return differences;
+  EXPECT_GT(differences.poses(), phase.poses);
+  EXPECT_LT(std::sqrt(differences.position()), phase.most)
+      << "standard deviations between poses with and without memory";
 }
 
-TEST(Memory, LeavesPosesWhereTheyAre) {
-  const test::PoseErrors differences = DifferencesByMemory("");
-  EXPECT_GT(differences.poses(), 30);
-  // They are fitted to the same pixels, wherever a fit began (those at the rim fade out by where the board lies), until
-  // another step would not count.
-  EXPECT_LT(std::sqrt(differences.position()), 0.1) << "standard deviations between poses with and without memory";
-}
-
-TEST(Memory, LeavesOverexposedPosesWhereTheyAre) {
-  const test::PoseErrors differences = DifferencesByMemory("[[phase]]\nkind = \"bright\"\nlight = 2.0\nframes = 12\n");
-  EXPECT_GT(differences.poses(), 50);
-  // It is 0.39 where saturated pixels keep the noise from being told.
-  EXPECT_LT(std::sqrt(differences.position()), 0.1) << "standard deviations between poses with and without memory";
-}
-
-TEST(Memory, LeavesKnockedPosesWhereTheyAre) {
-  const test::PoseErrors differences = DifferencesByMemory("[[phase]]\nkind = \"knock\"\nmax_px = 14\nframes = 16\n");
-  EXPECT_GT(differences.poses(), 60);
-  // It is 0.48 where each board tells the noise for itself, and where boards end with a model that their pixels deny.
-  EXPECT_LT(std::sqrt(differences.position()), 0.2) << "standard deviations between poses with and without memory";
-}
-
-TEST(Memory, LeavesPosesUnderHandsWhereTheyAre) {
-  const test::PoseErrors differences = DifferencesByMemory("[[phase]]\nkind = \"hands\"\nframes = 16\n");
-  EXPECT_GT(differences.poses(), 60);
-  // It is 0.09 where they keep the pixels that they began with.
-  EXPECT_LT(std::sqrt(differences.position()), 0.07) << "standard deviations between poses with and without memory";
-}
+INSTANTIATE_TEST_SUITE_P(
+    Memory, PosesWithMemory,
+    testing::Values(
+        // They are fitted to the same pixels, wherever a fit began (those at the rim fade out by where the board lies),
+        // until another step would not count.
+        Phase{"calm", "", 5, 1, 30, 0.06},
+        // 0.39 where saturated pixels keep the noise from being told.
+        Phase{"bright", "light = 2.0\nframes = 12\n", 5, 1, 50, 0.09},
+        // 0.48 where each board tells the noise for itself, and where boards end with a model that their pixels deny.
+        Phase{"knock", "max_px = 14\nframes = 16\n", 5, 1, 60, 0.19},
+        // 0.09 where they keep the pixels that they began with.
+        Phase{"hands", "frames = 16\n", 5, 1, 60, 0.07},
+        // 0.10 where boards that move tell edges.
+        Phase{"fast", "speed = 1.5\nframes = 16\n", 1, 4, 60, 0.08}),
+    [](const auto& tested) { return std::string(tested.param.kind); });
 
 TEST(Memory, TakesLessLightForNothingElse) {
   std::string fading = kDriving;
