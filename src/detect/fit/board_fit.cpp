@@ -57,10 +57,8 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   if (!Collect(reader, lens, choice.from && choice.from->terms.look_farther)) return false;
   BeginVisibility(start.visibility);
   run_->plain_input.stride = kFirstStride;
-  const auto alike = [](double a, double b) { return std::max(a / b, b / a) < kOtherBlur; };
-  // Dot gain looks like blur: where another board has taught it, its blur holds here, too.
-  if (start.image && (run_->model.DotGainTerm::on() || alike(start.image->blur_px, run_->model.blur_px))) {
-    run_->model.blur_px = start.image->blur_px;
+  if (const double blur_px = BlurOfImage(start); blur_px > 0) {
+    run_->model.blur_px = blur_px;
     run_->model.edges = start.image->edges;
     run_->plain_input.stride = kFirstStrideKnown;
   }
@@ -74,6 +72,13 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   SetDerivatives();
   SetPlaces();
   return true;
+}
+
+double BoardFit::BlurOfImage(const Start& start) const {
+  if (!start.image) return 0;
+  const double ratio = start.image->blur_px / start.blur_px;
+  // Dot gain looks like blur: where another board has taught it, its blur holds here, too.
+  return run_->model.DotGainTerm::on() || std::max(ratio, 1 / ratio) < kOtherBlur ? start.image->blur_px : 0;
 }
 
 bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reuse) {
@@ -287,7 +292,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   const bool looked_farther = run_->terms.look_farther;
   if (KnowsMotion(start)) FollowMotion(lens);
   if (!looked_farther && !ComeNear(reader, lens, start, choice)) return false;
-  run_->terms.wide = looked_farther || BlursWidely() || SeemsMoved();
+  run_->terms.wide = looked_farther || BlursWidely(BlurOfImage(start)) || SeemsMoved();
   if (run_->terms.wide && !LookFarther(reader, lens, start, choice)) return false;
   // What asks for another fit, which may not be had now, is fitted to as many pixels as that would be.
   UsePixels(run_->terms.wide && !choice.may_look_farther ? StrideFor(kMostPixels) : 1);

@@ -156,6 +156,8 @@ class BoardFit {
 
  private:
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
+  /// The lens's blur, px, as others of the image show it, if this board's may be the same; else 0.
+  double BlurOfImage(const Start& start) const;
   /// The pixels of the board as it lies by now. False if too few corners have some.
   /// @param may_reuse those there are, if they are the board's and nearly as good.
   bool Collect(const LightReader& reader, const Lens& lens, bool may_reuse = false);
@@ -362,7 +364,8 @@ class BoardFit {
 
   // The model with all its terms: board_fit_model.cpp.
   /// Whether the lens blurs light of more than the four cells around a corner into its pixels.
-  bool BlursWidely() const;
+  /// @param image_blur_px BlurOfImage().
+  bool BlursWidely(double image_blur_px) const;
   /// The light around the board's rim.
   void LookBeside(const LightReader& reader, const Lens& lens);
   void MapLevels();
