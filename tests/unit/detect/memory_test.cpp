@@ -282,6 +282,30 @@ TEST(Memory, ReadsSmallBoardsThatRunWithABudgetThatDoesWithoutIt) {
   EXPECT_GE(score.Recall(), 0.75) << score.read << " of " << score.expected;
 }
 
+TEST(SmallBoards, AreFittedAsWhereTheyAreAlone) {
+  // Their cells blur into each other, which the first steps of those that know the image's blur do not show.
+  const test::StreamFrames stream(Rushing(960, 3, 30, 0.1));
+  DetectorOptions options = stream.Options();
+  options.camera.reset();
+  Detector all(options), one(options);
+  double square = 0;
+  int boards = 0;
+  for (const std::size_t i : {0u, 4u}) {
+    const test::StreamFrame frame = stream.Frame(i);
+    for (const MarkerPose& marker : all.Detect(frame.image.view())) {
+      constexpr int kReach = 24;
+      int x = static_cast<int>(marker.center_px.x()) - kReach, y = static_cast<int>(marker.center_px.y()) - kReach,
+          width = 2 * kReach, height = 2 * kReach;
+      const std::vector<MarkerPose> alone = one.Detect(Crop(frame.image.view(), x, y, width, height));
+      if (alone.size() != 1 || alone[0].id != marker.id) continue;
+      square += (alone[0].center_px + Eigen::Vector2d(x, y) - marker.center_px).squaredNorm();
+      ++boards;
+    }
+  }
+  EXPECT_GT(boards, 50);
+  EXPECT_LT(std::sqrt(square / boards), 0.001) << "px, RMS of " << boards;
+}
+
 /// What happens to five robots that have driven for ten frames.
 struct Phase {
   const char* kind;  ///< "calm": they drive on
