@@ -33,21 +33,21 @@ constexpr double kFewestOfFine = 10;
 /// A weak shading bends no more, of the logarithm, per cell².
 constexpr double kMostBend = 0.03;
 
-constexpr int kTerms = 5;
-using Terms = Eigen::Matrix<double, kTerms, 1>;
+constexpr int kLightTerms = 5;
+using LightTerms = Eigen::Matrix<double, kLightTerms, 1>;
 
-Terms Powers(double x, double y) { return (Terms() << x, y, x * x, x * y, y * y).finished(); }
+LightTerms Powers(double x, double y) { return (LightTerms() << x, y, x * x, x * y, y * y).finished(); }
 
 /// What explains a cell's level in all phases: 1, the terms, and the lower triangle of the terms' products.
 struct CellTerms {
-  static constexpr int kFirstProduct = 1 + kTerms;
+  static constexpr int kFirstProduct = 1 + kLightTerms;
   /// Whole vectors of doubles: the last value is not used.
-  Eigen::Matrix<double, kFirstProduct + kTerms*(kTerms + 1) / 2 + 1, 1> values;
+  Eigen::Matrix<double, kFirstProduct + kLightTerms*(kLightTerms + 1) / 2 + 1, 1> values;
 
-  explicit CellTerms(const Terms& terms) {
+  explicit CellTerms(const LightTerms& terms) {
     values[0] = 1, values[values.size() - 1] = 0;
-    values.segment<kTerms>(1) = terms;
-    for (int row = 0, at = kFirstProduct; row < kTerms; ++row)
+    values.segment<kLightTerms>(1) = terms;
+    for (int row = 0, at = kFirstProduct; row < kLightTerms; ++row)
       for (int col = 0; col <= row; ++col) values[at++] = terms[row] * terms[col];
   }
 };
@@ -67,18 +67,18 @@ struct Group {
 
 /// Least squares over groups of cells, the offsets eliminated.
 struct Regression {
-  Eigen::Matrix<double, kTerms, kTerms> normal = decltype(normal)::Zero();  ///< the lower triangle
-  Terms right = Terms::Zero();
+  Eigen::Matrix<double, kLightTerms, kLightTerms> normal = decltype(normal)::Zero();  ///< the lower triangle
+  LightTerms right = LightTerms::Zero();
   double square = 0;  ///< of the values about their groups' means
   double freedom = 0;
 
   void Add(const Group& group, double times) {
     const double n = group.products[0], value = group.by_value[0];
     if (n < 4) return;
-    const Terms sums = group.products.segment<kTerms>(1), means = sums / n;
-    for (int row = 0, at = CellTerms::kFirstProduct; row < kTerms; ++row)
+    const LightTerms sums = group.products.segment<kLightTerms>(1), means = sums / n;
+    for (int row = 0, at = CellTerms::kFirstProduct; row < kLightTerms; ++row)
       for (int col = 0; col <= row; ++col) normal(row, col) += times * (group.products[at++] - means[row] * sums[col]);
-    right += times * (group.by_value.tail<kTerms>() - value * means);
+    right += times * (group.by_value.tail<kLightTerms>() - value * means);
     square += times * (group.value_square - value * value / n);
     freedom += times * (n - 1);
   }
@@ -111,9 +111,9 @@ Regression Regress(const ShadedCells& cells, const TermsAt& terms, const Known& 
   return regression;
 }
 
-double LightOf(const Terms& bent, double x, double y) { return 1 + bent.dot(Powers(x, y)); }
+double LightOf(const LightTerms& bent, double x, double y) { return 1 + bent.dot(Powers(x, y)); }
 
-bool IsLight(const Terms& bent, MarkerSize size) {
+bool IsLight(const LightTerms& bent, MarkerSize size) {
   for (const double x : {-0.5, 0.0, 0.5})
     for (const double y : {-0.5, 0.0, 0.5})
       if (!(LightOf(bent, x * size.cols, y * size.rows) > kLeastLight)) return false;
@@ -124,9 +124,9 @@ bool IsLight(const Terms& bent, MarkerSize size) {
 /// tell them, or too steep ones, or if they leave more than `most_square`.
 std::optional<Shading> FindWeak(const Regression& regression, double most_square) {
   if (regression.freedom < kFewestOfFine) return std::nullopt;
-  const SmallCholesky<kTerms> solver(regression.normal);
+  const SmallCholesky<kLightTerms> solver(regression.normal);
   if (!solver.positive()) return std::nullopt;
-  const Terms weak = solver.Solve(regression.right);
+  const LightTerms weak = solver.Solve(regression.right);
   if (!weak.allFinite() || weak.head<2>().norm() > kMostPerCell || weak.tail<3>().norm() > kMostBend)
     return std::nullopt;
   if (regression.square - weak.dot(regression.right) > most_square) return std::nullopt;
@@ -135,18 +135,18 @@ std::optional<Shading> FindWeak(const Regression& regression, double most_square
 
 /// Gauss and Newton's descent from the slope. Nothing if it leaves more than `most_square`.
 std::optional<Shading> FindBent(const ShadedCells& cells, const Eigen::Vector2d& slope, double most_square) {
-  Terms bent;
+  LightTerms bent;
   bent << slope, slope.x() * slope.x() / 2, slope.x() * slope.y(), slope.y() * slope.y() / 2;
   for (int step = 0; step <= kSteps; ++step) {
     if (!bent.allFinite() || !IsLight(bent, cells.size)) return std::nullopt;
     const Regression regression = Regress(
-        cells, [&](double x, double y) -> Terms { return Powers(x, y) / LightOf(bent, x, y); },
+        cells, [&](double x, double y) -> LightTerms { return Powers(x, y) / LightOf(bent, x, y); },
         [&](double x, double y) { return std::log(LightOf(bent, x, y)); });
     if (step == kSteps) {
       if (regression.square > most_square || bent.head<2>().norm() > kMostPerCellBent) return std::nullopt;
       return Shading{bent.head<2>(), bent.tail<3>(), true};
     }
-    const SmallCholesky<kTerms> solver(regression.normal);
+    const SmallCholesky<kLightTerms> solver(regression.normal);
     if (regression.freedom < 10 || !solver.positive()) return std::nullopt;
     bent += solver.Solve(regression.right);
   }

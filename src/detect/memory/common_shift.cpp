@@ -72,6 +72,17 @@ class ShiftContrasts {
     const Eigen::Vector2i step = (shift_px - middle_px_) / kStepPx;
     return contrasts_(step.x() + kReach, step.y() + kReach);
   }
+  /// That of the most contrast; in the middle, if none has more.
+  Eigen::Vector2i Best() const {
+    Eigen::Vector2i best = middle_px_;
+    float most = At(best);
+    ForEach([&](const Eigen::Vector2i& shift_px, float contrast) {
+      if (contrast <= most) return;
+      most = contrast;
+      best = shift_px;
+    });
+    return best;
+  }
   /// Calls act(shift in pixels, contrast) for each.
   template <class Act>
   void ForEach(Act&& act) const {
@@ -137,15 +148,8 @@ Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size
   };
   ShiftContrasts<kReachPx / kCoarsePx, kCoarsePx> coarse(reader, {0, 0}, cells);
   add_all(coarse);
-  const float none = coarse.At({0, 0});
-  float most = none;
-  Eigen::Vector2i best(0, 0);
-  coarse.ForEach([&](const Eigen::Vector2i& shift, float contrast) {
-    if (contrast <= most) return;
-    most = contrast;
-    best = shift;
-  });
-  if (none >= static_cast<float>(kNearlyBest) * most) return Eigen::Vector2d::Zero();
+  const Eigen::Vector2i best = coarse.Best();
+  if (coarse.At({0, 0}) >= static_cast<float>(kNearlyBest) * coarse.At(best)) return Eigen::Vector2d::Zero();
   ShiftContrasts<kReachAroundPx, 1> around(reader, best, cells);
   add_all(around);
   const float nearly = static_cast<float>(kNearlyBest) * around.At(best);
@@ -164,15 +168,9 @@ Eigen::Vector2d FindOwnShift(const AnchoredBoard& board, const LightReader& read
   Points points;
   ShiftContrasts<kOwnReachPx, 1> around(reader, {0, 0}, cells);
   around.Add(PlacePoints(board, reader, lens, points));
-  Eigen::Vector2i best(0, 0);
-  float most = around.At(best);
-  const float none = most;
-  around.ForEach([&](const Eigen::Vector2i& shift, float contrast) {
-    if (contrast <= most) return;
-    most = contrast;
-    best = shift;
-  });
-  if (none >= static_cast<float>(kNearlyBest) * most || best.cwiseAbs().maxCoeff() == kOwnReachPx)
+  const Eigen::Vector2i best = around.Best();
+  const float most = around.At(best);
+  if (around.At({0, 0}) >= static_cast<float>(kNearlyBest) * most || best.cwiseAbs().maxCoeff() == kOwnReachPx)
     return Eigen::Vector2d::Zero();
   Eigen::Vector2d shift = best.cast<double>();
   for (const int axis : {0, 1}) {
