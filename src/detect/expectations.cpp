@@ -46,6 +46,11 @@ bool MostAreFollowed(const ImageState& frame) {
   return 2 * static_cast<std::size_t>(followed) > frame.expected.size();
 }
 
+/// Whether so much of a board's contrast in the last frame shows where it is expected.
+bool ShowsShare(const ImageState& frame, std::size_t board, double share) {
+  return SampledContrast(frame.boards[board]) >= share * frame.expected[board].contrast;
+}
+
 /// Whether some of a board's contrast shows where it was expected.
 bool Shows(const ImageState& frame, std::size_t board) {
   return SampledContrast(frame.boards[board]) > kContrastThatIsThere * frame.expected[board].contrast;
@@ -53,10 +58,9 @@ bool Shows(const ImageState& frame, std::size_t board) {
 
 /// Whether too little of it shows there.
 bool MayLieElsewhere(const ImageState& frame, std::size_t board) {
-  const RememberedBoard& expected = frame.expected[board];
-  if (expected.is_followed()) return !Shows(frame, board);
+  if (frame.expected[board].is_followed()) return !Shows(frame, board);
   // Where it went is not known.
-  return SampledContrast(frame.boards[board]) < StreamState::kContrastOfExpected * expected.contrast;
+  return !ShowsShare(frame, board, double{StreamState::kContrastOfExpected});
 }
 
 /// The first board tells the image's traits: makes it one that shows as it did in the last frame.
@@ -136,7 +140,7 @@ std::optional<Eigen::Matrix3d> FollowNear(const ImageJob& job, std::size_t board
     frame.work.Add(WorkStep::kCellSample, anchored.light.size());
     return FollowEdges(anchored, job.reader, job.lens);
   }
-  if (SampledContrast(anchored) >= kContrastAtPlace * frame.expected[board].contrast) return std::nullopt;
+  if (ShowsShare(frame, board, kContrastAtPlace)) return std::nullopt;
   frame.work.Add(WorkStep::kPlace, kPlacesOfOwnShift);
   const Eigen::Vector2d shift_px = FindOwnShift(anchored, job.reader, job.lens, frame.stream.shares);
   if (shift_px.isZero()) return std::nullopt;
