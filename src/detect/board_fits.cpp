@@ -195,9 +195,9 @@ std::size_t BoardFits::FitFirst(const ImageJob& job, std::span<FitTask> tasks) {
 void BoardFits::FitFully(const ImageJob& job, const FitTask& task) {
   const ImageState& frame = job.frame;
   const BoardOutcome& outcome = frame.outcomes[task.board];
-  const std::uint64_t most = frame.plan.MostForFit(outcome.work.units(), true);
-  if (outcome.wants_more && most <= frame.plan.Left(frame.work.units()))
-    FitOne(job, {task.board, nullptr, false, most});
+  const std::uint64_t left = frame.plan.Left(frame.work.units()),
+                      most = frame.plan.MostForFit(outcome.work.units(), true, left);
+  if (outcome.wants_more && most <= left) FitOne(job, {task.board, nullptr, false, most});
 }
 
 std::size_t BoardFits::FitInRounds(const ImageJob& job, bool plain_only, std::span<FitTask> tasks) {

@@ -9,7 +9,7 @@ std::size_t GrantRound(const WorkPlan& plan, std::uint64_t spent, bool at_least_
   for (; count < tasks.size(); ++count) {
     FitTask& task = tasks[count];
     const std::uint64_t left = plan.Left(spent);
-    task.granted = plan.MostForFit(task.most, in_full);
+    task.granted = plan.MostForFit(task.most, in_full, left);
     if (task.expected > left) {
       if (!(at_least_one && count == 0)) break;
       task.granted = std::max(task.least, std::min(task.granted, left));

@@ -11,6 +11,9 @@ namespace {
 /// Share of the budget that may be spent when a step ends. In good illumination, all steps before the fits take a
 /// tenth; the shares matter where endless textures would leave nothing for fits (guesses).
 constexpr double kPeaksShare = 0.4, kBoardsShare = 0.6, kSecondLookShare = 0.75, kOneFitShare = 0.25;
+/// The share of the budget that a fit may go beyond what is left, once it is begun: to cut it off for less would waste
+/// what it has taken (a guess).
+constexpr double kBeyondShare = 0.05;
 /// Of the first search, if a second look has waited (a guess).
 constexpr double kLeastBoardsShare = 0.4;
 /// Instructions that a peak leads to, until it is linked, if every other is a corner (a guess).
@@ -48,10 +51,12 @@ std::uint64_t WorkPlan::Left(std::uint64_t spent) const {
   return limited() ? budget_ - std::min(spent, budget_) : kNoLimit;
 }
 
-std::uint64_t WorkPlan::MostForFit(std::uint64_t plain, bool in_full) const {
+std::uint64_t WorkPlan::MostForFit(std::uint64_t plain, bool in_full, std::uint64_t left) const {
   if (!limited()) return kNoLimit;
-  return std::min(in_full ? kMostOfPlain * plain : plain,
-                  static_cast<std::uint64_t>(kOneFitShare * static_cast<double>(budget_)));
+  const auto share = [&](double of_budget) {
+    return static_cast<std::uint64_t>(of_budget * static_cast<double>(budget_));
+  };
+  return std::min({in_full ? kMostOfPlain * plain : plain, share(kOneFitShare), left + share(kBeyondShare)});
 }
 
 }  // namespace chequer

@@ -26,8 +26,9 @@ class WorkPlan {
   bool MayLookAgain(std::uint64_t spent, std::uint64_t most, bool waited) const;
   /// Units that are left for fits.
   std::uint64_t Left(std::uint64_t spent) const;
-  /// The most that a single fit may take. @param plain what a plain fit of the board takes.
-  std::uint64_t MostForFit(std::uint64_t plain, bool in_full) const;
+  /// The most that a single fit may take. @param plain what a plain fit of the board takes. @param left for it; where
+  /// it takes more than others did, it may go a little beyond that.
+  std::uint64_t MostForFit(std::uint64_t plain, bool in_full, std::uint64_t left) const;
 
   /// Units of a full fit, over those of a plain fit of the same board: the least that is worth granting (a guess), and
   /// the most that it takes, which PhotometricFit says.

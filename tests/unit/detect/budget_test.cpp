@@ -338,6 +338,14 @@ TEST(FitSchedule, LetsNoTaskTakeAllOfTheBudget) {
   EXPECT_EQ(tasks[0].granted, 25'000u);
 }
 
+TEST(FitSchedule, LetsATaskGoALittleBeyondTheBudgetAtMost) {
+  // That is expected to take as little as others did.
+  std::vector<FitTask> tasks = Tasks({20'000});
+  tasks[0].expected = 8'000;
+  EXPECT_EQ(GrantRound(WorkPlan(100'000), 90'000, false, tasks), 1u);
+  EXPECT_EQ(tasks[0].granted, 15'000u);
+}
+
 TEST(FitSchedule, DoesAllAtOnceWithoutABudget) {
   std::vector<FitTask> tasks = Tasks({1, 1'000'000'000});
   EXPECT_EQ(GrantRound(WorkPlan(0), 1'000'000'000, false, tasks), 2u);
