@@ -1,6 +1,5 @@
 #include "chequer/camera_file.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "core/date_text.h"
 #include "core/file.h"
 #include "core/number_text.h"
+#include "core/small_cholesky.h"
 #include "core/toml_reader.h"
 
 namespace chequer {
@@ -79,8 +79,7 @@ bool IsCovariance(const LensCovariance& matrix) {
       (matrix.diagonal().array() > 0).select(matrix.diagonal(), 1).cwiseSqrt();
   const LensCovariance correlations =
       deviations.cwiseInverse().asDiagonal() * matrix * deviations.cwiseInverse().asDiagonal();
-  return Eigen::SelfAdjointEigenSolver<LensCovariance>(correlations, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() >
-         -kRounding;
+  return SmallCholesky<kLensNumbers>(correlations + kRounding * LensCovariance::Identity()).positive();
 }
 
 /// The covariance, where the file has one.

@@ -1,12 +1,12 @@
 #include "evaluate/track.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "chequer/check.h"
+#include "core/rotations.h"
 
 namespace chequer {
 namespace {
@@ -32,13 +32,9 @@ void FitLine(std::span<const RigidTransform> poses, TrackFit& fit) {
 }
 
 void FitOrientation(std::span<const RigidTransform> poses, TrackFit& fit) {
-  // The rotation nearest to the sum of all.
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const RigidTransform& pose : poses) sum += pose.rotation.toRotationMatrix();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
-  const Eigen::Matrix3d mean = svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-  fit.orientation = Canonical(Eigen::Quaterniond(mean));
+  fit.orientation = Canonical(Eigen::Quaterniond(FindNearestRotation(sum).rotation));
   for (const RigidTransform& pose : poses) fit.angle_deg.push_back(AngleBetweenDeg(fit.orientation, pose.rotation));
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/lens_parameters.h"
+#include "core/small_cholesky.h"
 
 namespace chequer {
 namespace {
@@ -172,7 +173,7 @@ Reduced Reduce(const Equations& equations, double damping) {
   reduced.matrix.diagonal() +=
       damping * equations.shared.diagonal() + Eigen::VectorXd::Constant(equations.shared.rows(), 1e-12);
   for (const ViewEquations& view : equations.views) {
-    const Poses6 solved = Damped(view.pose, damping).llt().solve(view.pose_by_shared);
+    const Poses6 solved = SmallCholesky<6>(Damped(view.pose, damping)).SolveEach(view.pose_by_shared);
     reduced.matrix.noalias() -= view.pose_by_shared.transpose() * solved;
     reduced.gradient.noalias() -= solved.transpose() * view.pose_gradient;
   }
@@ -191,7 +192,8 @@ Bundle Moved(const Bundle& bundle, const Equations& equations, const Eigen::Vect
   }
   for (std::size_t v = 0; v < moved.camera_from_sheet.size(); ++v) {
     const ViewEquations& view = equations.views[v];
-    const Vector6d step = -Damped(view.pose, damping).llt().solve(view.pose_gradient + view.pose_by_shared * shared);
+    const Vector6d step =
+        -SmallCholesky<6>(Damped(view.pose, damping)).Solve(view.pose_gradient + view.pose_by_shared * shared);
     RigidTransform& pose = moved.camera_from_sheet[v];
     pose.translation += step.head<3>();
     pose.rotation = (RotationFromVector(step.tail<3>()) * pose.rotation).normalized();
@@ -215,7 +217,8 @@ Eigen::MatrixXd CovarianceOfLens(std::span<const LensView> views, const Bundle& 
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(inverse.rows(), inverse.cols());
   for (const ViewEquations& view : equations.views) {
     const Eigen::VectorXd gradient =
-        view.shared_gradient - view.pose_by_shared.transpose() * Damped(view.pose, 0).llt().solve(view.pose_gradient);
+        view.shared_gradient -
+        view.pose_by_shared.transpose() * SmallCholesky<6>(Damped(view.pose, 0)).Solve(view.pose_gradient);
     meat += gradient * gradient.transpose();
   }
   // What is usual of the bend is an observation, too.

@@ -86,8 +86,8 @@ double Foreshortening(const LensView& view) {
     }
   if (!(std::abs(board.determinant()) > 1e-18)) return 1;
   const Eigen::Matrix2d pixel_from_board = across * board.inverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> scales(pixel_from_board.transpose() * pixel_from_board,
-                                                              Eigen::EigenvaluesOnly);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> scales;
+  scales.computeDirect(pixel_from_board.transpose() * pixel_from_board, Eigen::EigenvaluesOnly);
   return std::sqrt(scales.eigenvalues()[1] / std::max(scales.eigenvalues()[0], 1e-12));
 }
 

@@ -2,12 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "core/median.h"
+#include "core/rotations.h"
 #include "detect/toolbox.h"
 
 namespace chequer {
@@ -130,10 +130,8 @@ std::optional<RigidTransform> PoseOfHomography(Eigen::Matrix3d image_from_sheet)
   image_from_sheet /= image_from_sheet(2, 2) < 0 ? -scale : scale;
   Eigen::Matrix3d axes;
   axes << image_from_sheet.col(0), image_from_sheet.col(1), image_from_sheet.col(0).cross(image_from_sheet.col(1));
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(axes, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
-  if (!(rotation.determinant() > 0)) return std::nullopt;
-  return RigidTransform{Eigen::Quaterniond(rotation), image_from_sheet.col(2)};
+  if (!(axes.determinant() > 0)) return std::nullopt;
+  return RigidTransform{Eigen::Quaterniond(FindNearestRotation(axes).rotation), image_from_sheet.col(2)};
 }
 
 Places Placed(std::span<const BoardPlace> boards) { return {boards.begin(), boards.end()}; }

@@ -1,11 +1,11 @@
 #include "simulate/pose_bound.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "core/small_cholesky.h"
 #include "simulate/linear_image.h"
 
 namespace chequer {
@@ -204,12 +204,12 @@ PoseBounds PoseBoundsOf(const SceneMarker& given, const RenderOptions& options) 
         levels[c].selfadjointView<Eigen::Lower>().rankUpdate(share, weight);
       }
     }
-  const Matrix6d levels_known = shared.topLeftCorner<kPose, kPose>().inverse();
+  const Matrix6d levels_known = SmallCholesky<kPose>(shared.topLeftCorner<kPose, kPose>()).Inverse();
   for (std::size_t c = 0; c < 3; ++c) {
     const Eigen::MatrixXd full = levels[c].selfadjointView<Eigen::Lower>();
     if (full.trace() > 0) shared -= mixed[c] * full.ldlt().solve(mixed[c].transpose());
   }
-  return {shared.inverse().topLeftCorner<kPose, kPose>(), levels_known};
+  return {SmallCholesky<kShared>(shared).Inverse().topLeftCorner<kPose, kPose>(), levels_known};
 }
 
 }  // namespace chequer

@@ -1,7 +1,8 @@
 #include "track/constant_velocity.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
+
+#include "core/small_cholesky.h"
 
 namespace chequer {
 namespace {
@@ -70,14 +71,15 @@ ConstantVelocity::Vector6d ConstantVelocity::Innovation(const RigidTransform& me
 double ConstantVelocity::Distance(const RigidTransform& measured, const Matrix6d& covariance) const {
   const Vector6d innovation = Innovation(measured);
   const Matrix6d spread = covariance_.topLeftCorner<6, 6>() + covariance;
-  return std::sqrt(innovation.dot(spread.llt().solve(innovation)));
+  return std::sqrt(innovation.dot(SmallCholesky<6>(spread).Solve(innovation)));
 }
 
 void ConstantVelocity::Correct(const RigidTransform& measured, const Matrix6d& covariance) {
   using Matrix12x6d = Eigen::Matrix<double, 12, 6>;
   const Vector6d innovation = Innovation(measured);
   const Matrix6d spread = covariance_.topLeftCorner<6, 6>() + covariance;
-  const Matrix12x6d gain = spread.llt().solve(covariance_.topRows<6>()).transpose();
+  const Eigen::Matrix<double, 6, 12> across = covariance_.topRows<6>();
+  const Matrix12x6d gain = SmallCholesky<6>(spread).SolveEach(across).transpose();
   const Eigen::Matrix<double, 12, 1> step = gain * innovation;
   pose_.translation += step.segment<3>(0);
   pose_.rotation = (RotationFromVector(step.segment<3>(3)) * pose_.rotation).normalized();

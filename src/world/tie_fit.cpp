@@ -1,11 +1,11 @@
 #include "world/tie_fit.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+
+#include "core/rotations.h"
 
 namespace chequer {
 namespace {
@@ -98,11 +98,10 @@ Centered Center(std::span<const Tie> ties) {
 
 /// The rotation that takes places as seen to places as said (Kabsch 1976). Nothing where they lie on a line.
 std::optional<Eigen::Quaterniond> RotationFromPlaces(const Centered& c) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(c.said * c.seen.transpose(), Eigen::ComputeFullU | Eigen::ComputeFullV);
-  if (c.seen.cols() < 3 || svd.singularValues()[1] < kOnALine * kOnALine * svd.singularValues()[0]) return std::nullopt;
-  Eigen::Vector3d signs(1, 1, 1);
-  signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  return Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose()));
+  if (c.seen.cols() < 3) return std::nullopt;
+  const NearestRotation nearest = FindNearestRotation(c.said * c.seen.transpose());
+  if (nearest.scales[1] < kOnALine * kOnALine * nearest.scales[0]) return std::nullopt;
+  return Eigen::Quaterniond(nearest.rotation);
 }
 
 /// The same with what faces and headings say: up from the boards that lie flat, the turn about it from places.
@@ -111,7 +110,7 @@ Eigen::Quaterniond RotationFromFaces(std::span<const Tie> ties, const Centered& 
   for (const Tie& tie : ties)
     if (tie.said.lies_flat) up_in_camera += tie.marker.camera_from_marker.rotation * Eigen::Vector3d::UnitZ();
   if (up_in_camera.norm() < 1e-9) up_in_camera = -Eigen::Vector3d::UnitZ();
-  const Eigen::Quaterniond upright = Eigen::Quaterniond::FromTwoVectors(up_in_camera, Eigen::Vector3d::UnitZ());
+  const Eigen::Quaterniond upright = RotationBetween(up_in_camera, Eigen::Vector3d::UnitZ());
   double sine = 0, cosine = 0;
   for (Eigen::Index i = 0; i < c.seen.cols(); ++i) {
     const Eigen::Vector3d from = upright * c.seen.col(i), to = c.said.col(i);

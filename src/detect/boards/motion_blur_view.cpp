@@ -48,7 +48,8 @@ Change ChangeAround(const BytePlane& plane, const Eigen::Vector2f& middle, float
     xx += dx * dx, xy += dx * dy, yy += dy * dy;
   });
   const Eigen::Matrix2d squares = (Eigen::Matrix2d() << xx, xy, xy, yy).finished();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(squares);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+  solver.computeDirect(squares);
   const Eigen::Vector2d least = solver.eigenvectors().col(0);
   return {least.cast<float>(), static_cast<float>(solver.eigenvalues()[0] / std::max(solver.eigenvalues()[1], 1.0))};
 }

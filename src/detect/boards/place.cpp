@@ -33,7 +33,8 @@ constexpr float kSettledPlace = 0.02f;
 constexpr int kMostFollowed = 12;
 
 void SetSpread(const Eigen::Matrix2f& covariance, Place& place) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f> solver(covariance);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f> solver;
+  solver.computeDirect(covariance);
   const Eigen::Vector2f along = solver.eigenvectors().col(1);
   place.axes << along, Eigen::Vector2f(-along.y(), along.x());
   place.spread = solver.eigenvalues().reverse().cwiseMax(1).cwiseSqrt();

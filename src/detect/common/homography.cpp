@@ -1,10 +1,9 @@
 #include "detect/common/homography.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
 
-#include "detect/common/small_cholesky.h"
+#include "core/small_cholesky.h"
 
 namespace chequer {
 namespace {

@@ -1,19 +1,21 @@
 #pragma once
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 
 #include "detect/common/board_geometry.h"
 
 namespace chequer {
 
-/// Inverse of a covariance that was the inverse of `information` and is larger by B Bᵀ now (Woodbury).
+/// Inverse of a covariance that was the inverse of `information` and is larger by B Bᵀ now: column by column (Sherman
+/// and Morrison 1950).
 template <int kColumns>
-BoardGeometry::Information Widened(const BoardGeometry::Information& information,
+BoardGeometry::Information Widened(BoardGeometry::Information information,
                                    const Eigen::Matrix<double, BoardGeometry::kParameters, kColumns>& by) {
-  using Square = Eigen::Matrix<double, kColumns, kColumns>;
-  const Eigen::Matrix<double, BoardGeometry::kParameters, kColumns> weighted = information * by;
-  const Square inner = Square::Identity() + by.transpose() * weighted;
-  return information - weighted * inner.llt().solve(weighted.transpose());
+  for (int column = 0; column < kColumns; ++column) {
+    const BoardGeometry::Parameters weighted = information * by.col(column);
+    information -= weighted * weighted.transpose() / (1 + weighted.dot(by.col(column)));
+  }
+  return information;
 }
 
 }  // namespace chequer

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "detect/common/small_cholesky.h"
+#include "core/small_cholesky.h"
 #include "detect/pose/plane_pose.h"
 
 namespace chequer {
@@ -42,7 +42,8 @@ struct Cylinder {
 
   explicit Cylinder(const Eigen::Vector3d& bend) {
     const Eigen::Matrix2d square = (Eigen::Matrix2d() << bend[0], bend[1] / 2, bend[1] / 2, bend[2]).finished();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(square);
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+    axes.computeDirect(square);
     Eigen::Index most;
     axes.eigenvalues().cwiseAbs().maxCoeff(&most);
     direction = axes.eigenvectors().col(most);

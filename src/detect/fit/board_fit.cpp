@@ -1,10 +1,9 @@
 #include "detect/fit/board_fit.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "detect/common/small_cholesky.h"
+#include "core/small_cholesky.h"
 #include "detect/fit/board_fit_limits.h"
 
 namespace chequer {

@@ -1,7 +1,7 @@
 // Of BoardFit: errors that pixels along an edge have in common.
-#include <Eigen/LU>
 #include <cmath>
 
+#include "core/small_cholesky.h"
 #include "detect/fit/board_fit.h"
 
 namespace chequer {
@@ -62,12 +62,12 @@ std::optional<BoardGeometry::Information> BoardFit::CovarianceAlongEdges(const B
       moves[axis][static_cast<std::size_t>(group)] += by.x * of_axis.x() + by.y * of_axis.y();
       information[axis][static_cast<std::size_t>(group)] += of_axis[static_cast<Eigen::Index>(axis)];
     }
-  const BoardGeometry::Information inverse = in_pixels.inverse();
+  const SmallCholesky<BoardGeometry::kParameters> factor(in_pixels);
   BoardGeometry::Information covariance = BoardGeometry::Information::Zero();
   for (std::size_t axis = 0; axis < 2; ++axis)
     for (std::size_t group = 0; group < AlikeEdges::kBlockPx; ++group) {
       if (!(information[axis][group] > 0)) continue;
-      const Parameters move = inverse * moves[axis][group];
+      const Parameters move = factor.Solve(moves[axis][group]);
       covariance += move * move.transpose() / information[axis][group];
     }
   return kOfThoseLeft * more * run_->told.pixel_variance * covariance;

@@ -1,11 +1,11 @@
 // Of BoardFit: what the frames of a stream have learnt of a board makes its pose better.
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
+#include "core/small_cholesky.h"
 #include "detect/fit/board_fit.h"
 
 namespace chequer {
@@ -202,8 +202,8 @@ bool BoardFit::UseLearntLevels(LearntBoard& learnt) {
   products.Mirror();
   OwnEstimate own{.pixel_variance = run_->told.pixel_variance,
                   .levels = static_cast<int>(levels.size()) * run_->view.channels};
-  own.covariance = all_terms ? LevelProducts::SharedSquare(model_equations_.information().inverse())
-                             : LevelProducts::SharedSquare(equations_.normal().inverse());
+  own.covariance = all_terms ? LevelProducts::SharedSquare(model_equations_.Covariance())
+                             : LevelProducts::SharedSquare(InverseOf(equations_.normal()));
   if (first) {
     learnt.light = StartLearning(products, own);
     return false;
@@ -214,7 +214,7 @@ bool BoardFit::UseLearntLevels(LearntBoard& learnt) {
   if (!used) return false;
   run_->model.geometry.MoveCoordinates(step.moves.head<kGeometry>());
   run_->result.geometry = run_->model.geometry;
-  TellInformation(step.covariance.topLeftCorner<kGeometry, kGeometry>().inverse(), run_->told.variance);
+  TellInformation(InverseOf<kGeometry>(step.covariance.topLeftCorner<kGeometry, kGeometry>()), run_->told.variance);
   return true;
 }
 

@@ -1,9 +1,9 @@
 // Of BoardFit: what a fit that has ended tells of the board.
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "core/small_cholesky.h"
 #include "detect/common/widened.h"
 #include "detect/fit/board_fit.h"
 #include "detect/fit/board_fit_limits.h"
@@ -168,7 +168,8 @@ void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, doub
     of_moves = Widened<3>(of_moves, std::sqrt(variance) * bent->uncertain());
   }
   if (run_->light.shading.size() > 0 || run_->model.shaded) of_moves = Widened<2>(of_moves, MovedByShading());
-  if (const auto more = CovarianceAlongEdges(in_pixels)) of_moves = (of_moves.inverse() + *more).inverse();
+  if (const auto more = CovarianceAlongEdges(in_pixels))
+    of_moves = InverseOf<BoardGeometry::kParameters>(InverseOf(of_moves) + *more);
   const double off_px = result.reprojection_rms_px / kOffLongMotionPx;
   if (run_->model.motion_px.norm() > kLongMotionCells * CellPx()) of_moves /= std::max(off_px * off_px, 1.0);
   // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.
@@ -178,18 +179,12 @@ void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, doub
 }
 
 BoardGeometry::Information BoardFit::InformationOnMoves() const {
+  if (run_->terms.look_farther) return model_equations_.InformationOnMoves();
+  // The blur follows the geometry.
   constexpr int kMoves = BoardGeometry::kParameters;
-  if (!run_->terms.look_farther) {
-    // The blur follows the geometry.
-    const BoardEquations::Matrix& normal = equations_.normal();
-    const BoardGeometry::Parameters by_blur = normal.col(kMoves).head<kMoves>();
-    return normal.topLeftCorner<kMoves, kMoves>() - by_blur * by_blur.transpose() / normal(kMoves, kMoves);
-  }
-  const ModelEquations::SharedMatrix& all = model_equations_.information();
-  const Eigen::Index others = all.rows() - kMoves;
-  const ModelEquations::SharedMatrix common = all.bottomLeftCorner(others, kMoves);
-  const Eigen::LDLT<ModelEquations::SharedMatrix> factor(all.bottomRightCorner(others, others));
-  return all.topLeftCorner<kMoves, kMoves>() - common.transpose() * factor.solve(common);
+  const BoardEquations::Matrix& normal = equations_.normal();
+  const BoardGeometry::Parameters by_blur = normal.col(kMoves).head<kMoves>();
+  return normal.topLeftCorner<kMoves, kMoves>() - by_blur * by_blur.transpose() / normal(kMoves, kMoves);
 }
 
 void BoardFit::FindPlainShifts() {

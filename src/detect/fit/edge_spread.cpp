@@ -1,10 +1,10 @@
 #include "detect/fit/edge_spread.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "core/small_cholesky.h"
 #include "detect/common/normal_integral.h"
 
 namespace chequer {
@@ -82,7 +82,7 @@ struct TermsFromSamples {
 
   TermsFromSamples() {
     const auto terms = TermsAtSamples();
-    solution = (terms.transpose() * terms).ldlt().solve(terms.transpose());
+    solution = SmallCholesky<EdgeTerms::kTerms>(terms.transpose() * terms).SolveEach(terms.transpose());
   }
 };
 

@@ -1,7 +1,8 @@
 #include "detect/fit/ink_register.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
+
+#include "core/small_cholesky.h"
 
 namespace chequer {
 namespace {
@@ -34,15 +35,17 @@ void InkRegister::Scale(double factor) {
   offset_gradient_ *= factor;
 }
 
-RegisterColumns InkRegister::Pulled() const { return -moves_.ldlt().solve(common_); }
+RegisterColumns InkRegister::Pulled() const {
+  return -SmallCholesky<BoardGeometry::kParameters>(moves_).SolveEach(common_);
+}
 
 InkRegister::Step InkRegister::Solve(const Eigen::Vector2d& offset, const Eigen::Vector2d& deviation) const {
-  const Eigen::LDLT<BoardGeometry::Information> factor(moves_);
-  if (factor.info() != Eigen::Success || !factor.isPositive()) return {};
+  const SmallCholesky<BoardGeometry::kParameters> factor(moves_);
+  if (!factor.positive()) return {};
   const Eigen::Matrix2d prior = PriorOf(deviation);
   // The geometry follows the offset (Schur complement).
-  const RegisterColumns pulled = -factor.solve(common_);
-  const BoardGeometry::Parameters alone = factor.solve(moves_gradient_);
+  const RegisterColumns pulled = -factor.SolveEach(common_);
+  const BoardGeometry::Parameters alone = factor.Solve(moves_gradient_);
   const Eigen::Matrix2d left = offset_ + common_.transpose() * pulled + prior;
   const Eigen::Vector2d pull = offset_gradient_ - common_.transpose() * alone - prior * offset;
   Step step;
@@ -61,8 +64,8 @@ InkRegister::Known InkRegister::After(const BoardGeometry::Information& informat
   const Eigen::Matrix2d by_noise = covariance * by_corners * covariance;
   Known known;
   known.by_prior = pulled * covariance * deviation.cwiseInverse().asDiagonal();
-  const BoardGeometry::Information all = information.inverse() + pulled * by_noise * pulled.transpose();
-  known.information = all.inverse();
+  const BoardGeometry::Information all = InverseOf(information) + pulled * by_noise * pulled.transpose();
+  known.information = InverseOf(all);
   return known;
 }
 

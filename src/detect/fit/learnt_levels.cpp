@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/small_cholesky.h"
+
 namespace chequer {
 namespace {
 
@@ -50,8 +52,8 @@ bool UseLearnt(const LevelProducts& products, const OwnEstimate& own, WalkingVal
   constexpr int kShared = LevelProducts::kShared;
   const int lights = products.lights();
   const Matrix by_levels = products.products.topRightCorner(kShared, 1 + lights);
-  const Eigen::LDLT<SharedSquare> factor(products.products.topLeftCorner<kShared, kShared>());
-  const Matrix follow = factor.solve(by_levels);
+  const SmallCholesky<kShared> factor(products.products.topLeftCorner<kShared, kShared>());
+  const Matrix follow = factor.SolveEach(by_levels);
   // What the pixels tell of the levels, whatever the shared unknowns are; then of the difference beyond illumination.
   const Matrix known =
       products.products.bottomRightCorner(1 + lights, 1 + lights) - by_levels.transpose().lazyProduct(follow);
@@ -69,7 +71,7 @@ bool UseLearnt(const LevelProducts& products, const OwnEstimate& own, WalkingVal
   step.moves = step.share * (follow.col(0) - by_light * step.lights);
   // Where the levels are known but for their illumination.
   const SharedSquare with_levels =
-      factor.solve(SharedSquare::Identity()) + by_light.lazyProduct(of_lights.solve(by_light.transpose()).eval());
+      factor.Inverse() + by_light.lazyProduct(of_lights.solve(by_light.transpose()).eval());
   step.covariance = (1 - step.share) * own.covariance + step.share * with_levels;
   return true;
 }

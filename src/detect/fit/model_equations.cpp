@@ -76,6 +76,14 @@ ModelEquations::SharedMatrix ModelEquations::Covariance() const {
   return normal_.ldlt().solve(SharedMatrix::Identity(normal_.rows(), normal_.rows()));
 }
 
+BoardGeometry::Information ModelEquations::InformationOnMoves() const {
+  constexpr int kMoves = BoardGeometry::kParameters;
+  const Eigen::Index others = normal_.rows() - kMoves;
+  const SharedMatrix common = normal_.bottomLeftCorner(others, kMoves);
+  const Eigen::LDLT<SharedMatrix> factor(normal_.bottomRightCorner(others, others));
+  return normal_.topLeftCorner<kMoves, kMoves>() - common.transpose() * factor.solve(common);
+}
+
 ModelEquations::CornerShift ModelEquations::ShiftOf(const Input& input, int corner) const {
   const ModelColumns& columns = input.columns;
   const int lane = input.pixels->Lane(corner);

@@ -46,6 +46,9 @@ class ModelEquations {
   double LevelStep(int level, int channel) const { return levels_.step(level, channel); }
   /// Of the shared unknowns, the levels following them.
   const SharedMatrix& information() const { return normal_; }
+  SharedMatrix Covariance() const;
+  /// On the moves of the geometry, which come first, all else following.
+  BoardGeometry::Information InformationOnMoves() const;
   /// On some of them, all else following.
   template <int kCount>
   Eigen::Matrix<double, kCount, kCount> InformationOn(int first) const {
@@ -62,7 +65,6 @@ class ModelEquations {
   CornerShift ShiftOf(const Input& input, int corner) const;
 
  private:
-  SharedMatrix Covariance() const;
   void Assemble(const Input& input);
   bool EliminateLevels(const Input& input);
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "detect/common/small_cholesky.h"
+#include "core/small_cholesky.h"
 
 namespace chequer {
 namespace {

@@ -1,10 +1,10 @@
 #include "detect/fit/shadow_edge.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "core/small_cholesky.h"
 #include "detect/common/normal_integral.h"
 
 namespace chequer {
@@ -78,7 +78,7 @@ double Refine(std::span<const LitPart> parts, Unknowns& x) {
   for (int step = 0; step < kEdgeSteps; ++step) {
     Eigen::Matrix<double, kUnknowns, kUnknowns> damped = normal;
     damped.diagonal() = (1 + damping) * normal.diagonal().array() + 1e-9 * normal.diagonal().maxCoeff();
-    const Unknowns tried = KeptWithinBounds(x + damped.ldlt().solve(gradient));
+    const Unknowns tried = KeptWithinBounds(x + SmallCholesky<kUnknowns>(damped).Solve(gradient));
     const double left = tried.allFinite() ? SquaresOf(parts, tried, nullptr, nullptr) : 2 * squares;
     damping *= left < squares ? 0.2 : 10;
     if (left >= squares) continue;
@@ -107,8 +107,8 @@ struct Inks {
   Eigen::Array2d count = Eigen::Array2d::Zero(), light = Eigen::Array2d::Zero();
 };
 
-/// The light of both inks and what a shadow takes of it in its depth, by linear least squares, with the squares that are
-/// left, less those of all light.
+/// The light of both inks and what a shadow takes of it in its depth, by linear least squares, with the squares that
+/// are left, less those of all light.
 struct LinearFit {
   Eigen::Vector2d light = Eigen::Vector2d::Zero();
   double taken = 0, left = 0;

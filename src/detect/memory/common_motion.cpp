@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "detect/common/small_cholesky.h"
+#include "core/small_cholesky.h"
 
 namespace chequer {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <span>
 
-#include "detect/common/small_cholesky.h"
+#include "core/small_cholesky.h"
 
 namespace chequer {
 namespace {

@@ -1,5 +1,4 @@
-#include <Eigen/QR>
-
+#include "core/small_cholesky.h"
 #include "detect/pose/plane_pose.h"
 
 namespace chequer {
@@ -34,7 +33,8 @@ CameraColumns HomographyByCamera(const BoardGeometry& geometry, MarkerSize size,
     by_parameters.middleRows<2>(2 * point) = geometry.PlaneByParameters(board);
     moves.middleRows<2>(2 * point) = lens.PlaneByCalibration(geometry.ToPlane(board));
   }
-  return by_parameters.householderQr().solve(moves);
+  const SmallCholesky<BoardGeometry::kParameters> factor(by_parameters.transpose() * by_parameters);
+  return factor.SolveEach(by_parameters.transpose() * moves);
 }
 
 Matrix6d ConstantCovariance(const PlanePose& pose, const BoardMeasurement& measured) {

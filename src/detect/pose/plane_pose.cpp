@@ -7,7 +7,8 @@
 #include <limits>
 #include <utility>
 
-#include "detect/common/small_cholesky.h"
+#include "core/rotations.h"
+#include "core/small_cholesky.h"
 
 namespace chequer {
 namespace {
@@ -174,7 +175,7 @@ std::optional<std::array<RigidTransform, 2>> PosesAtCentre(const BoardGeometry& 
   if (!jacobian.allFinite() || !(jacobian.determinant() > 0)) return std::nullopt;
   // A camera that looks straight at the point sees the board by a 2 × 2 matrix A = γ R₂₂ (IPPE, section 3.2).
   const Eigen::Matrix3d to_sight =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d(p.x(), p.y(), 1)).toRotationMatrix();
+      RotationBetween(Eigen::Vector3d::UnitZ(), Eigen::Vector3d(p.x(), p.y(), 1)).toRotationMatrix();
   const Eigen::Matrix2d b = to_sight.topLeftCorner<2, 2>() - p * to_sight.block<1, 2>(2, 0);
   const Eigen::Matrix2d a = b.inverse() * jacobian;
   const double trace = a.squaredNorm(), determinant = a.determinant();

@@ -1,4 +1,4 @@
-#include "detect/common/small_cholesky.h"
+#include "core/small_cholesky.h"
 
 #include <gtest/gtest.h>
 
@@ -23,6 +23,9 @@ TEST(SmallCholesky, SolvesAndInverts) {
   const SmallCholesky<5>::Vector right(1, -2, 3, 0.5, -1);
   EXPECT_LT((matrix * factor.Solve(right) - right).norm(), 1e-12);
   EXPECT_LT((factor.Inverse() - matrix.inverse()).norm(), 1e-12 * matrix.inverse().norm());
+  Eigen::Matrix<double, 5, Eigen::Dynamic> columns(5, 2);
+  columns << right, 2 * matrix.col(3);
+  EXPECT_LT((matrix * factor.SolveEach(columns) - columns).norm(), 1e-12);
 }
 
 TEST(SmallCholesky, TellsWhatIsNotPositive) {

@@ -6,8 +6,8 @@
 namespace chequer {
 
 /// The Cholesky factor L D Lᵀ of a small positive definite matrix: loops of known lengths, a third of the cost of
-/// Eigen's, which are made for larger ones, and no roots, which all that follows would wait for. All loops are unrolled:
-/// counting takes two thirds of the instructions of loops as short.
+/// Eigen's, which are made for larger ones and take two seconds to compile for each size, and no roots, which all that
+/// follows would wait for. All loops are unrolled: counting takes two thirds of the instructions of loops as short.
 template <int kSize>
 class SmallCholesky {
  public:
@@ -64,6 +64,14 @@ class SmallCholesky {
     return x;
   }
 
+  /// The same for each column.
+  template <class Derived>
+  typename Derived::PlainObject SolveEach(const Eigen::MatrixBase<Derived>& right) const {
+    typename Derived::PlainObject columns = right;
+    for (Eigen::Index col = 0; col < columns.cols(); ++col) columns.col(col) = Solve(columns.col(col));
+    return columns;
+  }
+
   Matrix Inverse() const {
     Matrix inverse;
     for (int col = 0; col < kSize; ++col) inverse.col(col) = Solve(Vector::Unit(col));
@@ -76,5 +84,11 @@ class SmallCholesky {
   double inverse_[kCount];         ///< of D
   bool positive_ = true;
 };
+
+/// Of a positive definite matrix.
+template <int kSize>
+Eigen::Matrix<double, kSize, kSize> InverseOf(const Eigen::Matrix<double, kSize, kSize>& matrix) {
+  return SmallCholesky<kSize>(matrix).Inverse();
+}
 
 }  // namespace chequer
