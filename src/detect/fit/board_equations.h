@@ -20,9 +20,6 @@ struct CornerDerivative {
   BoardGeometry::Parameters y = BoardGeometry::Parameters::Zero();
 };
 
-/// A value for each parity of pixel coordinates: phase = parity of x + 2 · parity of y.
-using PhaseValues = std::array<float, 4>;
-
 /// Which levels the four quadrants around a corner have, in the order of the lanes' columns.
 using QuadrantLevels = std::array<int, 4>;
 /// Those of their cells, row by row of the board; or each its own, for boards whose cells are not lit alike all over.

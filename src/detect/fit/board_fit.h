@@ -257,6 +257,8 @@ class BoardFit {
   ModelEquations::CornerShift ShiftOf(int corner) const;
   /// Where it is seen.
   SeenCorner SeenAt(const ShiftedCorner& corner) const;
+  /// The noise that the last step's sums show.
+  void ReadNoise();
   /// Whether the image's edges are no Gaussian's: from here on, they are fitted as they are.
   bool TellEdges(const Lens& lens);
   /// Of the last step, in board coordinates.

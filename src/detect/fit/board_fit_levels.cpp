@@ -97,7 +97,7 @@ void BoardFit::StartFrom(const BoardRun& run) {
   if (model.own_levels != run.model.own_levels) return;
   model.levels = run.model.levels;
   // Its pixels were evened out, these are not.
-  Shade(model.levels, run.light.shading);
+  Shade(model.levels, run.light.shading, run.light.veil);
 }
 
 BoardFit::QuadrantLight BoardFit::LightAround(int corner) const {

@@ -27,6 +27,9 @@ constexpr double kFineCellPx = 12;
 /// deviations). Of stronger ones the same is left out in part, so that one that is as strong does not decide by its
 /// noise (measured: with and without memory, poses of knocked frames differ by 0.35 instead of 0.40 deviations).
 constexpr double kWeakShading = 0.003;
+/// Under one that changes less, per cell, a veil moves a board by less than a fifth of its deviation (reckoned: dark
+/// cells that seem to fall off as well, under a quarter of white, of 10 px).
+constexpr double kSteepUnderVeil = 0.006;
 /// Less is nothing: it moves a pose by a thousandth of its deviation.
 constexpr double kNoShading = 1e-5;
 /// A shading that was told from levels as they were sampled, and that the fit's tell otherwise, counts where it moves
@@ -94,7 +97,10 @@ void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread)
       float &u = lanes.u_data()[at], &v = lanes.v_data()[at], &light = lanes.light_data()[at];
       const Eigen::Vector2d board = (board_from_plane * Eigen::Vector3d(u, v, 1)).hnormalized();
       const double share = std::max(even.At(board), kLeastShading);
-      light /= static_cast<float>(share);
+      // Negative: a saturated one (see MarkSaturated()).
+      const float of_phase = run_->light.veil[static_cast<std::size_t>(lane & 3)],
+                  over = std::signbit(light) ? -of_phase : of_phase;
+      light = over + (light - over) / static_cast<float>(share);
       const Eigen::Vector2d shift = spread * (board_by_plane * even.SlopeAt(board)) / share;
       u += static_cast<float>(shift.x());
       v += static_cast<float>(shift.y());
@@ -108,13 +114,22 @@ Eigen::Vector2d BoardFit::EvenOutShading(const Start& start) {
   if (run_->model.own_levels || run_->model.LightVaries()) return none;
   const double cell_px = CellPx();
   run_->light.shade_twice = cell_px > kTwiceCellPx;
-  std::optional<Shading> shading = FindShading({.size = run_->view.size,
-                                                .levels = run_->model.levels,
-                                                .saturated = start.saturated,
-                                                .hidden = run_->visibility.cells(),
-                                                .phases = run_->view.channels == 3 ? 4 : 1,
-                                                .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
-                                                .fine = cell_px > kFineCellPx});
+  PhaseValues& veil = run_->light.veil;
+  if (run_->light.shading.size() == 0) veil = {};
+  ShadedCells cells{.size = run_->view.size,
+                    .levels = run_->model.levels,
+                    .saturated = start.saturated,
+                    .hidden = run_->visibility.cells(),
+                    .phases = run_->view.channels == 3 ? 4 : 1,
+                    .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
+                    .fine = cell_px > kFineCellPx,
+                    .veil = veil};
+  std::optional<Shading> shading = FindShading(cells);
+  // Levels tell of a veil as long as no light was taken out.
+  if (shading && run_->light.shading.size() == 0 && shading->slope.norm() > kSteepUnderVeil) {
+    cells.veil = veil = FindVeil(cells, *shading);
+    if (veil != PhaseValues{}) shading = FindShading(cells);
+  }
   if (!shading) return none;
   if (cell_px <= kFineCellPx) {
     const bool bends = !shading->bend.isZero();
@@ -134,13 +149,16 @@ Eigen::Vector2d BoardFit::EvenOutShading(const Start& start) {
     EvenOutPixels(*shading, spread.of_pixels);
   } else {
     pixels_.MoveOrigin(spread.of_pixels * per_px);
-    EvenOutLanes(FallOf(per_px, shading->bend, board_by_plane), pixels_.lanes());
+    EvenOutLanes(FallOf(per_px, shading->bend, board_by_plane), veil, pixels_.lanes());
   }
   if (run_->light.shading.size() == 0) run_->light.shading.Assign(run_->model.levels.size(), 1);
   for (std::size_t cell = 0; cell < run_->model.levels.size(); ++cell) {
     const float share = static_cast<float>(shading->At(MiddleOfCell(run_->view.size, static_cast<int>(cell))));
     run_->light.shading[cell] *= share;
-    for (float& level : run_->model.levels[cell]) level /= share;
+    for (std::size_t phase = 0; phase < 4; ++phase) {
+      float& level = run_->model.levels[cell][phase];
+      level = veil[phase] + (level - veil[phase]) / share;
+    }
   }
   return shading->slope;
 }
@@ -164,7 +182,7 @@ void BoardFit::FollowShading(const Lens& lens, const Start& start) {
 
 bool BoardFit::TakeBackShading() {
   if (run_->light.shading.size() == 0) return false;
-  Shade(run_->model.levels, run_->light.shading);
+  Shade(run_->model.levels, run_->light.shading, run_->light.veil);
   run_->light.shading.Assign(0, 1);
   run_->light.bent = false;
   run_->light.slope.setZero();

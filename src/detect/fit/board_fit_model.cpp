@@ -350,8 +350,7 @@ double BoardFit::LeftByModel() const { return model_equations_.chi_square() / st
 void BoardFit::TellNoise(const Start& start) {
   // It is the camera's, and the image's first board has told it: another one's pixels would only tell it less well, and
   // each fit of them otherwise. Unless that board was fitted badly.
-  if (start.TellsNoise() || LeftByModel() < kLeastOfNoise)
-    EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
+  if (start.TellsNoise() || LeftByModel() < kLeastOfNoise) ReadNoise();
 }
 
 bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_known, int most_steps) {

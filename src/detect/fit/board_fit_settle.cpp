@@ -108,8 +108,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
     if (noise_known && !changed && !follows && near && !lit_anew && run_->step.shape_gain < shape_left &&
         !WhatIsLeftCounts(step, before, settled.square)) {
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
-      if (start.TellsNoise() && sums == LaneSums::kNoise)
-        EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
+      if (start.TellsNoise() && sums == LaneSums::kNoise) ReadNoise();
       run_->told.settled = true;
       run_->result.moved_square = SquareOf(run_->step.moved) / step.variances;
       // It tells its edges, too: those of a board that lies elsewhere seem to have another shape.
@@ -124,11 +123,14 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
     // It is the camera's: what a board has told holds for the image's others, too. What theirs have beside it, of print
     // or of steps that are not at their end, is no noise of pixels; their misfit widens the covariance.
     if (!start.TellsNoise()) continue;
-    if (sums == LaneSums::kNoise)
-      EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
+    if (sums == LaneSums::kNoise) ReadNoise();
     sums = LaneSums::kNoise;
   }
   return true;
+}
+
+void BoardFit::ReadNoise() {
+  EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
 }
 
 bool BoardFit::TellEdges(const Lens& lens) {

@@ -19,6 +19,7 @@
 #include "detect/fit/ink_register.h"
 #include "detect/fit/model_equations.h"
 #include "detect/fit/model_kernel.h"
+#include "detect/fit/shading.h"
 #include "detect/fit/shadow_edge.h"
 #include "detect/fit/terms.h"
 
@@ -67,6 +68,7 @@ struct BoardRun {
   /// What was done to the pixels' light.
   struct Light {
     FixedVector<float, kMaxCells> shading;            ///< that was taken out, by cell; empty: none
+    PhaseValues veil{};                               ///< over that (see ShadedCells)
     bool bent = false;                                ///< it is bent
     Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< of its logarithm, a cell
     bool shade_twice = false;                         ///< the first shading is not good enough for boards as large

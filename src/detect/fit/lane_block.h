@@ -1,9 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
 namespace chequer {
+
+/// A value for each parity of pixel coordinates: phase = parity of x + 2 · parity of y.
+using PhaseValues = std::array<float, 4>;
 
 /// The photometric model, evaluated around many corners at once.
 ///

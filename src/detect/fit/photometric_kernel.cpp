@@ -249,7 +249,7 @@ void Mark(float saturation, LaneBlock& block) {
 
 /// @tparam kBent whether the fall has a second order.
 template <bool kBent>
-void EvenOutBy(const LightFall& fall, LaneBlock& block) {
+void EvenOutBy(const LightFall& fall, const PhaseValues& veil, LaneBlock& block) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V by_u = hn::Set(d, fall.by_u), by_v = hn::Set(d, fall.by_v);
@@ -257,6 +257,7 @@ void EvenOutBy(const LightFall& fall, LaneBlock& block) {
   const V one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f), twelfth = hn::Set(d, 1.0f / 12);
   for (int first = 0; first < block.padded(); first += lanes) {
     const int most = MostOf(block, first);
+    const V of_phase = lanes < 4 ? hn::LoadU(d, veil.data() + first % 4) : hn::LoadDup128(d, veil.data());
     // Also where no pixel stands: nobody looks there, and a test would cost more.
     std::size_t at = block.Place(first, 0);
     for (int k = 0; k < most; ++k, at += LaneBlock::kNextPixel) {
@@ -267,14 +268,16 @@ void EvenOutBy(const LightFall& fall, LaneBlock& block) {
       // e^−s by its Padé approximant.
       const V even = hn::MulAdd(hn::Mul(s, s), twelfth, one);
       const V scale = hn::Mul(hn::NegMulAdd(s, half, even), Reciprocal(d, hn::MulAdd(s, half, even)));
-      hn::StoreU(hn::Mul(light, scale), d, block.light_data() + at);
+      // That of a saturated pixel is negative.
+      const V over = hn::Xor(of_phase, hn::And(light, hn::SignBit(d)));
+      hn::StoreU(hn::MulAdd(hn::Sub(light, over), scale, over), d, block.light_data() + at);
     }
   }
 }
 
-void EvenOut(const LightFall& fall, LaneBlock& block) {
+void EvenOut(const LightFall& fall, const PhaseValues& veil, LaneBlock& block) {
   const bool bent = fall.by_uu != 0 || fall.by_uv != 0 || fall.by_vv != 0;
-  bent ? EvenOutBy<true>(fall, block) : EvenOutBy<false>(fall, block);
+  bent ? EvenOutBy<true>(fall, veil, block) : EvenOutBy<false>(fall, veil, block);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -296,7 +299,9 @@ void AccumulateLanes(const KernelInput& input, LaneBlock& block) { HWY_DYNAMIC_D
 
 void MarkSaturated(float saturation, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(Mark)(saturation, block); }
 
-void EvenOutLanes(const LightFall& fall, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(EvenOut)(fall, block); }
+void EvenOutLanes(const LightFall& fall, const PhaseValues& veil, LaneBlock& block) {
+  HWY_DYNAMIC_DISPATCH(EvenOut)(fall, veil, block);
+}
 
 }  // namespace chequer
 #endif  // HWY_ONCE

@@ -54,8 +54,8 @@ struct LightFall {
   float by_u = 0, by_v = 0, by_uu = 0, by_uv = 0, by_vv = 0;
 };
 
-/// Takes it out of every pixel (to 1e-5 where it is up to 0.5).
-void EvenOutLanes(const LightFall& fall, LaneBlock& block);
+/// Takes it out of every pixel (to 1e-5 where it is up to 0.5). @param veil by phase: light that does not fall off.
+void EvenOutLanes(const LightFall& fall, const PhaseValues& veil, LaneBlock& block);
 
 /// Negates the light of pixels from `saturation` on, which say no more than "at least that much": whatever is done to
 /// the light afterwards, they are known by it. @pre the pixels were just collected.

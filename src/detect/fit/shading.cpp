@@ -33,6 +33,20 @@ constexpr double kFewestOfFine = 10;
 /// A weak shading bends no more, of the logarithm, per cell².
 constexpr double kMostBend = 0.03;
 
+/// Of the light cells: the standard deviation of veils, the most of one, and the least by which cells of one ink
+/// differ; those that differ by more than the last are not what they seem to be (guesses).
+constexpr double kUsualVeil = 0.1, kMostVeil = 0.6, kLeastOfLevel = 0.001, kMostOfLevel = 0.05;
+/// One that is so much lighter than the darkest ink is none: something lies over cells (a guess).
+constexpr double kAboveDarkest = 1.1;
+/// So many standard deviations of a veil are shrunk to nothing (James and Stein), and stronger ones by less: most
+/// cameras have none, and a wrong one of a hundredth moves a board in steep light by a third of its deviation
+/// (measured).
+constexpr double kCertainVeil = 3;
+/// By how much veils differ between the channels: a share of the veil, and of the light cells at least (guesses).
+constexpr double kVeilTint = 0.15, kLeastTint = 0.002;
+/// Dark cells of an ink that tell a slope.
+constexpr int kFewestDark = 4;
+
 constexpr int kLightTerms = 5;
 using LightTerms = Eigen::Matrix<double, kLightTerms, 1>;
 
@@ -99,10 +113,11 @@ Regression Regress(const ShadedCells& cells, const TermsAt& terms, const Known& 
       const double x = col + 0.5 - 0.5 * cells.size.cols, y = row + 0.5 - 0.5 * cells.size.rows;
       const CellTerms of_cell(terms(x, y));
       for (int phase = 0; phase < cells.phases; ++phase) {
-        const float level = cells.levels[cell][static_cast<std::size_t>(phase)];
+        const float level = cells.levels[cell][static_cast<std::size_t>(phase)],
+                    shaded = level - cells.veil[static_cast<std::size_t>(phase)];
         if (phase == other_green || (saturated && phase == cells.blue_phase)) continue;
-        if (level < kLeastLevel || level > kMostLevel) continue;
-        groups[static_cast<std::size_t>(phase)][saturated].Add(of_cell, double{std::log(level)} - known(x, y));
+        if (shaded < kLeastLevel || level > kMostLevel) continue;
+        groups[static_cast<std::size_t>(phase)][saturated].Add(of_cell, double{std::log(shaded)} - known(x, y));
       }
     }
   Regression regression;
@@ -153,6 +168,98 @@ std::optional<Shading> FindBent(const ShadedCells& cells, const Eigen::Vector2d&
   return std::nullopt;
 }
 
+/// A linear regression of levels on how much the light there is above that at the centre.
+struct LevelLine {
+  double n = 0, x = 0, xx = 0, y = 0, xy = 0, yy = 0;
+
+  void Add(double above, double level) {
+    ++n, x += above, xx += above * above, y += level, xy += above * level, yy += level * level;
+  }
+  bool tells() const { return n >= kFewestDark && spread() > 0; }
+  double spread() const { return xx - x * x / n; }
+  double slope() const { return (xy - x * y / n) / spread(); }
+  /// At the centre.
+  double level() const { return (y - slope() * x) / n; }
+  double left() const { return std::max(yy - y * y / n - slope() * slope() * spread(), 0.0); }
+};
+
+/// In one phase: the mean of the light cells at the centre, and the cells' lines by ink.
+struct PhaseLevels {
+  double light = 0;
+  std::array<LevelLine, 2> dark, bright;
+};
+
+PhaseLevels LevelsOfPhase(const ShadedCells& cells, const Shading& shading, int phase) {
+  PhaseLevels levels;
+  int lights = 0;
+  for (int row = 0; row < cells.size.rows; ++row)
+    for (int col = 0; col < cells.size.cols; ++col) {
+      const std::size_t cell = static_cast<std::size_t>(row * cells.size.cols + col);
+      if (!cells.hidden.empty() && cells.hidden[cell] != Hidden::kNot) continue;
+      const double level = cells.levels[cell][static_cast<std::size_t>(phase)],
+                   share = shading.At({col + 0.5 - 0.5 * cells.size.cols, row + 0.5 - 0.5 * cells.size.rows});
+      if (IsDark(row, col)) {
+        levels.dark[cells.saturated[cell] != 0].Add(share - 1, level);
+      } else if (level >= kLeastLevel && level <= kMostLevel &&
+                 !(cells.saturated[cell] != 0 && phase == cells.blue_phase)) {
+        levels.bright[cells.saturated[cell] != 0].Add(share - 1, level);
+        levels.light += level / share;
+        ++lights;
+      }
+    }
+  levels.light = lights > 0 ? levels.light / lights : 0;
+  return levels;
+}
+
+/// By how much cells of one ink differ from their lines, as a share of the light cells: its square. Also of bright
+/// ones, which lie on theirs where the shading is what falls on the board, and no shadow or lamp's image.
+double VarianceOf(std::span<const PhaseLevels> phases) {
+  double left = 0, freedom = 0;
+  for (const PhaseLevels& levels : phases)
+    for (const auto& lines : {levels.dark, levels.bright})
+      for (const LevelLine& line : lines) {
+        if (!line.tells()) continue;
+        left += line.left() / (levels.light * levels.light);
+        freedom += line.n - 2;
+      }
+  return std::max(freedom > 0 ? left / freedom : 0, kLeastOfLevel * kLeastOfLevel);
+}
+
+/// A value, and what is known of it.
+struct Known {
+  double value = 0, information = 0;
+
+  void Add(const Known& other) {
+    const double sum = information + other.information;
+    if (sum > 0) value += (other.value - value) * other.information / sum;
+    information = sum;
+  }
+};
+
+/// The darkest ink's level, over the light cells: no veil is lighter.
+double DarkestOf(const PhaseLevels& levels) {
+  double darkest = 1;
+  for (const LevelLine& line : levels.dark)
+    if (line.tells()) darkest = std::min(darkest, line.level() / levels.light);
+  return darkest;
+}
+
+/// What the dark cells of a phase tell of the veil, over its light cells: where these fall off from L by the share q of
+/// it, dark ones from D by q b, it is L (D − b) / (L − b). @param variance as VarianceOf() has it.
+Known VeilOf(const PhaseLevels& levels, double variance) {
+  Known veil;
+  for (const LevelLine& line : levels.dark) {
+    if (!line.tells()) continue;
+    const double dark = line.level() / levels.light,
+                 slope = std::min(line.slope() / levels.light, dark + (1 - dark) / 2), below = 1 - slope,
+                 by_slope = (1 - dark) / (below * below);
+    veil.Add({(dark - slope) / below, line.spread() / (variance * by_slope * by_slope)});
+  }
+  return veil;
+}
+
+double Square(double value) { return value * value; }
+
 }  // namespace
 
 std::optional<Shading> FindShading(const ShadedCells& cells) {
@@ -172,9 +279,42 @@ std::optional<Shading> FindShading(const ShadedCells& cells) {
   return Shading{slope, Eigen::Vector3d::Zero(), false};
 }
 
-void Shade(std::span<PhaseValues> levels, std::span<const float> shares) {
+PhaseValues FindVeil(const ShadedCells& cells, const Shading& shading) {
+  std::array<PhaseLevels, 4> levels;
+  const std::span<PhaseLevels> phases = std::span(levels).first(static_cast<std::size_t>(cells.phases));
+  for (std::size_t phase = 0; phase < phases.size(); ++phase) {
+    phases[phase] = LevelsOfPhase(cells, shading, static_cast<int>(phase));
+    if (!(phases[phase].light > 0)) return {};
+  }
+  const double variance = VarianceOf(phases);
+  if (variance > Square(kMostOfLevel)) return {};
+  std::array<Known, 4> told;
+  Known all{0, 1 / Square(kUsualVeil)};
+  double darkest = kMostVeil;
+  for (std::size_t phase = 0; phase < phases.size(); ++phase) {
+    told[phase] = VeilOf(phases[phase], variance);
+    all.Add(told[phase]);
+    darkest = std::min(darkest, DarkestOf(phases[phase]));
+  }
+  const double uncertain = kCertainVeil / std::sqrt(all.information);
+  if (!(all.value > -kMostVeil && all.value < kAboveDarkest * darkest + uncertain)) return {};
+  all.value = std::min(all.value, darkest);
+  all.value *= std::max(1 - Square(uncertain / all.value), 0.0);
+  if (all.value == 0) return {};
+  PhaseValues veil{};
+  for (std::size_t phase = 0; phase < 4; ++phase) {
+    const std::size_t same = phase % phases.size();
+    Known of_phase{all.value, 1 / (Square(kVeilTint * all.value) + Square(kLeastTint))};
+    of_phase.Add(told[same]);
+    veil[phase] = static_cast<float>(of_phase.value * phases[same].light);
+  }
+  return veil;
+}
+
+void Shade(std::span<PhaseValues> levels, std::span<const float> shares, const PhaseValues& veil) {
   for (std::size_t cell = 0; cell < shares.size(); ++cell)
-    for (float& level : levels[cell]) level *= shares[cell];
+    for (std::size_t phase = 0; phase < 4; ++phase)
+      levels[cell][phase] = veil[phase] + shares[cell] * (levels[cell][phase] - veil[phase]);
 }
 
 }  // namespace chequer

@@ -43,6 +43,10 @@ struct ShadedCells {
   int phases = 1;       ///< that differ
   int blue_phase = -1;  ///< that hardly sees yellow, −1 for none
   bool fine = false;    ///< their levels are known so well that they tell how a weak shading bends
+  /// Light that lies over the board and does not fall off with the other: haze, what glossy paper mirrors of a bright
+  /// room, or a black level that the camera has not taken off. Levels are veil + share · (level − veil), with the share
+  /// as Shading has it.
+  PhaseValues veil{};
 };
 
 /// The light over a board, by least squares over the logarithms of the light cells' levels, with an ink of its own for
@@ -52,7 +56,11 @@ struct ShadedCells {
 /// cells; six passes instead of one where it is bent.
 std::optional<Shading> FindShading(const ShadedCells& cells);
 
-/// Multiplies the levels of each cell by its share of the light. Without shares, it changes nothing.
-void Shade(std::span<PhaseValues> levels, std::span<const float> shares);
+/// A veil, by the dark cells' levels: under one they do not fall off as the light cells' do. What they do not determine
+/// well is less, none at all in the end. @pre the cells' own veil is none. @param shading of the light cells.
+PhaseValues FindVeil(const ShadedCells& cells, const Shading& shading);
+
+/// Shades the levels of each cell by its share of the light. Without shares, it changes nothing.
+void Shade(std::span<PhaseValues> levels, std::span<const float> shares, const PhaseValues& veil);
 
 }  // namespace chequer

@@ -415,7 +415,7 @@ TEST_F(Kernel, APixelIsSaturatedByItsCodeNotByItsCorrectedLight) {
       block_.u_data()[at] = 1, block_.v_data()[at] = 0, block_.light_data()[at] = code;
     }
     MarkSaturated(0.99f, block_);
-    EvenOutLanes({.by_u = -std::log(scale)}, block_);
+    EvenOutLanes({.by_u = -std::log(scale)}, {}, block_);
     AccumulateLanes(input_, block_);
     return block_.sum(kWeight, 0);
   };
@@ -438,9 +438,30 @@ TEST_F(Kernel, EvenOutTakesAGradientOut) {
   };
   const float light = block_.light_data()[plain];
   MarkSaturated(0.99f, block_);
-  EvenOutLanes({0.02f, -0.03f, 0.004f, -0.003f, 0.002f}, block_);
+  EvenOutLanes({0.02f, -0.03f, 0.004f, -0.003f, 0.002f}, {}, block_);
   EXPECT_NEAR(block_.light_data()[plain], light * std::exp(-fall_at(plain)), 1e-4);
   EXPECT_NEAR(block_.light_data()[saturated], -0.99 * std::exp(-fall_at(saturated)), 1e-4) << "marked as it was";
+}
+
+TEST_F(Kernel, EvenOutLeavesAVeilAsItIs) {
+  const PhaseValues veil{0.02f, 0.05f, -0.03f, 0.1f};
+  for (int lane = 0; lane < 4; ++lane) {
+    const std::size_t plain = block_.Place(lane, 5), saturated = block_.Place(lane, 6);
+    block_.light_data()[saturated] = 1;
+    block_.u_data()[plain] = block_.u_data()[saturated] = 2;
+  }
+  std::array<float, 4> before;
+  for (int lane = 0; lane < 4; ++lane)
+    before[static_cast<std::size_t>(lane)] = block_.light_data()[block_.Place(lane, 5)];
+  MarkSaturated(0.99f, block_);
+  EvenOutLanes({.by_u = 0.1f}, veil, block_);
+  for (int lane = 0; lane < 4; ++lane) {
+    const double over = veil[static_cast<std::size_t>(lane)], share = std::exp(0.2);
+    EXPECT_NEAR(block_.light_data()[block_.Place(lane, 5)],
+                over + (before[static_cast<std::size_t>(lane)] - over) / share, 1e-4);
+    EXPECT_NEAR(block_.light_data()[block_.Place(lane, 6)], -(over + (0.99 - over) / share), 1e-4)
+        << "marked as it was";
+  }
 }
 
 }  // namespace

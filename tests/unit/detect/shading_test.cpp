@@ -87,6 +87,62 @@ TEST(Shading, FindsALightThatFallsLinearly) {
     }
 }
 
+/// A board under light that does not fall off, of a share of white; levels with errors of so much of it.
+ShadedBoard VeiledBoard(double veil, double slope, double error, std::uint64_t seed) {
+  ShadedBoard board([&](double x, double y) { return std::exp(slope * (0.8 * x - 0.6 * y)); });
+  Random random(seed);
+  for (PhaseValues& cell : board.levels)
+    for (float& level : cell) level += static_cast<float>(kWhiteInk * (veil + error * random.Normal()));
+  return board;
+}
+
+PhaseValues VeilOf(const ShadedBoard& board) {
+  ShadedCells cells = board.Cells();
+  cells.phases = 4;
+  cells.blue_phase = 3;
+  const auto shading = FindShading(cells);
+  return shading ? FindVeil(cells, *shading) : PhaseValues{-1, -1, -1, -1};
+}
+
+TEST(Veil, IsFoundByDarkCellsThatFallOffLess) {
+  for (const double true_veil : {0.05, 0.2, 0.6}) {
+    // Blue sees white alone among the light cells, which are lighter than yellow.
+    for (const float light : VeilOf(VeiledBoard(true_veil, 0.06, 0.002, 5)))
+      EXPECT_NEAR(light, kWhiteInk * true_veil, 0.12 * kWhiteInk * true_veil);
+  }
+}
+
+TEST(Veil, IsNoneWhereLevelsTellOfNone) {
+  double most = 0;
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    for (const float light : VeilOf(VeiledBoard(0, 0.05, 0.003, seed))) most = std::max(most, std::abs(double{light}));
+  }
+  EXPECT_LT(most, 0.01 * kWhiteInk) << "without a veil";
+}
+
+TEST(Veil, IsNoneWhereCellsAreNotWhatTheySeemToBe) { EXPECT_EQ(VeilOf(VeiledBoard(0.2, 0.05, 0.2, 1)), PhaseValues{}); }
+
+TEST(Veil, IsTakenOffTheLevelsThatTellTheShading) {
+  // Light that falls off linearly, seen through a veil.
+  ShadedBoard board([](double x, double y) { return 1 - 0.1 * x + 0.04 * y; });
+  for (PhaseValues& cell : board.levels)
+    for (float& level : cell) level += 0.1f;
+  ShadedCells cells = board.Cells();
+  cells.veil.fill(0.1f);
+  const auto shading = FindShading(cells);
+  ASSERT_TRUE(shading);
+  EXPECT_TRUE(shading->bent);
+  EXPECT_NEAR(shading->At({2, -1}), 0.76, 1e-4);
+}
+
+TEST(Veil, LiesOverLevelsThatAreShaded) {
+  std::vector<PhaseValues> levels(2, PhaseValues{0.1f, 0.2f, 0.3f, 0.4f});
+  Shade(levels, std::vector<float>{1, 0.5f}, {0, 0.1f, 0.3f, -0.1f});
+  EXPECT_EQ(levels[0], (PhaseValues{0.1f, 0.2f, 0.3f, 0.4f}));
+  for (std::size_t phase = 0; phase < 4; ++phase)
+    EXPECT_NEAR(levels[1][phase], (std::array{0.05, 0.15, 0.3, 0.15})[phase], 1e-6);
+}
+
 TEST(Shading, FindsABentLight) {
   const auto light = [](double x, double y) { return 1 - 0.1 * x + 0.012 * x * x - 0.01 * x * y; };
   const auto shading = FindShading(ShadedBoard(light).Cells());
