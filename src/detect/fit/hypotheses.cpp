@@ -55,6 +55,28 @@ bool StartStanding(const From& from, Trial& trial) {
 
 bool MayBeUnevenlyLit(const BoardFit& fit, const Trial& made);
 
+/// The light of white paper.
+PhaseValues WhiteOf(const BoardFit& fit, const BoardFit::Start& start) {
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  float count = 0;
+  ForCells(start.size, [&](std::size_t cell, int row, int col) {
+    if (IsDark(row, col) || start.saturated[cell] || !fit.run().visibility.Shows(cell)) return;
+    sum += fit.result().levels[cell];
+    ++count;
+  });
+  PhaseValues white{};
+  for (std::size_t phase = 0; phase < white.size() && count > 0; ++phase)
+    white[phase] = sum[fit.run().view.channel_of_phase[phase]] / count;
+  return white;
+}
+
+/// Beside what makes the light uneven, levels show neither how it falls off nor a veil: both are fitted.
+void BeginUnevenLight(const From& from, const PhaseValues& white, Trial& trial) {
+  trial.choice.terms.shaded = true;
+  trial.choice.terms.VeilTerm::Start(white);
+  trial.choice.from = &from.kept;
+}
+
 bool MayMirrorLamp(const BoardFit& fit, const Trial& made) {
   // A motion mixes light cells into dark ones, which a highlight would explain in part.
   if (!Stands(fit) || !made.choice.may_move || (fit.rough() && !MayBeUnevenlyLit(fit, made))) return false;
@@ -64,8 +86,7 @@ bool MayMirrorLamp(const BoardFit& fit, const Trial& made) {
 bool StartHighlight(const From& from, Trial& trial) {
   StartAnew(from, trial);
   static_cast<HighlightTerm&>(trial.choice.terms) = *from.fit.FindHighlight(trial.start.saturated);
-  trial.choice.terms.shaded = true;
-  trial.choice.from = &from.kept;
+  BeginUnevenLight(from, trial.choice.terms.white, trial);
   return true;
 }
 
@@ -82,8 +103,7 @@ bool StartShadow(const From& from, Trial& trial) {
   values[ShadowEdge::kLogWidth] =
       std::max(values[ShadowEdge::kLogWidth], std::log(from.fit.result().image.blur_px / from.fit.cell_px()));
   trial.choice.terms.ShadowTerm::Start(values);
-  trial.choice.terms.shaded = true;
-  trial.choice.from = &from.kept;
+  BeginUnevenLight(from, WhiteOf(from.fit, trial.start), trial);
   KeepTraits(from, trial);
   return true;
 }

@@ -6,13 +6,14 @@
 #include "detect/fit/term_shading-inl.h"
 #include "detect/fit/term_shadow-inl.h"
 #include "detect/fit/term_uneven_blur-inl.h"
+#include "detect/fit/term_veil-inl.h"
 
 #ifndef CHEQUER_DETECT_TERMS
 #define CHEQUER_DETECT_TERMS
 
 namespace chequer {
 
-using Terms = TermList<MotionTerm, DotGainTerm, ShadowTerm, ShadingTerm, HighlightTerm, UnevenBlurTerm>;
+using Terms = TermList<MotionTerm, DotGainTerm, ShadowTerm, ShadingTerm, VeilTerm, HighlightTerm, UnevenBlurTerm>;
 
 /// Which terms a model has.
 class ModelTerms {

@@ -21,7 +21,7 @@ struct CornerScene {
   ModelTerms terms;
   double dx = 0, dy = 0, blur = 0.3, covariance = 0.02, way_x = 0.7, way_y = -0.4, turn = 0.02, gain = 0.1;
   double takes = 0.6, direction = 0.5, offset = 0.1, width = 0.8;
-  double grows_x = 0.06, grows_y = -0.04;
+  double grows_x = 0.06, grows_y = -0.04, veil = 0.15;
   double amount = 0.5, spot_x = 0.2, spot_y = -0.1, spot_width = 0.7;
   bool even_dark = true;
 };
@@ -73,6 +73,7 @@ CornerPicture Evaluate(const CornerScene& s) {
   set(ModelLanes::Of<ShadingTerm>(ShadingTerm::kBlurXx), s.blur * s.blur),
       set(ModelLanes::Of<ShadingTerm>(ShadingTerm::kBlurXy), 0.1 * s.blur * s.blur),
       set(ModelLanes::Of<ShadingTerm>(ShadingTerm::kBlurYy), s.blur * s.blur);
+  set(ModelLanes::Of<VeilTerm>(VeilTerm::kWhiteUnderVeil), 0.9);
   set(ModelLanes::Of<HighlightTerm>(HighlightTerm::kWhite), 0.9);
   set(ModelLanes::kNoiseFloor, 1), set(ModelLanes::kNoiseSlope, 0);
   for (int i = 0; i < ModelColumns::kLevels; ++i) {
@@ -88,6 +89,7 @@ CornerPicture Evaluate(const CornerScene& s) {
                                             static_cast<float>(std::sin(s.direction)), static_cast<float>(s.offset),
                                             static_cast<float>(1 / s.width)};
   static_cast<ShadingTerm::Input&>(input) = {static_cast<float>(s.grows_x), static_cast<float>(s.grows_y)};
+  static_cast<VeilTerm::Input&>(input) = {static_cast<float>(s.veil)};
   static_cast<HighlightTerm::Input&>(input) = {static_cast<float>(s.amount), static_cast<float>(s.spot_x),
                                                static_cast<float>(s.spot_y),
                                                static_cast<float>(1 / (s.spot_width * s.spot_width))};
@@ -133,7 +135,8 @@ std::vector<CornerScene> Scenes() {
         scenes.push_back(scene);
       }
   for (const ModelTerms& terms : {ModelTerms().With<HighlightTerm>(), ModelTerms().With<ShadingTerm, HighlightTerm>(),
-                                  ModelTerms().With<ShadowTerm, ShadingTerm>()}) {
+                                  ModelTerms().With<ShadowTerm, ShadingTerm>(),
+                                  ModelTerms().With<ShadowTerm, ShadingTerm, VeilTerm, HighlightTerm>()}) {
     scenes.emplace_back();
     scenes.back().terms = terms;
   }
@@ -171,6 +174,9 @@ TEST(ModelKernel, DerivativesAreThoseOfDifferences) {
     if (scene.terms.on<DotGainTerm>())
       ExpectColumn(
           scene, columns.of<DotGainTerm>(), [](CornerScene& s, double by) { s.gain += by; }, within, "dot gain");
+    if (scene.terms.on<VeilTerm>())
+      ExpectColumn(
+          scene, columns.of<VeilTerm>(), [](CornerScene& s, double by) { s.veil += by; }, 0.01, "veil");
     if (scene.terms.on<ShadingTerm>()) {
       ExpectColumn(
           scene, columns.of<ShadingTerm>(), [](CornerScene& s, double by) { s.grows_x += by; }, 0.01,
