@@ -336,8 +336,9 @@ class BoardFit {
   LevelProducts SumModelProducts(const LearntBoard& learnt) const;
 
   // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
-  /// Takes out of the pixels what cells' levels tell of a shading, beside what was taken out before. Where terms of the
-  /// light are on, ShadingTerm has it. How much steeper that is, of the light's logarithm, a cell.
+  /// Takes out of the pixels what cells' levels tell of a shading, beside what was taken out before, and leaves a veil
+  /// over it in. Where terms of the light are on, ShadingTerm and VeilTerm have them. How much steeper the shading is
+  /// than before, of the light's logarithm, a cell.
   Eigen::Vector2d EvenOutShading(const Start& start);
   /// Whether what was taken out of the pixels is the shading that the levels tell by now; if not, it is from here on.
   /// @param variances that pixels leave.
