@@ -98,6 +98,17 @@ struct Regression {
   }
 };
 
+bool Shows(const ShadedCells& cells, std::size_t cell) {
+  return cells.hidden.empty() || cells.hidden[cell] == Hidden::kNot;
+}
+
+/// Whether the level of a light cell tells the light in a phase.
+bool TellsLight(const ShadedCells& cells, std::size_t cell, std::size_t phase) {
+  const float level = cells.levels[cell][phase];
+  const bool unseen = cells.saturated[cell] != 0 && static_cast<int>(phase) == cells.blue_phase;
+  return !unseen && !(level - cells.veil[phase] < kLeastLevel) && !(level > kMostLevel);
+}
+
 /// Of the light cells' logarithms. @param terms(x, y) are a cell's, @param known(x, y) is taken off its logarithm.
 template <class TermsAt, class Known>
 Regression Regress(const ShadedCells& cells, const TermsAt& terms, const Known& known) {
@@ -108,16 +119,13 @@ Regression Regress(const ShadedCells& cells, const TermsAt& terms, const Known& 
   for (int row = 0; row < cells.size.rows; ++row)
     for (int col = IsDark(row, 0) ? 1 : 0; col < cells.size.cols; col += 2) {
       const std::size_t cell = static_cast<std::size_t>(row * cells.size.cols + col);
-      if (!cells.hidden.empty() && cells.hidden[cell] != Hidden::kNot) continue;
-      const bool saturated = cells.saturated[cell] != 0;
-      const double x = col + 0.5 - 0.5 * cells.size.cols, y = row + 0.5 - 0.5 * cells.size.rows;
-      const CellTerms of_cell(terms(x, y));
-      for (int phase = 0; phase < cells.phases; ++phase) {
-        const float level = cells.levels[cell][static_cast<std::size_t>(phase)],
-                    shaded = level - cells.veil[static_cast<std::size_t>(phase)];
-        if (phase == other_green || (saturated && phase == cells.blue_phase)) continue;
-        if (shaded < kLeastLevel || level > kMostLevel) continue;
-        groups[static_cast<std::size_t>(phase)][saturated].Add(of_cell, double{std::log(shaded)} - known(x, y));
+      if (!Shows(cells, cell)) continue;
+      const Eigen::Vector2d at = MiddleOfCell(cells.size, static_cast<int>(cell));
+      const CellTerms of_cell(terms(at.x(), at.y()));
+      for (std::size_t phase = 0; phase < static_cast<std::size_t>(cells.phases); ++phase) {
+        if (static_cast<int>(phase) == other_green || !TellsLight(cells, cell, phase)) continue;
+        const double light = double{std::log(cells.levels[cell][phase] - cells.veil[phase])};
+        groups[phase][cells.saturated[cell] != 0].Add(of_cell, light - known(at.x(), at.y()));
       }
     }
   Regression regression;
@@ -168,6 +176,8 @@ std::optional<Shading> FindBent(const ShadedCells& cells, const Eigen::Vector2d&
   return std::nullopt;
 }
 
+double Square(double value) { return value * value; }
+
 /// A linear regression of levels on how much the light there is above that at the centre.
 struct LevelLine {
   double n = 0, x = 0, xx = 0, y = 0, xy = 0, yy = 0;
@@ -189,26 +199,26 @@ struct PhaseLevels {
   std::array<LevelLine, 2> dark, bright;
 };
 
-PhaseLevels LevelsOfPhase(const ShadedCells& cells, const Shading& shading, int phase) {
-  PhaseLevels levels;
-  int lights = 0;
-  for (int row = 0; row < cells.size.rows; ++row)
-    for (int col = 0; col < cells.size.cols; ++col) {
-      const std::size_t cell = static_cast<std::size_t>(row * cells.size.cols + col);
-      if (!cells.hidden.empty() && cells.hidden[cell] != Hidden::kNot) continue;
-      const double level = cells.levels[cell][static_cast<std::size_t>(phase)],
-                   share = shading.At({col + 0.5 - 0.5 * cells.size.cols, row + 0.5 - 0.5 * cells.size.rows});
+/// By phase.
+std::array<PhaseLevels, 4> LevelsOf(const ShadedCells& cells, const Shading& shading) {
+  std::array<PhaseLevels, 4> phases;
+  ForCells(cells.size, [&](std::size_t cell, int row, int col) {
+    if (!Shows(cells, cell)) return;
+    const std::size_t ink = cells.saturated[cell] != 0;
+    const double share = shading.At(MiddleOfCell(cells.size, static_cast<int>(cell)));
+    for (std::size_t phase = 0; phase < static_cast<std::size_t>(cells.phases); ++phase) {
+      PhaseLevels& levels = phases[phase];
+      const double level = cells.levels[cell][phase];
       if (IsDark(row, col)) {
-        levels.dark[cells.saturated[cell] != 0].Add(share - 1, level);
-      } else if (level >= kLeastLevel && level <= kMostLevel &&
-                 !(cells.saturated[cell] != 0 && phase == cells.blue_phase)) {
-        levels.bright[cells.saturated[cell] != 0].Add(share - 1, level);
+        levels.dark[ink].Add(share - 1, level);
+      } else if (TellsLight(cells, cell, phase)) {
+        levels.bright[ink].Add(share - 1, level);
         levels.light += level / share;
-        ++lights;
       }
     }
-  levels.light = lights > 0 ? levels.light / lights : 0;
-  return levels;
+  });
+  for (PhaseLevels& levels : phases) levels.light /= std::max(levels.bright[0].n + levels.bright[1].n, 1.0);
+  return phases;
 }
 
 /// By how much cells of one ink differ from their lines, as a share of the light cells: its square. Also of bright
@@ -219,10 +229,10 @@ double VarianceOf(std::span<const PhaseLevels> phases) {
     for (const auto& lines : {levels.dark, levels.bright})
       for (const LevelLine& line : lines) {
         if (!line.tells()) continue;
-        left += line.left() / (levels.light * levels.light);
+        left += line.left() / Square(levels.light);
         freedom += line.n - 2;
       }
-  return std::max(freedom > 0 ? left / freedom : 0, kLeastOfLevel * kLeastOfLevel);
+  return std::max(freedom > 0 ? left / freedom : 0, Square(kLeastOfLevel));
 }
 
 /// A value, and what is known of it.
@@ -258,8 +268,6 @@ Known VeilOf(const PhaseLevels& levels, double variance) {
   return veil;
 }
 
-double Square(double value) { return value * value; }
-
 }  // namespace
 
 std::optional<Shading> FindShading(const ShadedCells& cells) {
@@ -280,12 +288,10 @@ std::optional<Shading> FindShading(const ShadedCells& cells) {
 }
 
 PhaseValues FindVeil(const ShadedCells& cells, const Shading& shading) {
-  std::array<PhaseLevels, 4> levels;
-  const std::span<PhaseLevels> phases = std::span(levels).first(static_cast<std::size_t>(cells.phases));
-  for (std::size_t phase = 0; phase < phases.size(); ++phase) {
-    phases[phase] = LevelsOfPhase(cells, shading, static_cast<int>(phase));
-    if (!(phases[phase].light > 0)) return {};
-  }
+  const std::array<PhaseLevels, 4> levels = LevelsOf(cells, shading);
+  const std::span<const PhaseLevels> phases = std::span(levels).first(static_cast<std::size_t>(cells.phases));
+  for (const PhaseLevels& of_phase : phases)
+    if (!(of_phase.light > 0)) return {};
   const double variance = VarianceOf(phases);
   if (variance > Square(kMostOfLevel)) return {};
   std::array<Known, 4> told;

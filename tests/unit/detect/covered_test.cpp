@@ -157,7 +157,7 @@ TEST(CoveredBoards, HaveNoWrongIdUnderAStripAcrossThem) {
 }
 
 TEST(CoveredBoards, LieWhereTheyAreSaidToLieWithHalfOfThemHidden) {
-  // A cover that is taken for a part of the border turns a board by 180 degrees.
+  // A fit that mistakes the cover for a part of the border rotates the board by 180 degrees.
   const Readings readings = ReadFrames(HalfOfIt, 12);
   EXPECT_GT(readings.errors.poses(), readings.boards / 3);
   EXPECT_LT(readings.errors.position(), 1.5);
