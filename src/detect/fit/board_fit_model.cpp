@@ -30,6 +30,9 @@ constexpr double kRunawayMovedPx = 6;
 constexpr double kCollectAnewPx = 0.05, kCollectAnewMotionPx = 3;
 /// Steps of terms may be so many times what no longer counts where the fit is near enough for all pixels.
 constexpr double kNearTerms = 10;
+/// So is one whose step lets Σ w r² fall by no greater share: what models are compared by is what it was before the
+/// step. (Of boards with a lamp's image, one in fifty seemed to fit worse with it.)
+constexpr double kNearFall = 0.4;
 /// Where corners stay as still as that, terms may be so many times as far off: each step halves what is left at least,
 /// and the corners have followed. Measured on shadows' edges under wide blur, which come to rest slowly.
 constexpr double kQuietPx = 0.02, kQuietTerms = 4;
@@ -324,7 +327,8 @@ void BoardFit::SetTerms() {
 bool BoardFit::Still() const { return run_->step.terms <= 1 && run_->step.corner_px < kFollowPx; }
 
 bool BoardFit::Near() const {
-  return run_->step.corner_px < kNearPx && run_->step.blur_share < kNearPx && run_->step.terms <= kNearTerms;
+  return run_->step.corner_px < kNearPx && run_->step.blur_share < kNearPx && run_->step.terms <= kNearTerms &&
+         model_equations_.fall() <= kNearFall;
 }
 
 bool BoardFit::Settled(const BoardRun::Step& before) const {

@@ -58,6 +58,7 @@ bool ModelEquations::EliminateLevels(const Input& input) {
 
 bool ModelEquations::Solve(const Input& input) {
   Assemble(input);
+  const double before = chi_square_;
   if (!EliminateLevels(input)) return false;
   normal_.triangularView<Eigen::StrictlyUpper>() = normal_.transpose();
   // Of unknowns in very different units.
@@ -68,6 +69,7 @@ bool ModelEquations::Solve(const Input& input) {
   step_ = scale.cwiseProduct(factor.solve(scale.cwiseProduct(gradient_)));
   if (!step_.allFinite()) return false;
   chi_square_ -= step_.dot(gradient_);
+  fall_ = 1 - chi_square_ / std::max(before, 1e-9);
   levels_.Solve(step_.data());
   return true;
 }

@@ -56,6 +56,8 @@ class ModelEquations {
   }
   /// Σ w r² as it will be after the step, to first order.
   double chi_square() const { return chi_square_; }
+  /// By what share that will have fallen.
+  double fall() const { return fall_; }
 
   /// What a corner's pixels say of a shift of its own, beyond the step: its information, and where it lies.
   struct CornerShift {
@@ -70,7 +72,7 @@ class ModelEquations {
 
   SharedMatrix normal_;
   Shared gradient_, step_;
-  double chi_square_ = 0;
+  double chi_square_ = 0, fall_ = 0;
   LevelElimination levels_;
 };
 

@@ -32,6 +32,18 @@ TEST(FitChoice, UnknownsThatExplainNothingAreNotBetter) {
   }
 }
 
+TEST(FitChoice, FewerPixelsSayNothingAgainstAModel) {
+  // The same noise, of which unknowns explain their share: a third of 300 pixels, a hundredth of 10,000.
+  Explained all = Plain(1000), some = Plain(30);
+  some.unknowns = all.unknowns = 100;
+  const double noise = 0.01;
+  all.deviation = noise * std::sqrt(0.99), some.deviation = noise * std::sqrt(2.0 / 3);
+  EXPECT_FALSE(Better(some, all, 1e-6));
+  EXPECT_FALSE(Better(all, some, 1e-6));
+  some.deviation *= 0.99;
+  EXPECT_TRUE(Better(some, all, 1e-6));
+}
+
 TEST(FitChoice, GivingUpCornersCostsWhatTheirPixelsTell) {
   Explained fewer = Plain();
   GiveUp(fewer, 2, 1e3f);
