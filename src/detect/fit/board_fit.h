@@ -135,8 +135,9 @@ class BoardFit {
   double unexplained_shifts() const { return run_->told.unexplained_shifts; }
   /// Of the board's light cells, the parts around the corners that are used. @pre own levels were fitted.
   std::span<const LitPart> LitParts(std::span<const std::uint8_t> saturated);
-  /// By the cells' levels, as they were fitted without one.
-  std::optional<HighlightTerm> FindHighlight(std::span<const std::uint8_t> saturated) const;
+  /// By the levels of cells that are not hidden, as they were fitted without one.
+  std::optional<HighlightTerm> FindHighlight(std::span<const std::uint8_t> saturated,
+                                             std::span<const Hidden> hidden) const;
   /// As it was fitted.
   const std::optional<ShadowEdge>& shadow() const { return run_->model.shadow; }
   /// Whether the four cells around a corner did not suffice (see model_kernel.h).

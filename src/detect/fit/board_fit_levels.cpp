@@ -8,9 +8,8 @@ namespace {
 
 /// Of the board's mean: less light tells no colours.
 constexpr double kLeastLit = 0.02;
-/// In smaller cells, light blurs into dark cells and makes their levels differ. The model with all terms knows of the
-/// cells beyond a corner's four: it needs the second size (a guess).
-constexpr double kLeastHighlitCellPx = 6, kLeastHighlitFarCellPx = 4;
+/// In smaller cells, levels do not tell a lamp's image (a guess).
+constexpr double kLeastHighlitCellPx = 4;
 
 /// Where a phase's samples lie in the light (R, G, B) of a cell.
 float LightOf(const Eigen::Vector3f& light, int channels, int channel) {
@@ -91,6 +90,8 @@ void BoardFit::StartFrom(const BoardRun& run) {
   // Dot gain that was not known has looked like blur.
   const bool less_blur = model.DotGainTerm::on() && !run.model.DotGainTerm::on();
   model.blur_px = less_blur ? std::min(model.blur_px, run.model.blur_px) : run.model.blur_px;
+  // The plain model's blur has that of a short motion in it.
+  if (model.MotionTerm::on() && !run.terms.look_farther) model.TakeOutOf(model.blur_px);
   model.blur_shape = run.model.blur_shape;
   model.edges = run.model.edges;
   if (model.LightVaries() != run.model.LightVaries()) return;
@@ -182,12 +183,11 @@ std::span<const LitPart> BoardFit::LitParts(std::span<const std::uint8_t> satura
   return run_->told.lit_parts;
 }
 
-std::optional<HighlightTerm> BoardFit::FindHighlight(std::span<const std::uint8_t> saturated) const {
-  const bool far = run_->terms.look_farther;
-  const double cell_px = CellPx();
-  if (!run_->model.LitEvenly() || cell_px < (far ? kLeastHighlitFarCellPx : kLeastHighlitCellPx)) return std::nullopt;
-  return HighlightTerm::Find({run_->view.size, run_->model.levels, saturated, static_cast<std::size_t>(TellingPhase()),
-                              far ? 0 : run_->model.blur_px / cell_px});
+std::optional<HighlightTerm> BoardFit::FindHighlight(std::span<const std::uint8_t> saturated,
+                                                     std::span<const Hidden> hidden) const {
+  if (!run_->model.LitEvenly() || CellPx() < kLeastHighlitCellPx) return std::nullopt;
+  return HighlightTerm::Find(
+      {run_->view.size, run_->model.levels, saturated, hidden, static_cast<std::size_t>(TellingPhase())});
 }
 
 LightThere BoardFit::LightOn(int cell) const { return run_->model.LightAt(MiddleOfCell(run_->view.size, cell)); }

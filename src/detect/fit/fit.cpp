@@ -152,11 +152,11 @@ void PhotometricFit::Try(const Task& task, std::size_t hypothesis) {
     return GoBack();
   if (tried.path == Hypothesis::Path::kDetour) return;
   const int others = tried.path == Hypothesis::Path::kArrival ? 2 : 1;
-  const auto is_better = [&] { return Beats(others, Better, tried.most_by_chance); };
+  const auto wins = [&] { return tried.holds(fit_) && Beats(others, Better, tried.most_by_chance); };
+  const auto may_win = [&] { return tried.holds(fit_) && Beats(others, MayBeBetter, tried.most_by_chance); };
   // Rough fits compare with each other; what replaces a close one is fitted closely, too.
-  const bool better =
-      (before.run.terms.rough && is_better()) || (Beats(others, MayBeBetter, tried.most_by_chance) &&
-                                                  fit_.FitClosely(task.reader, task.lens, made_.start) && is_better());
+  const bool better = (before.run.terms.rough && wins()) ||
+                      (may_win() && fit_.FitClosely(task.reader, task.lens, made_.start) && wins());
   if (!better) return GoBack();
   kept_count_ -= others;
 }

@@ -77,18 +77,47 @@ void BeginUnevenLight(const From& from, const PhaseValues& white, Trial& trial) 
   trial.choice.from = &from.kept;
 }
 
-bool MayMirrorLamp(const BoardFit& fit, const Trial& made) {
-  // A motion mixes light cells into dark ones, which a highlight would explain in part.
-  if (!Stands(fit) || !made.choice.may_move || (fit.rough() && !MayBeUnevenlyLit(fit, made))) return false;
-  return fit.FindHighlight(made.start.saturated).has_value();
+using FindLamp = std::optional<HighlightTerm>(const BoardFit& fit, const Trial& made);
+
+/// Where all of the board shows.
+std::optional<HighlightTerm> FindInPlainView(const BoardFit& fit, const Trial& made) {
+  const Visibility& visibility = fit.run().visibility;
+  return visibility.ShowsAll() ? fit.FindHighlight(made.start.saturated, visibility.cells()) : std::nullopt;
 }
 
-bool StartHighlight(const From& from, Trial& trial) {
+/// By the cells that show of one that is hidden in part.
+std::optional<HighlightTerm> FindBesideHidden(const BoardFit& fit, const Trial& made) {
+  const Visibility& visibility = fit.run().visibility;
+  return visibility.ShowsAll() ? std::nullopt : fit.FindHighlight(made.start.saturated, visibility.cells());
+}
+
+/// Where it may be what cells seem to be hidden for.
+std::optional<HighlightTerm> FindThatHides(const BoardFit& fit, const Trial& made) {
+  if (fit.run().visibility.ShowsAll()) return std::nullopt;
+  return fit.FindHighlight(made.start.saturated, Visibility(made.start.size).cells());
+}
+
+template <FindLamp find>
+bool MayMirrorLamp(const BoardFit& fit, const Trial& made) {
+  return made.choice.may_move && (!fit.rough() || MayBeUnevenlyLit(fit, made)) && find(fit, made).has_value();
+}
+
+template <FindLamp find>
+bool StartLamp(const From& from, Trial& trial) {
+  const HighlightTerm lamp = *find(from.fit, trial);
   StartAnew(from, trial);
-  static_cast<HighlightTerm&>(trial.choice.terms) = *from.fit.FindHighlight(trial.start.saturated);
-  BeginUnevenLight(from, trial.choice.terms.white, trial);
+  static_cast<HighlightTerm&>(trial.choice.terms) = lamp;
+  // A short motion, too, which the plain model has as the shape of its blur. (Shadows start from quadrants' levels,
+  // which take up a part of it: where it was fitted with them, poses under hands agreed less well.)
+  MotionTerm& motion = trial.choice.terms;
+  motion.motion_px = from.kept.result.motion.way_px;
+  motion.turn = from.kept.result.motion.turn;
+  BeginUnevenLight(from, lamp.white, trial);
   return true;
 }
+
+/// One that ends as next to nothing was none.
+bool HasLamp(const BoardFit& fit) { return fit.run().model.IsSeen(); }
 
 // The edge of one shadow, as quadrants' levels tell it.
 
@@ -273,8 +302,12 @@ bool Always(const BoardFit& /*fit*/) { return true; }
 constexpr Hypothesis kHypotheses[] = {
     // Boards that moved lose .2 and more where they are fitted as if they stood, and the reverse.
     {Hypothesis::Path::kDetour, 0, MayHaveStood, StartStanding, Always},
-    // Shadows gain up to .04; of 800 boards with a lamp's image nine in ten gain .22 and more, all but one .057.
-    {Hypothesis::Path::kDirect, 0.05, MayMirrorLamp, StartHighlight, Always},
+    // Boards without one that show wholly do not call for it. Images that are weak, or seen in large cells or through
+    // JPEG, gain next to nothing, and move boards all the same.
+    {Hypothesis::Path::kDirect, 0, MayMirrorLamp<FindInPlainView>, StartLamp<FindInPlainView>, HasLamp},
+    // What lies beside a cover or in a shadow looks like a spot to the cells that are left, and gains up to .05.
+    {Hypothesis::Path::kDirect, 0.05, MayMirrorLamp<FindBesideHidden>, StartLamp<FindBesideHidden>, HasLamp},
+    {Hypothesis::Path::kDirect, 0.05, MayMirrorLamp<FindThatHides>, StartLamp<FindThatHides>, HasLamp},
     // True ones gain .03 and more over quadrants' levels; gloss loses .09 and more, or gains nothing.
     {Hypothesis::Path::kArrival, 0, HasQuadrants, StartShadow, Always},
     // Boards with nothing else gain -.08 to .08 by which pixels are chosen, and lie as well without.

@@ -49,7 +49,7 @@ struct Hypothesis {
   /// @param trial how to fit it roughly; comes as the best fit so far was made, from where that has the board. False if
   /// there is nothing to start from.
   bool (*start)(const From& from, Trial& trial);
-  /// Of a detour that leads no further: whether its fit has what it was begun for.
+  /// Whether its fit has what it was begun for; of a detour, asked where it leads no further.
   bool (*holds)(const BoardFit& fit);
 };
 

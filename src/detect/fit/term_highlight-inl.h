@@ -3,11 +3,14 @@
 #ifndef CHEQUER_DETECT_TERM_HIGHLIGHT
 #define CHEQUER_DETECT_TERM_HIGHLIGHT
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>
 
+#include "chequer/hidden.h"
 #include "detect/fit/term.h"
 
 namespace chequer {
@@ -19,6 +22,8 @@ struct HighlightTerm {
     float amount = 0, x = 0, y = 0, per_width_square = 1;
   };
   using Parameters = Eigen::Vector4d;
+  /// The least kLogWidth; the kAmount that moves a board of 20 px cells by one standard deviation.
+  static constexpr double kSpeck = -1.2, kUnseen = 0.02;
 
   /// At its middle, over the light of white paper; where that is, on the board; logarithm of its standard deviation,
   /// cells.
@@ -26,6 +31,7 @@ struct HighlightTerm {
   PhaseValues white{};
 
   bool on() const { return spot[kAmount] > 0; }
+  bool IsSeen() const { return spot[kAmount] > kUnseen && spot[kLogWidth] > kSpeck; }
 
   double At(const Eigen::Vector2d& board) const {
     return spot[kAmount] * std::exp(-(board - spot.segment<2>(kX)).squaredNorm() * std::exp(-2 * spot[kLogWidth]) / 2);
@@ -57,10 +63,10 @@ struct HighlightTerm {
     // Longer steps lead elsewhere; then what no longer counts, a thousandth of the light or less.
     const Parameters most(0.05 + 0.3 * spot[kAmount], 0.3, 0.3, 0.3), still(0.003, 0.01, 0.01, 0.01), before = spot;
     spot += Eigen::Map<const Parameters>(step.of).cwiseMax(-most).cwiseMin(most);
-    // Narrower ones are specks, wider ones light that falls off; it stays on.
-    constexpr double kLeast = 1e-4, kLeastLogWidth = -1.2, kMostLogWidth = 1.6;
+    // Wider ones are light that falls off; it stays on.
+    constexpr double kLeast = 1e-4, kMostLogWidth = 1.6;
     spot[kAmount] = std::max(spot[kAmount], kLeast);
-    spot[kLogWidth] = std::clamp(spot[kLogWidth], kLeastLogWidth, kMostLogWidth);
+    spot[kLogWidth] = std::clamp(spot[kLogWidth], kSpeck, kMostLogWidth);
     return step.MostThatCounts<Parameters>(spot - before, still);
   }
 
@@ -69,12 +75,12 @@ struct HighlightTerm {
     MarkerSize size;
     std::span<const PhaseValues> levels;
     std::span<const std::uint8_t> saturated;
-    std::size_t phase = 0;  ///< that tells
-    double blur = 0;        ///< that levels have of their neighbours' light, cells
+    std::span<const Hidden> hidden;  ///< only cells that show tell
+    std::size_t phase = 0;           ///< that tells
   };
-  /// The spot of least squares over the dark cells' levels, each ink with a level of its own: what scales light hardly
-  /// shows in them. Nothing where cells of one ink are alike (1 µs), where the spot leaves much of what they differ by,
-  /// or where light cells show something else. 0.1 ms.
+  /// The spot of least squares over the dark cells' levels, each ink with a level of its own beside a slope: what
+  /// scales light hardly shows in them. Nothing where cells of one ink are alike (1 µs), where the spot leaves much of
+  /// what they differ by, or where light cells show something else. 0.1 ms.
   static std::optional<HighlightTerm> Find(const Cells& cells);
 };
 
@@ -91,89 +97,131 @@ struct Range {
   double Spread() const { return double{std::max(most[0] - least[0], most[1] - least[1])}; }
 };
 
-/// The cells of a board that are light, or dark: those that have blue or yellow for themselves.
-struct Cells {
-  std::array<double, kMaxCells> level{}, weight{};
-  std::array<int, kMaxCells> row{}, col{};
-  std::array<bool, kMaxCells> colour{};
-  std::size_t count = 0;
+/// Levels of a board's light cells, or of its dark ones, less what they differ by beside a spot: each ink has a level
+/// of its own, and light that falls off, and was taken out by light cells, leaves a slope.
+class Levels {
+ public:
+  /// By cell.
+  using PerCell = Eigen::Array<float, Eigen::Dynamic, 1, 0, kMaxCells, 1>;
 
-  void Add(int at_row, int at_col, bool coloured, float of) {
+  void Add(int row, int col, bool coloured, float of) {
     // Levels of one ink are alike to a share and to noise (a guess). Lighter ones are saturated.
-    constexpr double kAlike = 0.03, kNoise = 0.004, kMostLevel = 0.95;
-    const double value = double{of}, deviation = kAlike * value + kNoise;
-    level[count] = value, row[count] = at_row, col[count] = at_col, colour[count] = coloured;
-    weight[count++] = value > kMostLevel ? 0 : 1 / (deviation * deviation);
+    constexpr float kAlike = 0.03f, kNoise = 0.004f, kMostLevel = 0.95f;
+    if (of > kMostLevel) return;
+    row_[count_] = static_cast<float>(row), col_[count_] = static_cast<float>(col);
+    weight_[count_] = 1 / (kAlike * of + kNoise);
+    level_[count_] = of;
+    coloured_[count_] = coloured;
+    ++count_;
   }
-};
-
-/// By linear least squares, each ink with a level of its own: the spot's amount, what squares fall by, and from what.
-struct Amount {
-  double of = 0, gain = 0, squares = 0;
-};
-
-/// @param fall of the spot's light along an axis, by distance, half cells. @param x, y of its middle, half cells.
-inline Amount AmountIn(const Cells& cells, const double* fall, int x, int y) {
-  struct {
-    double n = 0, g = 0, y = 0, gg = 0, gy = 0, yy = 0;
-  } sums[2];
-  for (std::size_t i = 0; i < cells.count; ++i) {
-    const double n = cells.weight[i], level = cells.level[i],
-                 g = fall[std::abs(2 * cells.col[i] + 1 - x)] * fall[std::abs(2 * cells.row[i] + 1 - y)];
-    auto& s = sums[cells.colour[i]];
-    s.n += n, s.g += n * g, s.y += n * level, s.gg += n * g * g, s.gy += n * g * level, s.yy += n * level * level;
+  /// Takes off what they differ by beside a spot (Gram and Schmidt). Once, after all are added.
+  void Prepare() {
+    for (PerCell* values : {&row_, &col_, &weight_, &level_, &coloured_}) values->conservativeResize(count_);
+    level_ *= weight_;
+    beside_ = {weight_ * coloured_, weight_ * (1 - coloured_), weight_ * col_, weight_ * row_};
+    for (std::size_t k = 0; k < kBeside; ++k) {
+      const float before = beside_[k].square().sum();
+      for (std::size_t earlier = 0; earlier < k; ++earlier)
+        beside_[k] -= (beside_[k] * beside_[earlier]).sum() * beside_[earlier];
+      const float left = beside_[k].square().sum();
+      // Of one ink, or in one line, some are nothing beside the others.
+      constexpr float kLeastLeft = 1e-5f;
+      beside_[k] *= left > kLeastLeft * before ? 1 / std::sqrt(left) : 0;
+    }
+    for (const PerCell& of : beside_) level_ -= (level_ * of).sum() * of;
+    squares_ = double{level_.square().sum()};
   }
-  double gg = 1e-9, gy = 0, yy = 0;
-  for (const auto& s : sums)
-    if (s.n > 0) gg += s.gg - s.g * s.g / s.n, gy += s.gy - s.g * s.y / s.n, yy += s.yy - s.y * s.y / s.n;
-  return {gy / gg, gy * gy / gg, yy};
-}
+  /// Of what is left of them, over what cells of one ink are expected to differ by.
+  double squares() const { return squares_; }
+  /// How many cells are left to tell them, beside so many unknowns more.
+  double FreeBeside(int unknowns) const {
+    return static_cast<double>(std::max<Eigen::Index>(count_ - kBeside - unknowns, 0));
+  }
+
+  /// How a spot's light falls off along an axis. @param at where its middle is, half cells. @param width cells.
+  PerCell AlongX(int at, float width) const { return Fall(col_, at, width); }
+  PerCell AlongY(int at, float width) const { return Fall(row_, at, width); }
+
+  /// By linear least squares: a spot's amount, and by what the squares fall.
+  struct Amount {
+    double of = 0, gain = 0;
+  };
+  /// @param x, y how its light falls off.
+  Amount AmountOf(const PerCell& x, const PerCell& y) const {
+    const PerCell spot = weight_ * x * y;
+    float gg = spot.square().sum() + 1e-9f;
+    for (const PerCell& of : beside_) {
+      const float along = (spot * of).sum();
+      gg -= along * along;
+    }
+    const double gy = double{(spot * level_).sum()}, square = double{std::max(gg, 1e-9f)};
+    return {gy / square, gy * gy / square};
+  }
+
+ private:
+  static constexpr int kBeside = 4;
+
+  static PerCell Fall(const PerCell& middles, int at, float width) {
+    return ((middles + 0.5f - 0.5f * static_cast<float>(at)).square() * (-0.5f / (width * width))).exp();
+  }
+
+  Eigen::Index count_ = 0;
+  PerCell row_ = PerCell::Zero(kMaxCells), col_ = PerCell::Zero(kMaxCells), coloured_ = PerCell::Zero(kMaxCells);
+  PerCell weight_ = PerCell::Zero(kMaxCells), level_ = PerCell::Zero(kMaxCells);  ///< levels are weighted
+  std::array<PerCell, kBeside> beside_{};
+  double squares_ = 0;
+};
 
 }  // namespace highlight
 
 inline std::optional<HighlightTerm> HighlightTerm::Find(const Cells& cells) {
-  // Of the light of white paper, what dark cells of one ink differ by at least (a motion too short to be told from blur
-  // makes them differ by as much as the blur has of a cell: measured, .07 at .11); the share that a spot leaves of that
-  // at most. What light cells tell of it, over what dark ones do: a shading that was taken out of the light leaves
-  // nothing of it there, but shadows show ten times as much there, and things that lie on a board show the reverse.
-  constexpr double kLeastSpread = 0.04, kLeaves = 0.3, kLeastInLight = -0.3, kMostInLight = 2.5, kMostAmount = 6,
+  // Of the light of white paper, what dark cells of one ink differ by at least (without a spot, by less than .02:
+  // measured; less only costs trials that fail). The share that a spot leaves of that at most. What light cells tell of
+  // it, over what dark ones do: a shading that was taken out of the light leaves nothing of it there, but shadows show
+  // ten times as much there, and things that lie on a board show the reverse.
+  constexpr double kLeastSpread = 0.03, kLeaves = 0.42, kLeastInLight = -0.3, kMostInLight = 2.5, kMostAmount = 6,
                    kOtherwiseInLight = 0.2;  // of print and shading
   constexpr int kBeyond = 3;                 // the middle lies as many half cells beyond the rim at most
-  const int rows = cells.size.rows, cols = cells.size.cols;
+  const int rows = cells.size.rows, cols = cells.size.cols, places = 2 * (rows + kBeyond) + 1;
   // Most boards have none, which the range of their levels tells.
   highlight::Range of_dark, of_light;
   std::size_t whitest = 0;  // of white cells, the one that it adds least to
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
+    if (cells.hidden[cell] != Hidden::kNot) return;
     const float level = cells.levels[cell][cells.phase], least = of_light.least[0];
     (IsDark(row, col) ? of_dark : of_light).Add(cells.saturated[cell] != 0, level);
     if (of_light.least[0] < least) whitest = cell;
   });
   const double white = double{of_light.least[0]};
-  if (of_light.most[0] == 0 || !(white > 0) || of_dark.Spread() < std::max(kLeastSpread, cells.blur) * white)
-    return std::nullopt;
+  if (of_light.most[0] == 0 || !(white > 0) || of_dark.Spread() < kLeastSpread * white) return std::nullopt;
   if (of_light.Spread() > kMostInLight * of_dark.Spread() + kOtherwiseInLight * white) return std::nullopt;
-  highlight::Cells dark, light;
+  highlight::Levels dark, light;
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
+    if (cells.hidden[cell] != Hidden::kNot) return;
     (IsDark(row, col) ? dark : light).Add(row, col, cells.saturated[cell] != 0, cells.levels[cell][cells.phase]);
   });
-  double best = 0;
+  dark.Prepare(), light.Prepare();
+  if (dark.FreeBeside(kColumns) == 0) return std::nullopt;
+  double best = dark.squares() * (1 - kLeaves * dark.FreeBeside(kColumns) / dark.FreeBeside(0));
   HighlightTerm found;
   found.white = cells.levels[whitest];
-  std::array<double, 2 * kMaxCells + 2 * kBeyond> fall;
-  for (const double width : {0.5, 0.8, 1.2, 1.9}) {
-    for (int i = 0; i <= 2 * std::max(rows, cols) + kBeyond; ++i)
-      fall[static_cast<std::size_t>(i)] = std::exp(-i * i / (8 * width * width));
-    for (int x = -kBeyond; x <= 2 * cols + kBeyond; ++x)
-      for (int y = -kBeyond; y <= 2 * rows + kBeyond; ++y) {
-        const highlight::Amount in_dark = highlight::AmountIn(dark, fall.data(), x, y);
-        if (!(in_dark.gain > best) || !(in_dark.gain > (1 - kLeaves) * in_dark.squares) || !(in_dark.of > 0)) continue;
-        const double in_light = highlight::AmountIn(light, fall.data(), x, y).of;
+  std::array<highlight::Levels::PerCell, 2 * (kMaxCells / 3 + kBeyond) + 1> down;  // by place, of dark cells
+  for (const float width : {0.5f, 0.8f, 1.2f, 1.9f}) {
+    for (int i = 0; i < places; ++i) down[static_cast<std::size_t>(i)] = dark.AlongY(i - kBeyond, width);
+    for (int x = -kBeyond; x <= 2 * cols + kBeyond; ++x) {
+      const highlight::Levels::PerCell along = dark.AlongX(x, width);
+      for (int i = 0; i < places; ++i) {
+        const highlight::Levels::Amount in_dark = dark.AmountOf(along, down[static_cast<std::size_t>(i)]);
+        if (!(in_dark.gain > best) || !(in_dark.of > 0)) continue;
+        const int y = i - kBeyond;
+        const double in_light = light.AmountOf(light.AlongX(x, width), light.AlongY(y, width)).of;
         if (in_light < kLeastInLight * in_dark.of || in_light > kMostInLight * in_dark.of) continue;
         best = in_dark.gain;
-        found.spot = Parameters(in_dark.of / white, 0.5 * (x - cols), 0.5 * (y - rows), std::log(width));
+        found.spot = Parameters(in_dark.of / white, 0.5 * (x - cols), 0.5 * (y - rows), std::log(double{width}));
       }
+    }
   }
-  if (best == 0 || found.spot[kAmount] > kMostAmount) return std::nullopt;
+  if (!found.on() || found.spot[kAmount] > kMostAmount) return std::nullopt;
   found.spot_start = found.spot;
   return found;
 }

@@ -66,17 +66,22 @@ struct MotionTerm {
     return std::max(more.norm() / kStillPx, step.WhatCounts(2, more_turn, kStillTurn));
   }
 
+  /// Takes the way's part out of a blur that looked round: across the way it stays, the fit's lies between.
+  void TakeOutOf(double& blur_px) const {
+    constexpr double kLeastOfBlur = 0.1;  // of its variance
+    const double square = blur_px * blur_px;
+    blur_px = std::sqrt(std::max(square - motion_px.squaredNorm() / 24, kLeastOfBlur * square));
+  }
+
   /// Starts from the step of UnevenBlurTerm, and takes the way's part out of the blur.
   void Start(const Eigen::Vector2d& uneven, double& blur_px) {
-    // The longest way that the first step may find, blurs (a way of 5 has as much variance again), and what it leaves
-    // of the blur's variance at least.
-    constexpr double kMostFirst = 4.5, kLeastOfBlur = 0.1;
+    // The longest way that the first step may find, blurs: a way of 5 has as much variance again.
+    constexpr double kMostFirst = 4.5;
     // A way of length l has the variance l² / 12 along it, and the uneven part is half of that.
     const double length = std::min(std::sqrt(24 * uneven.norm()), kMostFirst * blur_px),
                  angle = std::atan2(uneven.y(), uneven.x()) / 2;
     motion_px = length * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    // Across the way, the blur stays: the fit's lies between.
-    blur_px = std::sqrt(std::max(blur_px * blur_px - length * length / 24, kLeastOfBlur * blur_px * blur_px));
+    TakeOutOf(blur_px);
   }
 
   /// Starts from how another board of the image moved, if this one seems to have moved like it. Whether it does.

@@ -1,6 +1,8 @@
 // Boards in which glossy paper mirrors a lamp: light that is added to all cells alike.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "detect/fit/terms.h"
@@ -13,14 +15,18 @@ namespace {
 
 struct Mirror {
   PixelFormat format;
-  const char* tag;  ///< of the stress case that it lies on
-  double gloss;     ///< light at its middle, over white paper's
-  double exposure;  ///< 0.5 keeps a gloss of 1 below saturation
-  double most;      ///< normalised squared errors, average, per dimension: 4 to 6 without the term
+  const char* tag;      ///< of the stress case that it lies on
+  double gloss;         ///< light at its middle, over white paper's
+  double exposure;      ///< 0.5 keeps a gloss of 1 below saturation
+  double most;          ///< normalised squared errors, average, per dimension: 4 to 6 without the term
+  int least_read = 24;  ///< of 25
+  double motion_px = 0;
+  bool covered = false;  ///< on one side
 };
 
 void PrintTo(const Mirror& mirror, std::ostream* out) {
-  *out << mirror.tag << (IsBayer(mirror.format) ? " Bayer" : " BGR") << " gloss " << mirror.gloss;
+  *out << mirror.tag << (IsBayer(mirror.format) ? " Bayer" : " BGR") << " gloss " << mirror.gloss << " motion "
+       << mirror.motion_px << (mirror.covered ? " covered" : "");
 }
 
 class Highlights : public testing::TestWithParam<Mirror> {};
@@ -35,6 +41,9 @@ TEST_P(Highlights, AreFittedAndPosesHonest) {
     stress.options.sensor.exposure = GetParam().exposure;
     SceneMarker& marker = stress.scene.markers[0];
     Print({.gloss = GetParam().gloss}, 500 + seed, marker);
+    stress.options.motion_px = GetParam().motion_px;
+    stress.options.motion_angle_rad = 0.5 * static_cast<double>(seed);
+    if (GetParam().covered) marker.occluders.push_back({.from = {-0.1, -0.1}, .to = {0.15, 1.1}});
     for (const MarkerPose& found : test::Look(stress, code, seed)) {
       if (!found.id) continue;
       EXPECT_EQ(*found.id, marker.board.id) << "seed " << seed;
@@ -42,7 +51,7 @@ TEST_P(Highlights, AreFittedAndPosesHonest) {
     }
   }
   RecordProperty("position", std::to_string(errors.position()));
-  EXPECT_GE(errors.poses(), kFrames - 1);
+  EXPECT_GE(errors.poses(), GetParam().least_read);
   EXPECT_LT(errors.position(), GetParam().most) << errors.position();
   EXPECT_LT(errors.orientation(), GetParam().most) << errors.orientation();
 }
@@ -50,42 +59,68 @@ TEST_P(Highlights, AreFittedAndPosesHonest) {
 INSTANTIATE_TEST_SUITE_P(Many, Highlights,
                          testing::Values(Mirror{PixelFormat::kBgr8, "side_px=96", 0.3, 0.5, 1.5},
                                          Mirror{PixelFormat::kBgr8, "side_px=96", 0.7, 0.5, 1.5},
-                                         Mirror{PixelFormat::kBayerRg8, "side_px=48", 0.5, 0.5, 1.5}));
+                                         Mirror{PixelFormat::kBayerRg8, "side_px=48", 0.5, 0.5, 1.5},
+                                         Mirror{PixelFormat::kBgr8, "side_px=36", 0.5, 0.5, 1.5},
+                                         Mirror{PixelFormat::kBgr8, "side_px=96", 0.3, 0.5, 1.5, 24, 2},
+                                         Mirror{PixelFormat::kBgr8, "side_px=96", 0.5, 0.5, 1.5, 24, 6},
+                                         Mirror{PixelFormat::kBayerRg8, "side_px=48", 0.5, 0.5, 1.5, 24, 3},
+                                         Mirror{PixelFormat::kBgr8, "side_px=96", 0.5, 0.5, 2, 20, 0, true}));
 
 /// A board of 6 x 6 cells, every third of which has a colour, in such light.
+/// @param hidden cells, the first ones.
 template <class Light>
-std::optional<HighlightTerm> FindIn(const Light& light, double blur = 0.08) {
+std::optional<HighlightTerm> FindIn(const Light& light, std::size_t hidden_cells = 0) {
   constexpr MarkerSize kSize{6, 6};
   std::vector<PhaseValues> levels(36);
   std::vector<std::uint8_t> saturated(36);
+  std::vector<Hidden> hidden(36, Hidden::kNot);
+  std::fill_n(hidden.begin(), hidden_cells, Hidden::kLeftOut);
   for (int cell = 0; cell < 36; ++cell) {
     const std::size_t i = static_cast<std::size_t>(cell);
     saturated[i] = cell % 3 == 0;
     const float ink = IsDark(cell / 6, cell % 6) ? (saturated[i] ? 0.06f : 0.02f) : (saturated[i] ? 0.38f : 0.4f);
     levels[i].fill(light(ink, MiddleOfCell(kSize, cell)));
   }
-  return HighlightTerm::Find({kSize, levels, saturated, 1, blur});
+  return HighlightTerm::Find({kSize, levels, saturated, hidden, 1});
+}
+
+HighlightTerm SpotOf(double amount, double x, double y, double width) {
+  HighlightTerm there;
+  there.spot = HighlightTerm::Parameters(amount, x, y, std::log(width));
+  return there;
+}
+
+void ExpectSpot(const std::optional<HighlightTerm>& found, const HighlightTerm& there) {
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->spot[HighlightTerm::kX], there.spot[HighlightTerm::kX], 0.3);
+  EXPECT_NEAR(found->spot[HighlightTerm::kY], there.spot[HighlightTerm::kY], 0.3);
+  EXPECT_NEAR(found->spot[HighlightTerm::kAmount], there.spot[HighlightTerm::kAmount], 0.2);
 }
 
 TEST(HighlightTerm, IsFoundInCells) {
-  HighlightTerm there;
-  there.spot = HighlightTerm::Parameters(0.5, 1, -2, std::log(1.2));
-  const auto found =
-      FindIn([&](float ink, const Eigen::Vector2d& at) { return ink + 0.4f * static_cast<float>(there.At(at)); });
-  ASSERT_TRUE(found);
-  EXPECT_NEAR(found->spot[HighlightTerm::kX], 1, 0.3);
-  EXPECT_NEAR(found->spot[HighlightTerm::kY], -2, 0.3);
-  EXPECT_NEAR(found->spot[HighlightTerm::kAmount], 0.5, 0.2);
+  for (const double amount : {0.1, 0.5}) {
+    const HighlightTerm there = SpotOf(amount, 1, -2, 1.2);
+    ExpectSpot(
+        FindIn([&](float ink, const Eigen::Vector2d& at) { return ink + 0.4f * static_cast<float>(there.At(at)); }),
+        there);
+  }
 }
 
-TEST(HighlightTerm, IsNotWhatBlurMixesOfCells) {
-  HighlightTerm there;
-  there.spot = HighlightTerm::Parameters(0.1, 1, 2, 0.6);
+TEST(HighlightTerm, IsFoundBesideASlope) {
+  const HighlightTerm there = SpotOf(0.5, 1, -2, 1.2);
+  ExpectSpot(FindIn([&](float ink, const Eigen::Vector2d& at) {
+               return ink + 0.4f * static_cast<float>(there.At(at) + 0.04 * at.y() - 0.03 * at.x());
+             }),
+             there);
+}
+
+TEST(HighlightTerm, IsFoundInCellsThatShow) {
+  const HighlightTerm there = SpotOf(0.5, 1, 1, 1.2);
   const auto light = [&](float ink, const Eigen::Vector2d& at) {
-    return ink + 0.4f * static_cast<float>(there.At(at));
+    return at.y() < -1 ? 0.3f : ink + 0.4f * static_cast<float>(there.At(at));
   };
-  EXPECT_TRUE(FindIn(light, 0.08));
-  EXPECT_FALSE(FindIn(light, 0.12)) << "a short motion makes dark cells differ as much";
+  EXPECT_FALSE(FindIn(light)) << "a cover is none";
+  ExpectSpot(FindIn(light, 12), there);
 }
 
 TEST(HighlightTerm, IsNoShadowAndNoGradient) {
