@@ -10,9 +10,13 @@
 namespace chequer {
 namespace {
 
-/// A cell is hidden if its hue is farther from both inks of its class than this share of the inks' distance, and than
-/// so many times the median distance of the border's cells from theirs (guesses).
+/// A cell is hidden if its hue is farther from its ink's, or of the kernel from both of its class, than this share of
+/// the inks' distance, and than so many times the median distance of the border's cells from theirs (guesses).
 constexpr float kOffColour = 0.45f, kOffUsual = 6;
+/// A light border cell is too dark if it has a smaller share of the light of the border's median cell of its ink, told
+/// by so many at least (guesses).
+constexpr float kLeastOfInk = 0.8f;
+constexpr std::size_t kFewestOfInk = 3;
 /// One line of cells is hidden if no more cells than that line and so many others have no used corner (a guess).
 constexpr int kFewUnseen = 2;
 /// Least difference of a cell to its neighbours, as a share of the contrast of the board (a guess).
@@ -20,6 +24,8 @@ constexpr double kLeastContrastOfCell = 0.3;
 /// The light within a cell differs by less than the first share of the lightest cell's. A light cell has at least the
 /// second share of the darkest other light cell's. Print and shading change less (guesses).
 constexpr float kOneLight = 0.15f, kLeastOfDarkest = 0.7f;
+
+float LightnessOf(const Eigen::Vector3f& light) { return light[0] + light[1]; }
 
 }  // namespace
 
@@ -88,9 +94,21 @@ void CellOcclusion::MeasureHues(const ShownCells& cells, const Eigen::Vector3f& 
   });
 }
 
-float CellOcclusion::OffInks(const OfClass& of_class, std::size_t cell) const {
+float CellOcclusion::OffInks(const ShownCells& cells, std::size_t cell, int row, int col) const {
   const Eigen::Vector3f& hue = found_->hues[cell];
-  return std::min((hue - of_class.inks[0]).norm(), (hue - of_class.inks[1]).norm());
+  const std::array<Eigen::Vector3f, 2>& inks = found_->classes[IsDark(row, col)].inks;
+  if (IsBorder(cells.size, row, col)) return (hue - inks[cells.border[cell]]).norm();
+  return std::min((hue - inks[0]).norm(), (hue - inks[1]).norm());
+}
+
+void CellOcclusion::MeasureLightness(const ShownCells& cells) {
+  std::vector<float>& values = found_->values;
+  for (std::size_t saturated = 0; saturated < 2; ++saturated) {
+    values.clear();
+    for (const std::size_t cell : found_->classes[0].told_by[saturated])
+      values.push_back(LightnessOf(cells.lights.light[cell]));
+    found_->least_light[saturated] = values.size() < kFewestOfInk ? 0 : kLeastOfInk * MedianInPlace(values);
+  }
 }
 
 void CellOcclusion::MeasureInkHues(OfClass& of_class) {
@@ -104,28 +122,58 @@ void CellOcclusion::MeasureInkHues(OfClass& of_class) {
       of_class.inks[saturated][channel] = MedianInPlace(values);
     }
   values.clear();
-  for (const std::vector<std::size_t>& of_ink : of_class.told_by)
-    for (const std::size_t cell : of_ink) values.push_back(OffInks(of_class, cell));
+  for (std::size_t saturated = 0; saturated < 2; ++saturated)
+    for (const std::size_t cell : of_class.told_by[saturated])
+      values.push_back((found_->hues[cell] - of_class.inks[saturated]).norm());
   const float apart = (of_class.inks[1] - of_class.inks[0]).norm();
   of_class.most_off = std::max(kOffColour * apart, kOffUsual * MedianInPlace(values));
   of_class.told = true;
 }
 
+bool CellOcclusion::IsTooDark(const ShownCells& cells, std::size_t cell, int row, int col) const {
+  return IsBorder(cells.size, row, col) && !IsDark(row, col) &&
+         LightnessOf(cells.lights.light[cell]) < found_->least_light[cells.border[cell]];
+}
+
 bool CellOcclusion::AddOffColour(const ShownCells& cells, const Eigen::Vector3f& white) {
   MeasureHues(cells, white);
   for (OfClass& of_class : found_->classes) MeasureInkHues(of_class);
+  MeasureLightness(cells);
+  found_->too_dark.assign(found_->wrong.size(), 0);
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
     const OfClass& of_class = found_->classes[IsDark(row, col)];
     if (!of_class.told || found_->wrong[cell]) return;
-    if (!(OffInks(of_class, cell) <= of_class.most_off)) found_->wrong[cell] = 1;
+    if (!(OffInks(cells, cell, row, col) <= of_class.most_off)) found_->wrong[cell] = 1;
+    found_->too_dark[cell] = IsTooDark(cells, cell, row, col);
   });
   return HideWrong(cells.size, Hidden::kOffColour);
 }
 
+template <class Uneven>
+int CellOcclusion::EndsCovered(MarkerSize size, int row, int col, const Uneven& uneven) const {
+  const auto index = [&](Cell at) { return static_cast<std::size_t>(at.row * size.cols + at.col); };
+  const auto shows = [&](int r, int c) {
+    return found_->visibility.Shows(index({r, c})) && !found_->too_dark[index({r, c})];
+  };
+  // A hand hides those beside an end, too.
+  const auto covered = [&](Cell end) {
+    const bool across = end.row == row;  // the border runs along the column
+    return !shows(end.row, end.col) && shows(end.row - across, end.col - !across) &&
+           shows(end.row + across, end.col + !across);
+  };
+  const auto of_line = [&](Cell first, Cell last) {
+    const bool at_first = covered(first), at_last = covered(last);
+    if (at_first == at_last) return 2 * int{at_first};
+    return 1 + int{uneven(index(at_first ? last : first))};
+  };
+  return std::max(of_line({0, col}, {size.rows - 1, col}), of_line({row, 0}, {row, size.cols - 1}));
+}
+
 void CellOcclusion::FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light) {
   const Visibility& visibility = found_->visibility;
-  found_->reached.assign(light.size(), 0);
-  if (visibility.ShowsAll() && visibility.ShowsAllCorners()) return;
+  found_->reached.assign(light.size(), Reach::kNone);
+  const bool none_dark = std::ranges::find(found_->too_dark, 1) == found_->too_dark.end();
+  if (none_dark && visibility.ShowsAll() && visibility.ShowsAllCorners()) return;
   std::vector<std::uint8_t>& clear = found_->seen;
   clear.assign(light.size(), 0);
   Eigen::Vector3f most = Eigen::Vector3f::Zero();
@@ -134,12 +182,19 @@ void CellOcclusion::FindReached(const BoardInImage& in, std::span<const Eigen::V
     clear[cell] = visibility.Shows(cell) && visibility.ShowsAround(row, col);
     if (!clear[cell]) return;
     most = most.cwiseMax(light[cell]);
-    if (!IsDark(row, col)) darkest = std::min(darkest, light[cell][0] + light[cell][1]);
+    if (!IsDark(row, col)) darkest = std::min(darkest, LightnessOf(light[cell]));
   });
+  const auto uneven = [&](std::size_t cell) {
+    return (LightDiffers(in, cell).array() > kOneLight * most.array()).any();
+  };
   ForCells(in.size, [&](std::size_t cell, int row, int col) {
-    if (clear[cell] || !visibility.Shows(cell)) return;
-    const bool too_dark = !IsDark(row, col) && light[cell][0] + light[cell][1] < kLeastOfDarkest * darkest;
-    found_->reached[cell] = too_dark || (LightDiffers(in, cell).array() > kOneLight * most.array()).any();
+    if (!visibility.Shows(cell)) return;
+    const int ends = IsBorder(in.size, row, col) ? 0 : EndsCovered(in.size, row, col, uneven);
+    const bool too_dark = !IsDark(row, col) && LightnessOf(light[cell]) < kLeastOfDarkest * darkest;
+    if (ends == 2 || (ends == 1 && uneven(cell)))
+      found_->reached[cell] = Reach::kInLine;
+    else if (!clear[cell] && (too_dark || uneven(cell)))
+      found_->reached[cell] = Reach::kBeside;
   });
 }
 

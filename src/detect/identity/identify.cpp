@@ -116,12 +116,16 @@ void Identifier::WeighKernel(MarkerSize size, Identity& identity) {
     if (IsBorder(size, row, col)) return;
     const bool dark = IsDark(row, col);
     float& log_likelihood = cells_->log_likelihood.emplace_back(0.0f);
-    if (!occlusion_.visibility().Shows(cell) || !inks_.Of(dark).usable) {
+    const Reach reach = occlusion_.ReachOf(cell);
+    // In line, it lies over several cells alike, which would be misread together. (Measured: of 14,000 boards, nearly
+    // all with something over them, 5 ids were wrong instead of 16, and 2 % fewer were decided; of 360 with a wire along
+    // cells, none of 33 instead of 10 of 78.)
+    if (!occlusion_.visibility().Shows(cell) || !inks_.Of(dark).usable || reach == Reach::kInLine) {
       ++identity.cells_hidden;
       return;
     }
     const double spread = inks_.Of(dark).spread(), lead = inks_.LeadOf(cell, dark, cells_->lights.half_lit[cell]);
-    const double most = occlusion_.MayReach(cell) ? kMostLikelihoodReached : kMostLikelihood;
+    const double most = reach == Reach::kBeside ? kMostLikelihoodReached : kMostLikelihood;
     log_likelihood = static_cast<float>(std::clamp(lead / (spread * spread), -most, most));
   });
 }
