@@ -31,7 +31,7 @@ constexpr double kCollectAnewPx = 0.05, kCollectAnewMotionPx = 3;
 /// Steps of terms may be so many times what no longer counts where the fit is near enough for all pixels.
 constexpr double kNearTerms = 10;
 /// So is one whose step lets Σ w r² fall by no greater share: what models are compared by is what it was before the
-/// step. (Of boards with a lamp's image, one in fifty seemed to fit worse with it.)
+/// step. (Of boards with a lamp's image, one in seventy seemed to fit worse with it.)
 constexpr double kNearFall = 0.4;
 /// Where corners stay as still as that, terms may be so many times as far off: each step halves what is left at least,
 /// and the corners have followed. Measured on shadows' edges under wide blur, which come to rest slowly.

@@ -8,20 +8,17 @@ namespace {
 
 /// Of the pixels, what unknowns leave to tell their noise, at least.
 constexpr double kFewestFree = 0.2;
-/// A rough fit lacks so much of its close one's score at most (measured: of shadows and highlights that won, beside
-/// covers, dot gain and blur, three of a thousand were behind by .18 to .49 as rough fits, the others by less).
+/// A rough fit lacks so much of its close one's score at most (measured: of shadows and highlights that won, also
+/// beside covers, dot gain and blur, those farthest behind as rough fits were so by .49, .40 and .20).
 constexpr double kRoughLacks = 0.5;
 
-/// One that neither uses tells nothing.
-bool Compared(const Explained::Corner& corner, const Explained::Corner& other) {
-  return corner.own_deviation == 0 || other.own_deviation == 0;
-}
+bool Used(const Explained::Corner& corner) { return corner.own_deviation == 0; }
 
 /// The pixels that a fit explains.
 double CountFits(const Explained& fit) {
   double n = 0;
   for (const Explained::Corner& corner : fit.corners)
-    if (corner.own_deviation == 0) n += double{corner.fits};
+    if (Used(corner)) n += double{corner.fits};
   return std::max(n, 1.0);
 }
 
@@ -36,9 +33,9 @@ double Score(const Explained& fit, const Explained& other, double contrast, doub
   double logs = 0, pixels = 0;
   for (std::size_t i = 0; i < fit.corners.size(); ++i) {
     const Explained::Corner& corner = fit.corners[i];
-    if (!Compared(corner, other.corners[i])) continue;
+    if (!Used(corner) && !Used(other.corners[i])) continue;
     pixels += double{corner.pixels};
-    if (corner.own_deviation > 0)
+    if (!Used(corner))
       logs += double{corner.pixels} * std::max(log_contrast - std::log(double{corner.own_deviation}), 0.0);
   }
   return (n * (log_contrast - k / Free(pixels_of_both, k + 1)) + logs) / std::max(pixels, 1.0);

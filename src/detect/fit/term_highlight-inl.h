@@ -22,7 +22,8 @@ struct HighlightTerm {
     float amount = 0, x = 0, y = 0, per_width_square = 1;
   };
   using Parameters = Eigen::Vector4d;
-  /// The least kLogWidth; the kAmount that moves a board of 20 px cells by one standard deviation.
+  /// The least kLogWidth; a kAmount that moves a board of 20 px cells by about a standard deviation (reckoned: .11
+  /// moved one by six).
   static constexpr double kSpeck = -1.2, kUnseen = 0.02;
 
   /// At its middle, over the light of white paper; where that is, on the board; logarithm of its standard deviation,
@@ -149,7 +150,7 @@ class Levels {
   /// @param x, y how its light falls off.
   Amount AmountOf(const PerCell& x, const PerCell& y) const {
     const PerCell spot = weight_ * x * y;
-    float gg = spot.square().sum() + 1e-9f;
+    float gg = spot.square().sum();
     for (const PerCell& of : beside_) {
       const float along = (spot * of).sum();
       gg -= along * along;

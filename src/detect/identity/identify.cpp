@@ -118,8 +118,8 @@ void Identifier::WeighKernel(MarkerSize size, Identity& identity) {
     float& log_likelihood = cells_->log_likelihood.emplace_back(0.0f);
     const Reach reach = occlusion_.ReachOf(cell);
     // In line, it lies over several cells alike, which would be misread together. (Measured: of 14,000 boards, nearly
-    // all with something over them, 5 ids were wrong instead of 16, and 2 % fewer were decided; of 360 with a wire along
-    // cells, none of 33 instead of 10 of 78.)
+    // all with something over them, 5 ids were wrong instead of 16, and 2 % fewer were decided; of 360 with a wire
+    // along cells, none of 33 instead of 11 of 90.)
     if (!occlusion_.visibility().Shows(cell) || !inks_.Of(dark).usable || reach == Reach::kInLine) {
       ++identity.cells_hidden;
       return;

@@ -164,8 +164,8 @@ TEST(CoveredBoards, HaveNoWrongIdUnderAStripAcrossThem) {
 }
 
 TEST(CoveredBoards, HaveNoWrongIdUnderAWireAlongCells) {
-  // It gives the cells of a column a colour together, more of them than the code can do without. Ten of these ids were
-  // wrong, and 68 right, before a single border cell that is hidden told of it.
+  // It gives the cells of a column a colour together, more of them than the code can do without. Eleven of these ids
+  // were wrong, and 79 right, before a single border cell that is hidden told of it.
   const Readings readings = ReadFrames(Wire, 40, 75);
   EXPECT_GT(readings.decided, readings.boards / 15);
 }

@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Many, Highlights,
                                          Mirror{PixelFormat::kBgr8, "side_px=96", 0.5, 0.5, 2, 20, 0, true}));
 
 /// A board of 6 x 6 cells, every third of which has a colour, in such light.
-/// @param hidden cells, the first ones.
+/// @param hidden_cells so many are hidden, the first ones.
 template <class Light>
 std::optional<HighlightTerm> FindIn(const Light& light, std::size_t hidden_cells = 0) {
   constexpr MarkerSize kSize{6, 6};
