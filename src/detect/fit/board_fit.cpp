@@ -106,6 +106,7 @@ bool BoardFit::Recollect(const LightReader& reader, const Lens& lens, const Star
   if (!Collect(reader, lens)) return false;
   SetDerivatives();
   SetPlaces();
+  if (run_->light.fades) SetWindows();
   run_->step.corner_px = 0;  // since corners were placed
   if (shaded) EvenOutShading(start);
   return true;
@@ -152,10 +153,6 @@ void BoardFit::SetPlaces() {
     set(LaneBlock::kCornerX, x), set(LaneBlock::kCornerY, y);
     set(LaneBlock::kPxPerCellX, px_x), set(LaneBlock::kPxPerCellY, px_y);
     set(LaneBlock::kCorrelation, correlation);
-    if (run_->light.fades) {
-      set(LaneBlock::kFadeX, at.fade_x / px_x), set(LaneBlock::kFadeY, at.fade_y / px_y);
-      set(LaneBlock::kFadeXAt, at.fade_x_at), set(LaneBlock::kFadeYAt, at.fade_y_at);
-    }
     to += 16;
   }
 }
@@ -318,6 +315,19 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
 
 bool BoardFit::FitAnew(const LightReader& reader, const Lens& lens, const Start& start) {
   if (!SettleAnew(reader, lens, start)) return false;
+  FinishBent(reader, lens, start);
+  return run_->result.determined();
+}
+
+bool BoardFit::FitBesideHidden(const LightReader& reader, const Lens& lens, const Start& start) {
+  run_->terms.beside_hidden = true;
+  profiles_.Set(run_->model.edges);
+  if (run_->terms.look_farther) {
+    SetTerms();
+    if (!HavePixels(reader, lens, start) || !SettleModelByAll(reader, lens, start)) return false;
+  } else if (!SettleAnew(reader, lens, start)) {
+    return false;
+  }
   FinishBent(reader, lens, start);
   return run_->result.determined();
 }

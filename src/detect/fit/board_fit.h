@@ -86,6 +86,9 @@ class BoardFit {
   bool Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
   /// Goes on from where a plain fit has ended, with the pixels that are chosen there. As Fit().
   bool FitAnew(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Goes on from where a fit has ended that hides corners: without the pixels beside these that may show what hides
+  /// them. As Fit().
+  bool FitBesideHidden(const LightReader& reader, const Lens& lens, const Start& start);
   /// Ends a rough fit: by all pixels. As Fit(). @pre run() is that of a fit that began with `start`.
   bool FitClosely(const LightReader& reader, const Lens& lens, const Start& start);
   /// Whether the result is by some of the pixels.
@@ -176,6 +179,10 @@ class BoardFit {
   void SetDerivatives();
   /// What the kernel is told of the corners' places, and of what changes with every step.
   void SetPlaces();
+  /// Where the pixels of a corner end along an axis.
+  WindowEnds EndsOf(int corner, int axis) const;
+  /// Tells the plain kernel.
+  void SetWindows();
   void SetLanes();
   /// Which the next steps are by: one in `stride` of all pixels, or of those of the corners spread over the board.
   void UsePixels(int stride, bool of_spread = false);

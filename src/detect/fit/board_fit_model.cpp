@@ -190,11 +190,12 @@ void BoardFit::SetLanesOfTerms(int corner, const Eigen::Matrix2d& shading) {
   set(ModelLanes::kByPixelXy, by_pixel(0, 1));
   set(ModelLanes::kByPixelYx, by_pixel(1, 0));
   set(ModelLanes::kByPixelYy, by_pixel(1, 1));
-  const bool fades = run_->light.fades;
-  set(ModelLanes::kFadeX, fades ? place.fade.x() : 0);
-  set(ModelLanes::kFadeY, fades ? place.fade.y() : 0);
-  set(ModelLanes::kFadeXAt, fades ? place.fade_at.x() : 1);
-  set(ModelLanes::kFadeYAt, fades ? place.fade_at.y() : 1);
+  for (int axis = 0; axis < 2; ++axis) {
+    const WindowEnds ends = run_->light.fades ? EndsOf(corner, axis) : WindowEnds{};
+    set(ModelLanes::kFadeX + axis, ends.slope);
+    set(ModelLanes::kMiddleX + axis, ends.middle());
+    set(ModelLanes::kPeakX + axis, ends.peak());
+  }
 }
 
 void BoardFit::SetLanesOfLevels(int corner) {

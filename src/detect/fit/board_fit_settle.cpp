@@ -84,6 +84,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
   const int passes_of_light = anew ? kPassesOfLightAnew : kPassesOfLight;
   LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
   run_->light.fades = true;
+  SetWindows();
   bool edges_told = start.image != nullptr;
   StepSize step, before;
   for (int pass = 1; pass < kMaxPasses; before = step, ++pass) {
@@ -99,6 +100,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
     run_->told.pixel_variance = step.variances;
     if (MayBeOutOfRegister()) MoveInks(start);
     const bool changed = FindOccludedCorners();
+    if (changed && run_->terms.beside_hidden) SetWindows();
     // What is done to the light follows the fit by a pass or two.
     const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;
     const bool follows = uneven ? pass < passes_of_light : again;

@@ -40,7 +40,7 @@ constexpr double kHardCellPx = 4, kSoftCellPx = 8;
 /// Which pixels are a corner's, along one axis of the board, cells from it.
 struct Window {
   double low = -0.5, high = 0.5, middle = 0;
-  double fade = 0, fade_at = 1;  ///< as CornerPlace has them
+  WindowEnds ends;
 };
 
 /// @param at_start, at_end whether the corner lies at the board's rim. @param px of a cell.
@@ -54,8 +54,8 @@ Window WindowOf(bool at_start, bool at_end, double px, double blur_px) {
   if (at_start == at_end || px <= kHardCellPx) return window;
   const double share = BoardPixels::RimSoftness(px), beyond_px = share * kFadeBeyondPx,
                fade_px = beyond_px + share * kFadeBeforePx;
-  window.fade = (at_start ? 1 : -1) * px / fade_px;
-  window.fade_at = (reach * px + beyond_px) / fade_px;
+  window.ends.slope = px / fade_px;
+  (at_start ? window.ends.low : window.ends.high) = (at_start ? -1 : 1) * (reach + beyond_px / px);
   (at_start ? window.low : window.high) += (at_start ? -1 : 1) * beyond_px / px;
   return window;
 }
@@ -203,8 +203,6 @@ void BoardPixels::FillFours() {
   ForFours([&](int corner, const CornerPlace& place, CornerFour& four, const auto& set) {
     four.corner[static_cast<std::size_t>(rank_[static_cast<std::size_t>(corner)] % 4)] = corner;
     set(four.board_x, place.board.x()), set(four.board_y, place.board.y());
-    set(four.fade_x, place.fade.x()), set(four.fade_y, place.fade.y());
-    set(four.fade_x_at, place.fade_at.x()), set(four.fade_y_at, place.fade_at.y());
   });
   MoveFours();
 }
@@ -350,8 +348,7 @@ void BoardPixels::CollectCorner(const LightReader& reader, const LightReader::Ro
   region.left = across.low, region.right = across.high;
   region.top = down.low, region.bottom = down.high;
   place.middle = {across.middle, down.middle};
-  place.fade = {across.fade, down.fade};
-  place.fade_at = {across.fade_at, down.fade_at};
+  place.ends = {across.ends, down.ends};
 
   // Of the region's corners, how far down the middle lies and the lowest lies below it.
   const double by_x = place.pixel_by_board(1, 0) / 2, by_y = place.pixel_by_board(1, 1) / 2;

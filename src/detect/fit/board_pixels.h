@@ -13,6 +13,19 @@
 
 namespace chequer {
 
+/// Where the pixels that are a corner's end along one axis of the board, in cells from the corner: the root of their
+/// weight falls by `slope` a cell towards each of the two ends, where it is zero, from 1 at most.
+struct WindowEnds {
+  /// Of ends that no pixel comes near.
+  static constexpr double kNever = 4;
+  double slope = 0, low = -kNever, high = kNever;
+
+  bool any() const { return slope > 0; }
+  double middle() const { return (low + high) / 2; }
+  /// What it would be in the middle, if it were not 1 at most.
+  double peak() const { return any() ? (high - low) / 2 * slope : 1; }
+};
+
 /// Where a corner lies, and how the image lies around it.
 struct CornerPlace {
   Eigen::Vector2d board = Eigen::Vector2d::Zero();           ///< where it is printed, cells
@@ -22,11 +35,9 @@ struct CornerPlace {
   Eigen::Matrix2d pixel_by_board = Eigen::Matrix2d::Zero(), board_by_pixel = Eigen::Matrix2d::Zero();
   /// Centre of the region whose pixels are the corner's, cells from it: off zero at the board's rim.
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
-  /// At the board's rim the pixels' weight falls to zero: its root by the distance from the corner, cells, and what it
-  /// is there. It stays 1 where `fade` is 0.
-  Eigen::Vector2d fade = Eigen::Vector2d::Zero(), fade_at = Eigen::Vector2d::Ones();
-  bool inside = false;  ///< the image
-  int pixels = 0;       ///< that are the corner's
+  std::array<WindowEnds, 2> ends;  ///< by axis: of corners at the board's rim
+  bool inside = false;             ///< the image
+  int pixels = 0;                  ///< that are the corner's
 };
 
 /// Four corners whose lanes stand side by side: for vectors, in single precision.
@@ -35,7 +46,6 @@ struct CornerFour {
   std::array<int, 4> corner{-1, -1, -1, -1};  ///< −1 where there is none, or none inside the image
   // As CornerPlace has them.
   Values board_x = Values::Zero(), board_y = Values::Zero();
-  Values fade_x = Values::Zero(), fade_y = Values::Zero(), fade_x_at = Values::Ones(), fade_y_at = Values::Ones();
   Values off_x = Values::Zero(), off_y = Values::Zero();  ///< image, from the board's middle
   /// Derivative of the board coordinates x and y by the pixel's.
   Values x_by_x = Values::Ones(), x_by_y = Values::Zero(), y_by_x = Values::Zero(), y_by_y = Values::Ones();

@@ -64,6 +64,7 @@ struct BoardRun {
     bool may_move = true;         ///< motion may be one
     bool plain_only = false;      ///< none of them may be fitted
     bool sure_of_motion = false;  ///< nothing else makes edges as uneven
+    bool beside_hidden = false;   ///< pixels that may show what hides corners count less
   };
   /// What was done to the pixels' light.
   struct Light {

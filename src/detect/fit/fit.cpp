@@ -106,6 +106,7 @@ const FittedBoard* PhotometricFit::FitFrom(const Task& task, const BlurShape& mo
     fitted = FitFirst(task, motion, false) && Explain(task);
   if (!fitted) return nullptr;
   LeaveOutPulled(task);
+  KeepOffWhatHides(task);
   return &fit_.result();
 }
 
@@ -199,6 +200,14 @@ void PhotometricFit::LeaveOutPulled(const Task& task) {
     if (!FitOnce(task)) return fit_.Restore(before);
     fit_.RestoreCells(before.result);
   }
+}
+
+void PhotometricFit::KeepOffWhatHides(const Task& task) {
+  if (!fit_.AnyUnused()) return;
+  BoardRun& before = kept_[0].run;
+  before = fit_.run();
+  if (!fit_.FitBesideHidden(task.reader, task.lens, made_.start)) return fit_.Restore(before);
+  fit_.RestoreCells(before.result);
 }
 
 }  // namespace chequer

@@ -96,6 +96,9 @@ class PhotometricFit {
   /// An occlusion may pull the corners beside it. Fits the pose again without them; the cells stay as they were read
   /// with them.
   void LeaveOutPulled(const Task& task);
+  /// What hides corners may lie on a part of the pixels beside them, too, and take the board along: fits the pose again
+  /// without these. The cells stay as they were read.
+  void KeepOffWhatHides(const Task& task);
 
   bool wants_more_ = false, cut_short_ = false, lies_elsewhere_ = false;
   std::uint64_t most_units_ = 0;

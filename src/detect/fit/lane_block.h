@@ -70,10 +70,12 @@ class LaneBlock {
     kL11,
     kNoiseFloor,  ///< variance of a pixel = floor + slope · model
     kNoiseSlope,
-    kFadeX,  ///< how the window's weight falls with the distance from the edge, a pixel; 0 where it is 1 throughout
+    kFadeX,  ///< how the root of the window's weight falls to both sides, a cell; 0 where it is 1 throughout
     kFadeY,
-    kFadeXAt,  ///< what it is at the edge
-    kFadeYAt,
+    kMiddleX,  ///< from where, cells from the corner
+    kMiddleY,
+    kPeakX,  ///< what it would be there, if it were not 1 at most
+    kPeakY,
     kParameters
   };
 

@@ -152,8 +152,11 @@ void AddLanes(const ModelInput& input, const ModelColumns& columns, int first, L
     LookAt(input, m, x, y, terms, p);
     Bend(input, m, board_x, board_y, gaussian, p, by);
     // As in the plain model, the window ends softly.
-    const V window = hn::Min(hn::MulAdd(x, m.of(ModelLanes::kFadeX), m.of(ModelLanes::kFadeXAt)),
-                             hn::MulAdd(y, m.of(ModelLanes::kFadeY), m.of(ModelLanes::kFadeYAt)));
+    const auto within =
+        [&](V at, ModelLanes::Parameter fade, ModelLanes::Parameter middle, ModelLanes::Parameter peak)
+            HWY_ATTR { return hn::NegMulAdd(hn::Abs(hn::Sub(at, m.of(middle))), m.of(fade), m.of(peak)); };
+    const V window = hn::Min(within(x, ModelLanes::kFadeX, ModelLanes::kMiddleX, ModelLanes::kPeakX),
+                             within(y, ModelLanes::kFadeY, ModelLanes::kMiddleY, ModelLanes::kPeakY));
     const auto in_window = hn::And(inside, hn::Gt(window, zero));
     PutRow(input, columns, m, p, by, board_x, board_y, hn::Max(hn::Min(window, Splat(1)), zero), light, in_window,
            rows + kept * kRowColumns * lanes, sums);
@@ -200,7 +203,7 @@ void ModelLanes::Reset(int padded_lanes, int products) {
   parameters_.resize(static_cast<std::size_t>(padded_) * kParameters, 1.0f);
   // Windows that nobody says anything of end nowhere.
   std::fill_n(parameter_data(kFadeX), 2 * padded_, 0.0f);
-  std::fill_n(parameter_data(kFadeXAt), 2 * padded_, 1.0f);
+  std::fill_n(parameter_data(kPeakX), 2 * padded_, 1.0f);
   // Never shrinks: what is grown again would be filled again.
   sums_.resize(std::max(sums_.size(), static_cast<std::size_t>(padded_) * static_cast<std::size_t>(products)));
 }

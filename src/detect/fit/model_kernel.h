@@ -80,10 +80,12 @@ class ModelLanes {
     kByPixelYy,
     kNoiseFloor,  ///< variance of a pixel = floor + slope · model
     kNoiseSlope,
-    kFadeX,  ///< how the window's weight falls with the distance from the corner, a cell; 0 where it is 1 throughout
+    kFadeX,  ///< as LaneBlock has them
     kFadeY,
-    kFadeXAt,  ///< what it is there
-    kFadeYAt,
+    kMiddleX,
+    kMiddleY,
+    kPeakX,
+    kPeakY,
     kOfTerms,                             ///< Terms::kLanes of them
     kLevel00 = kOfTerms + Terms::kLanes,  ///< of the 4 × 4 cells, row by row
     kParameters = kLevel00 + ModelColumns::kLevels

@@ -65,7 +65,7 @@ struct Model {
   V noise_floor, noise_slope;
   /// Root of a pixel's weight, by the distances.
   struct {
-    V x, y, x_at, y_at;
+    V x, y, middle_x, middle_y, peak_x, peak_y;
     bool any;  ///< the window of some lane fades
   } fade;
   V count;  ///< pixels
@@ -94,10 +94,12 @@ inline Model ModelOf(const Shared& shared, const LaneBlock& block, int first) {
   m.noise_slope = parameter(LaneBlock::kNoiseSlope);
   m.light.middle = hn::Mul(hn::Add(hn::Add(m.light.l00, l11), hn::Add(l10, l01)), hn::Set(d, 0.25f));
   const V fade_x = parameter(LaneBlock::kFadeX), fade_y = parameter(LaneBlock::kFadeY);
-  m.fade.x = hn::Mul(fade_x, shared.px);
-  m.fade.y = hn::Mul(fade_y, shared.px);
-  m.fade.x_at = parameter(LaneBlock::kFadeXAt);
-  m.fade.y_at = parameter(LaneBlock::kFadeYAt);
+  m.fade.x = hn::Div(fade_x, scale_x);
+  m.fade.y = hn::Div(fade_y, scale_y);
+  m.fade.middle_x = hn::Mul(parameter(LaneBlock::kMiddleX), scale_x);
+  m.fade.middle_y = hn::Mul(parameter(LaneBlock::kMiddleY), scale_y);
+  m.fade.peak_x = parameter(LaneBlock::kPeakX);
+  m.fade.peak_y = parameter(LaneBlock::kPeakY);
   m.fade.any = !hn::AllTrue(d, hn::Eq(hn::Or(fade_x, fade_y), hn::Zero(d)));
   const hn::RebindToSigned<D> di;
   m.count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
@@ -174,7 +176,8 @@ HWY_INLINE Weighed Weigh(const Model& m, const Predicted& p, V marked_light, M i
   // The window ends softly, and moves with the board: which pixels count does not depend on where a fit began.
   V window = one;
   if (m.fade.any) {
-    window = hn::Min(hn::MulAdd(p.ax, m.fade.x, m.fade.x_at), hn::MulAdd(p.ay, m.fade.y, m.fade.y_at));
+    window = hn::Min(hn::NegMulAdd(hn::Abs(hn::Sub(p.ax, m.fade.middle_x)), m.fade.x, m.fade.peak_x),
+                     hn::NegMulAdd(hn::Abs(hn::Sub(p.ay, m.fade.middle_y)), m.fade.y, m.fade.peak_y));
     window = hn::Max(hn::Min(window, one), zero);
     inside = hn::And(inside, hn::Gt(window, zero));
   }
