@@ -314,13 +314,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
 }
 
 bool BoardFit::FitAnew(const LightReader& reader, const Lens& lens, const Start& start) {
-  if (!SettleAnew(reader, lens, start)) return false;
-  FinishBent(reader, lens, start);
-  return run_->result.determined();
-}
-
-bool BoardFit::FitBesideHidden(const LightReader& reader, const Lens& lens, const Start& start) {
-  run_->terms.beside_hidden = true;
+  // Another run may have set them.
   profiles_.Set(run_->model.edges);
   if (run_->terms.look_farther) {
     SetTerms();
@@ -330,6 +324,15 @@ bool BoardFit::FitBesideHidden(const LightReader& reader, const Lens& lens, cons
   }
   FinishBent(reader, lens, start);
   return run_->result.determined();
+}
+
+bool BoardFit::FitClosely(const LightReader& reader, const Lens& lens, const Start& start) {
+  return run_->terms.rough ? FitAnew(reader, lens, start) : run_->result.determined();
+}
+
+bool BoardFit::FitBesideHidden(const LightReader& reader, const Lens& lens, const Start& start) {
+  run_->light.beside_hidden = true;
+  return FitAnew(reader, lens, start);
 }
 
 void BoardFit::FinishBent(const LightReader& reader, const Lens& lens, const Start& start) {

@@ -84,12 +84,12 @@ class BoardFit {
   /// False if the board lies outside the image for the most part, does not look like the model, or the fit runs away;
   /// the result then means nothing, nor does what is told of corners.
   bool Fit(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
-  /// Goes on from where a plain fit has ended, with the pixels that are chosen there. As Fit().
+  /// Goes on from where a fit has ended: a plain one with the pixels that are chosen there, one with terms by all of
+  /// its pixels. As Fit(). @pre run() is that of a fit that began with `start`.
   bool FitAnew(const LightReader& reader, const Lens& lens, const Start& start);
-  /// Goes on from where a fit has ended that hides corners: without the pixels beside these that may show what hides
-  /// them. As Fit().
+  /// The same without the pixels beside hidden corners that may show what hides these.
   bool FitBesideHidden(const LightReader& reader, const Lens& lens, const Start& start);
-  /// Ends a rough fit: by all pixels. As Fit(). @pre run() is that of a fit that began with `start`.
+  /// The same if the fit is rough.
   bool FitClosely(const LightReader& reader, const Lens& lens, const Start& start);
   /// Whether the result is by some of the pixels.
   bool rough() const { return run_->terms.rough; }
@@ -123,6 +123,8 @@ class BoardFit {
   /// Usable, and not found occluded.
   bool used(int corner) const { return run_->visibility.ShowsCorner(corner); }
   bool AnyUnused() const { return !run_->visibility.ShowsAllCorners(); }
+  /// Whether a corner that is used lies beside one in the image that is not.
+  bool AnyBesideHidden() const;
   /// The corners that were found occluded.
   CornerFlags Occluded() const;
   /// Of the corners that are used, those beside one that is not which fit worse than others: what hides that may lie on
@@ -179,6 +181,13 @@ class BoardFit {
   void SetDerivatives();
   /// What the kernel is told of the corners' places, and of what changes with every step.
   void SetPlaces();
+  /// Which neighbours of a corner along an axis lie in the image and are not used.
+  struct HiddenNeighbours {
+    bool before = false, after = false;
+    bool any() const { return before || after; }
+  };
+  HiddenNeighbours HiddenBeside(int corner, int axis) const;
+  bool LiesBesideHidden(int corner) const { return HiddenBeside(corner, 0).any() || HiddenBeside(corner, 1).any(); }
   /// Where the pixels of a corner end along an axis.
   WindowEnds EndsOf(int corner, int axis) const;
   /// Tells the plain kernel.

@@ -436,14 +436,6 @@ bool BoardFit::SettleModel(const LightReader& reader, const Lens& lens, const St
   return choice.roughly || work_.units() > start.most_units || SettleModelByAll(reader, lens, start);
 }
 
-bool BoardFit::FitClosely(const LightReader& reader, const Lens& lens, const Start& start) {
-  if (!run_->terms.rough) return run_->result.determined();
-  SetTerms();
-  if (!HavePixels(reader, lens, start) || !SettleModelByAll(reader, lens, start)) return false;
-  FinishBent(reader, lens, start);
-  return run_->result.determined();
-}
-
 bool BoardFit::HavePixels(const LightReader& reader, const Lens& lens, const Start& start) {
   if (run_->number == pixels_of_) return true;
   run_->number = ++pixels_of_;

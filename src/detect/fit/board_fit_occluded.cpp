@@ -12,8 +12,9 @@ constexpr double kOccludedRatio = 8;
 /// hands across a column of cells, corners beside it had 3 to 6 times as much, others up to 1.8).
 constexpr double kPulledRatio = 2;
 /// What hides a corner may end anywhere between it and the next one, which is still used if its own pixels show little
-/// of that. Pixels farther towards the hidden one than that, cells, count nothing (measured on 3,024 boards with
-/// covers: of .2 to .35, this had the fewest gross errors), and those within so many pixels before it less and less.
+/// of that. Pixels farther towards the hidden one than that, cells, count nothing (measured: of 1,433 blurred boards
+/// with covers, 15, 16, 18 and 25 have gross errors with .2, .25, .3 and .35, 55 with pixels up to half a cell; of
+/// 3,024 sharp ones, 14 to 17 with any of these), and those within so many pixels before it less and less.
 constexpr double kReachToHidden = 0.25, kFadePx = 0.8;
 /// Where cells blur into each other, levels fit a corner's few pixels more or less by chance: as many pixels more of it
 /// are asked for.
@@ -73,7 +74,7 @@ bool BoardFit::FindOccludedCorners(bool may_return) {
                least = alike ? least_contrast : kOccludedContrast * median(contrast);
   bool changed = false;
   // Corners that fit with fewer pixels are not seen better.
-  const bool returns = may_return && !run_->terms.beside_hidden;
+  const bool returns = may_return && !run_->light.beside_hidden;
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!usable(corner) || !(used(corner) || returns)) continue;
     const std::size_t i = static_cast<std::size_t>(corner);
@@ -91,19 +92,30 @@ CornerFlags BoardFit::Occluded() const {
   return occluded;
 }
 
-WindowEnds BoardFit::EndsOf(int corner, int axis) const {
-  const CornerPlace& place = pixels_.place(corner);
-  WindowEnds ends = place.ends[static_cast<std::size_t>(axis)];
-  if (!run_->terms.beside_hidden || !used(corner)) return ends;
+BoardFit::HiddenNeighbours BoardFit::HiddenBeside(int corner, int axis) const {
   const int cols = run_->view.size.cols - 1, rows = run_->view.size.rows - 1;
   const int at = axis == 0 ? corner % cols : corner / cols, count = axis == 0 ? cols : rows,
             next = axis == 0 ? 1 : cols;
   const auto hidden = [&](int other) { return pixels_.inside(other) && !used(other); };
-  const bool before = at > 0 && hidden(corner - next), after = at + 1 < count && hidden(corner + next);
-  if (!before && !after) return ends;
+  return {at > 0 && hidden(corner - next), at + 1 < count && hidden(corner + next)};
+}
+
+bool BoardFit::AnyBesideHidden() const {
+  if (!AnyUnused()) return false;
+  for (int corner = 0; corner < corners(); ++corner)
+    if (used(corner) && LiesBesideHidden(corner)) return true;
+  return false;
+}
+
+WindowEnds BoardFit::EndsOf(int corner, int axis) const {
+  const CornerPlace& place = pixels_.place(corner);
+  WindowEnds ends = place.ends[static_cast<std::size_t>(axis)];
+  if (!run_->light.beside_hidden || !used(corner)) return ends;
+  const HiddenNeighbours hidden = HiddenBeside(corner, axis);
+  if (!hidden.any()) return ends;
   if (!ends.any()) ends.slope = 1 / (kFadePx * place.board_by_pixel.row(axis).norm());
-  if (before) ends.low = std::max(ends.low, -kReachToHidden);
-  if (after) ends.high = std::min(ends.high, kReachToHidden);
+  if (hidden.before) ends.low = std::max(ends.low, -kReachToHidden);
+  if (hidden.after) ends.high = std::min(ends.high, kReachToHidden);
   return ends;
 }
 
@@ -132,15 +144,8 @@ CornerFlags BoardFit::Pulled() const {
   if (count == 0) return pulled;
   std::nth_element(misfits.begin(), misfits.begin() + count / 2, misfits.begin() + count);
   const double most = kPulledRatio * misfits[static_cast<std::size_t>(count / 2)];
-  const int cols = run_->view.size.cols - 1;
-  const auto hidden = [&](int other) { return pixels_.inside(other) && !used(other); };
-  for (int corner = 0; corner < corners(); ++corner) {
-    const int col = corner % cols;
-    const bool beside = (col > 0 && hidden(corner - 1)) || (col + 1 < cols && hidden(corner + 1)) ||
-                        (corner >= cols && hidden(corner - cols)) ||
-                        (corner + cols < corners() && hidden(corner + cols));
-    pulled[static_cast<std::size_t>(corner)] = used(corner) && beside && misfit(corner) > most;
-  }
+  for (int corner = 0; corner < corners(); ++corner)
+    pulled[static_cast<std::size_t>(corner)] = used(corner) && misfit(corner) > most && LiesBesideHidden(corner);
   return pulled;
 }
 

@@ -100,7 +100,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
     run_->told.pixel_variance = step.variances;
     if (MayBeOutOfRegister()) MoveInks(start);
     const bool changed = FindOccludedCorners();
-    if (changed && run_->terms.beside_hidden) SetWindows();
+    if (changed && run_->light.beside_hidden) SetWindows();
     // What is done to the light follows the fit by a pass or two.
     const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;
     const bool follows = uneven ? pass < passes_of_light : again;

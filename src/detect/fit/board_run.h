@@ -64,7 +64,6 @@ struct BoardRun {
     bool may_move = true;         ///< motion may be one
     bool plain_only = false;      ///< none of them may be fitted
     bool sure_of_motion = false;  ///< nothing else makes edges as uneven
-    bool beside_hidden = false;   ///< pixels that may show what hides corners count less
   };
   /// What was done to the pixels' light.
   struct Light {
@@ -78,7 +77,8 @@ struct BoardRun {
     /// The pixels' weights fade out by where the board lies. Not before it has come near: where it was thought to lie,
     /// there are its pixels.
     bool fades = false;
-    double window_blur_px = 1;  ///< by which the board's rim is kept out of the pixels
+    bool beside_hidden = false;  ///< and towards hidden corners: pixels there may show what hides these
+    double window_blur_px = 1;   ///< by which the board's rim is kept out of the pixels
   };
   /// The last step.
   struct Step {

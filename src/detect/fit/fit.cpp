@@ -203,7 +203,7 @@ void PhotometricFit::LeaveOutPulled(const Task& task) {
 }
 
 void PhotometricFit::KeepOffWhatHides(const Task& task) {
-  if (!fit_.AnyUnused()) return;
+  if (!fit_.AnyBesideHidden()) return;
   BoardRun& before = kept_[0].run;
   before = fit_.run();
   if (!fit_.FitBesideHidden(task.reader, task.lens, made_.start)) return fit_.Restore(before);
