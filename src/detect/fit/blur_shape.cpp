@@ -28,6 +28,19 @@ void BlurShapeFit::SetMeanSquare(double square) {
   lens_ = std::max(variance_ - kOfWay / 2 * way, kLeastOfLens * variance_);
 }
 
+WayInBlur BlurShapeFit::InMiddle() const {
+  const Blurred<double> at = BlurredAt(WayByTurn<double>{0, 0});
+  const double x = std::sqrt(at.x), y = std::sqrt(at.y);
+  // By a pixel from the other edge, along this one.
+  const Eigen::Matrix2d by_turn = turned_ * across_.inverse();
+  const double way_x_by_y = shape_.turn * by_turn(0, 1), way_y_by_x = shape_.turn * by_turn(1, 0);
+  return {.share_x = kOfWay * at.way_x * at.way_x / at.x,
+          .share_y = kOfWay * at.way_y * at.way_y / at.y,
+          .skew = kOfWay * at.way_x * at.way_y / (x * y),
+          .narrower_x = -kOfWay * at.way_x * way_x_by_y * y / at.x,
+          .narrower_y = -kOfWay * at.way_y * way_y_by_x * x / at.y};
+}
+
 double BlurShapeFit::Step(double least_gain, BlurShape& shape) const {
   shape = shape_;
   if (shape_.round()) return StepOfRound(least_gain, shape);

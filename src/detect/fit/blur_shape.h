@@ -31,6 +31,14 @@ struct CornerBlur {
   Value wider_x, wider_y, skew;
 };
 
+/// What a way has of the blur, in the board's middle: shares of the variances across the two edges, and the covariance
+/// over the root of both. Where a board turns, the blur across the edges of constant x gets narrower with each of its
+/// standard deviations along y, as a share of it; and the reverse. (That it leans more or less makes no difference.)
+struct WayInBlur {
+  double share_x = 0, share_y = 0, skew = 0;
+  double narrower_x = 0, narrower_y = 0;
+};
+
 /// What pixels say of the blur: products of derivatives with the residual, and their squares. By the mean and by half
 /// the difference of the logarithms of the two deviations, and by the skew.
 template <class Value>
@@ -69,6 +77,7 @@ class BlurShapeFit {
     return {sqrt(at.x * by_variance), sqrt(at.y * by_variance),
             As<Value>(kOfWay) * at.way_x * at.way_y / sqrt(at.x * at.y)};
   }
+  WayInBlur InMiddle() const;
   /// What the light around a corner says. @pre the model had At() there. @param may_turn whether a round blur may
   /// become one of a turn on the spot: the same of all corners.
   template <class Value>

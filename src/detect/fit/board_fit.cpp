@@ -5,6 +5,7 @@
 
 #include "core/small_cholesky.h"
 #include "detect/fit/board_fit_limits.h"
+#include "detect/fit/motion_edges.h"
 
 namespace chequer {
 namespace {
@@ -127,6 +128,7 @@ void BoardFit::SetDerivatives() {
 void BoardFit::SetPlaces() {
   using Four = CornerFour::Values;
   const BlurShapeFit shape = FitOfShape(run_->step.placed_shape = run_->model.blur_shape);
+  run_->step.placed_way = shape.InMiddle();
   const bool round = run_->step.placed_shape.round(), printed_elsewhere = MayBeOutOfRegister();
   const Eigen::Vector2f bend_px = run_->model.blur_shape.BendPx().cast<float>();
   float* to = pixels_.lanes().parameter_data(LaneBlock::kCornerX);
@@ -167,6 +169,7 @@ void BoardFit::SetLanes() {
   run_->plain_input.edge_y = profiles_.Across(board_by_pixel.row(1));
   // The first step only has to come near.
   run_->plain_input.corner = !ComesNear() ? profiles_.Between(board_by_pixel.row(0)) : CornerExcess{};
+  AddMotion(run_->step.placed_way, run_->plain_input);
   PhaseValues floor, slope;
   for (std::size_t phase = 0; phase < 4; ++phase) {
     const std::size_t channel = static_cast<std::size_t>(run_->view.channel_of_phase[phase]);

@@ -10,6 +10,10 @@ namespace {
 
 /// A blur so much above what the pixels were chosen for asks for others.
 constexpr double kWiderBlur = 1.2, kGrowingBlur = 0.5;
+/// One that still grows and is wider than that, cells, is none of the lens's: the plain model makes ever more of a way
+/// as long as a cell (measured, of knocked boards: the first one of an image took 4 to 6 times the work of others and
+/// told a wrong motion, or did so by no more than chance; with .25 to .45 none).
+constexpr double kWidestGrowing = 0.3;
 /// Until corners that were found lie right.
 constexpr int kStepsOfFound = 3;
 /// Where the levels are known too, all pixels of so many corners, spread over the board, place it as well as a third of
@@ -66,6 +70,7 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
   for (double chosen_for = start.blur_px; run_->model.blur_px > kWiderBlur * chosen_for;) {
     // A blur that grows as much as a step may goes on to grow.
     const bool grows = run_->step.blur_share > kGrowingBlur;
+    if (grows && choice.may_look_farther && run_->model.blur_px > kWidestGrowing * CellPx()) break;
     if (!grows) chosen_for = run_->light.window_blur_px = run_->model.blur_px;
     if (!grows && !Recollect(reader, lens, start)) return false;
     if (!Step(first) || run_->step.corner_px > kRunawayPx) return false;

@@ -88,6 +88,7 @@ struct BoardRun {
     double corner_px = 0;                                                 ///< the farthest that a corner moved
     double blur_share = 0;                                                ///< by which the blur changed
     BlurShape placed_shape;  ///< of the blur, with which the corners were placed for it
+    WayInBlur placed_way;    ///< of that
     BlurShape start_shape;   ///< that was known before
     double shape_gain = 0;   ///< how much Σ w r² falls by another one
     double terms = 0;        ///< of the terms, over what no longer counts

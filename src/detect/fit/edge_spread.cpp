@@ -21,9 +21,6 @@ constexpr double kSharpest = 0.03, kLeastVariance = 0.02;
 constexpr double kLeastAcross = 0.02;
 /// Edges so little more upright than others (radians) have their profile.
 constexpr double kAlikeSlant = 0.02;
-/// Where profiles are sampled for the kernel's terms, standard deviations: beyond, nothing is left.
-constexpr int kSamples = 20;
-constexpr double kSampleStep = 0.2;
 /// Of corners' terms, where all blur is smoothing by a sixth or more: found by integrating over both axes. The lens's
 /// variance, square pixels, lessens them by e to this.
 constexpr double kCornerSquare = -0.155, kCornerProduct = 0.36, kFullFilter = 0.15, kLensLessens = 8.2;
@@ -65,10 +62,10 @@ class Ramp {
 };
 
 /// Columns: what the kernel's six terms are worth at the samples.
-Eigen::Matrix<double, kSamples, EdgeTerms::kTerms> TermsAtSamples() {
-  Eigen::Matrix<double, kSamples, EdgeTerms::kTerms> terms;
-  for (int i = 0; i < kSamples; ++i) {
-    const double a = (i + 1) * kSampleStep;
+Eigen::Matrix<double, kProfileSamples, EdgeTerms::kTerms> TermsAtSamples() {
+  Eigen::Matrix<double, kProfileSamples, EdgeTerms::kTerms> terms;
+  for (int i = 0; i < kProfileSamples; ++i) {
+    const double a = (i + 1) * kProfileStep;
     double power = std::exp(-0.5 * a * a);
     for (int term = 0; term < EdgeTerms::kTerms; ++term) terms(i, term) = power *= a;
   }
@@ -77,7 +74,7 @@ Eigen::Matrix<double, kSamples, EdgeTerms::kTerms> TermsAtSamples() {
 
 /// Of samples of what lies beyond an edge, less half a Gaussian's density, the terms of least squares.
 struct TermsFromSamples {
-  using Solution = Eigen::Matrix<double, EdgeTerms::kTerms, kSamples>;
+  using Solution = Eigen::Matrix<double, EdgeTerms::kTerms, kProfileSamples>;
   Solution solution = Solution::Zero();
 
   TermsFromSamples() {
@@ -174,18 +171,25 @@ double EdgeProfile(const EdgeSpread& shape, const Eigen::Vector2d& normal, doubl
   return light * parts.lens_px * parts.lens_px / across.prod();
 }
 
-EdgeTerms TermsOf(const EdgeSpread& shape, const Eigen::Vector2d& normal) {
-  if (shape.blur_px <= 0) return {};
+EdgeTerms TermsOfProfile(const std::array<double, kProfileSamples>& beyond) {
   static const TermsFromSamples from;
-  Eigen::Matrix<double, kSamples, 1> beyond;
-  for (int i = 0; i < kSamples; ++i) {
-    const double a = (i + 1) * kSampleStep;
-    beyond[i] = 1 - EdgeProfile(shape, normal, a * shape.blur_px) - 0.5 * std::exp(-0.5 * a * a);
+  Eigen::Matrix<double, kProfileSamples, 1> less_gaussian;
+  for (int i = 0; i < kProfileSamples; ++i) {
+    const double a = (i + 1) * kProfileStep;
+    less_gaussian[i] = beyond[static_cast<std::size_t>(i)] - 0.5 * std::exp(-0.5 * a * a);
   }
   EdgeTerms terms;
   Eigen::Map<Eigen::Matrix<float, EdgeTerms::kTerms, 1>>(terms.by_power.data()) =
-      (from.solution * beyond).cast<float>();
+      (from.solution * less_gaussian).cast<float>();
   return terms;
+}
+
+EdgeTerms TermsOf(const EdgeSpread& shape, const Eigen::Vector2d& normal) {
+  if (shape.blur_px <= 0) return {};
+  std::array<double, kProfileSamples> beyond;
+  for (std::size_t i = 0; i < beyond.size(); ++i)
+    beyond[i] = 1 - EdgeProfile(shape, normal, static_cast<double>(i + 1) * kProfileStep * shape.blur_px);
+  return TermsOfProfile(beyond);
 }
 
 CornerExcess CornerExcessOf(const EdgeSpread& shape, const Eigen::Vector2d& normal_x) {

@@ -28,6 +28,12 @@ struct EdgeSpread {
 /// @param normal across the edge, in the image.
 double EdgeProfile(const EdgeSpread& shape, const Eigen::Vector2d& normal, double distance_px);
 
+/// A profile as the kernel has it, by least squares. @param beyond what an edge of light 1 sends to pixels on its dark
+/// side: one step from it, two steps, … A step is a fifth of the blur's deviation.
+constexpr int kProfileSamples = 20;
+constexpr double kProfileStep = 0.2;
+EdgeTerms TermsOfProfile(const std::array<double, kProfileSamples>& beyond);
+
 /// What the kernel takes for that profile: right to 0.01 where it has kinks (upright edges of smoothed pixels), to
 /// 0.003 from 20 degrees off the image's axes on.
 EdgeTerms TermsOf(const EdgeSpread& shape, const Eigen::Vector2d& normal);

@@ -15,14 +15,17 @@ struct EdgeTerms {
                                      3.967331e-2f,   -8.04221e-3f,  7.0427e-4f};
 };
 
-/// What a corner's light has beside the product of its two edges' and what they lack to a right angle:
-/// φ(a) φ(b) (square (a² − b²) + product a b) (1 − kFall (a² + b²)) of what the cells across differ by, a and b in
-/// standard deviations of the blur from the edges, φ the normal distribution's density.
+/// What a corner's light has beside the product of its two edges' and what they lack to a right angle: φ(a) φ(b) times
+///   (square (a² − b²) + product a b) (1 − kFall (a² + b²)) + moved_x (a² − 1) + moved_y (b² − 1) + moved_product a b
+/// of what the cells across differ by, a and b in standard deviations of the blur from the edges, φ the normal
+/// distribution's density. The first is the lens's, the rest that of a motion during the exposure.
 struct CornerExcess {
   static constexpr float kFall = 0.2235f;
   float square = 0, product = 0;
+  float moved_x = 0, moved_y = 0, moved_product = 0;
 
-  bool none() const { return square == 0 && product == 0; }
+  bool none() const { return *this == CornerExcess{}; }
+  bool operator==(const CornerExcess&) const = default;
 };
 
 /// Which sums are wanted.
@@ -38,6 +41,9 @@ struct KernelInput {
   float blur_px = 1;               ///< standard deviation of the Gaussian, pixels
   EdgeTerms edge_x, edge_y;        ///< of edges of constant x and of constant y
   CornerExcess corner;
+  /// Of a board that turned during the exposure, how much narrower the blur across the edges of constant x gets with
+  /// each of its standard deviations along y, as a share of it; and the reverse.
+  float narrower_x = 0, narrower_y = 0;
   float robust_limit = 1e9f;  ///< residuals beyond so many standard deviations count with less weight (Huber)
   LaneSums sums = LaneSums::kNoise;
   int stride = 1;         ///< every how many of a lane's pixels are used, ≥ 1

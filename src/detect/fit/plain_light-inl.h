@@ -28,8 +28,12 @@ struct Shared {
   /// What the correlation changes by near the corner.
   struct {
     V square, product, fall;
+    V moved_x, moved_y, moved_product;
+    V moved_between;  ///< where both distances are none
     bool none;
   } corner;
+  V narrower_x, narrower_y;
+  bool narrows;
   V limit;
 };
 
@@ -45,7 +49,14 @@ inline Shared SharedOf(const KernelInput& input) {
   s.corner.square = hn::Set(d, kOfExcess * input.corner.square);
   s.corner.product = hn::Set(d, kOfExcess * input.corner.product);
   s.corner.fall = hn::Set(d, kPerSquare * CornerExcess::kFall);
+  s.corner.moved_x = hn::Set(d, kOfExcess * input.corner.moved_x);
+  s.corner.moved_y = hn::Set(d, kOfExcess * input.corner.moved_y);
+  s.corner.moved_product = hn::Set(d, kOfExcess * input.corner.moved_product);
+  s.corner.moved_between = hn::Set(d, -kDensity * kDensity * (input.corner.moved_x + input.corner.moved_y));
   s.corner.none = input.corner.none();
+  s.narrower_x = hn::Set(d, input.narrower_x / kUnit);
+  s.narrower_y = hn::Set(d, input.narrower_y / kUnit);
+  s.narrows = input.narrower_x != 0 || input.narrower_y != 0;
   s.limit = hn::Set(d, input.robust_limit);
   return s;
 }
@@ -118,8 +129,14 @@ HWY_INLINE void PlaceAtEdges(const Model& m, V u, V v, float* HWY_RESTRICT row) 
   const int lanes = static_cast<int>(hn::Lanes(d));
   const auto row_of = [&](const V* to) HWY_ATTR { return hn::MulAdd(to[0], u, hn::MulAdd(to[1], v, to[2])); };
   const V w = Reciprocal(d, row_of(m.shared.board_from_plane + 6));
-  hn::Store(hn::Mul(row_of(m.to_x), w), d, row + EdgeRow::kX * lanes);
-  hn::Store(hn::Mul(row_of(m.to_y), w), d, row + EdgeRow::kY * lanes);
+  V x = hn::Mul(row_of(m.to_x), w), y = hn::Mul(row_of(m.to_y), w);
+  if (m.shared.narrows) {
+    const V product = hn::Mul(x, y);
+    x = hn::MulAdd(m.shared.narrower_x, product, x);
+    y = hn::MulAdd(m.shared.narrower_y, product, y);
+  }
+  hn::Store(x, d, row + EdgeRow::kX * lanes);
+  hn::Store(y, d, row + EdgeRow::kY * lanes);
 }
 
 HWY_INLINE void BlurEdges(const Model& m, float* HWY_RESTRICT row) {
@@ -150,10 +167,13 @@ HWY_INLINE Predicted Predict(const Model& m, const float* HWY_RESTRICT edges) {
   const V density_x = of(EdgeRow::kDensityX), density_y = of(EdgeRow::kDensityY);
   V correlation = m.correlation;
   if (!m.shared.corner.none) {
-    const V ax_square = hn::Mul(p.ax, p.ax), ay_square = hn::Mul(p.ay, p.ay);
-    const V fall = hn::NegMulAdd(m.shared.corner.fall, hn::Add(ax_square, ay_square), hn::Set(d, 1.0f));
-    const V square = hn::Mul(m.shared.corner.square, hn::Sub(ax_square, ay_square));
-    correlation = hn::MulAdd(hn::MulAdd(m.shared.corner.product, hn::Mul(p.ax, p.ay), square), fall, correlation);
+    const auto& corner = m.shared.corner;
+    const V ax_square = hn::Mul(p.ax, p.ax), ay_square = hn::Mul(p.ay, p.ay), product = hn::Mul(p.ax, p.ay);
+    const V fall = hn::NegMulAdd(corner.fall, hn::Add(ax_square, ay_square), hn::Set(d, 1.0f));
+    const V square = hn::Mul(corner.square, hn::Sub(ax_square, ay_square));
+    correlation = hn::MulAdd(hn::MulAdd(corner.product, product, square), fall, correlation);
+    const V moved = hn::MulAdd(corner.moved_x, ax_square, hn::MulAdd(corner.moved_y, ay_square, corner.moved_between));
+    correlation = hn::Add(correlation, hn::MulAdd(corner.moved_product, product, moved));
   }
   const V densities = hn::Mul(density_x, density_y), twist = hn::Mul(correlation, densities);
   const auto& light = m.light;

@@ -16,7 +16,7 @@ constexpr int kWindowPx = 4;
 /// Smaller cells have no room for them.
 constexpr float kLeastCellPx = 6;
 /// An edge nearer to its window's rim than by a tenth of it tells little (a guess).
-constexpr float kMostOff = 0.4f;
+constexpr float kMostOffMiddle = 0.4f;
 /// Of the board's edges that are asked, those that must agree, and how well, px (guesses).
 constexpr float kMostMustAgree = 2.0f / 3, kAgreePx = 0.25f;
 /// Boards that are nearer are fitted with the pixels that were chosen (see board_fit.cpp); those that are farther,
@@ -155,7 +155,7 @@ class EdgeOffsets {
     const Eigen::Vector2f pixel = windows_.PixelOf(at);
     Eigen::Vector2f middle;
     const float light = windows_.Around(pixel, middle), off = (light - here) / (next - here) - 0.5f;
-    if (light < 0 || !(std::abs(off) < kMostOff)) return;
+    if (light < 0 || !(std::abs(off) < kMostOffMiddle)) return;
     const Eigen::Vector2f across = windows_.pixel_by_board().col(axis);
     const float per_cell = 1 / across.norm();
     // The window's middle lies beside the edge, too.

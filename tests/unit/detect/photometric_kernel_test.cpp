@@ -174,7 +174,9 @@ TEST(ErrorsAlongEdges, CountWhereTheyAreMoreThanNoise) {
 
 TEST_F(Kernel, EdgesAndCornersAreAsTold) {
   input_.edge_x.by_power = {-0.3f, 0.2f, -0.2f, 0.05f, 0.01f, -0.001f};
-  input_.corner = {.square = -0.2f, .product = 0.3f};
+  input_.corner = {.square = -0.2f, .product = 0.3f, .moved_x = 0.15f, .moved_y = -0.1f, .moved_product = 0.2f};
+  input_.narrower_x = 0.03f;
+  input_.narrower_y = -0.05f;
   const auto edge = [](const EdgeTerms& terms, double a) {
     const double size = std::abs(a);
     double beyond = 0.5, power = 1;
@@ -190,10 +192,13 @@ TEST_F(Kernel, EdgesAndCornersAreAsTold) {
       double sum = 0;
       for (int i = 0; i < block_.count(lane); ++i) {
         const auto [x, y] = Offset(lane, i);
-        const double a = x * at.px_x / double{input_.blur_px}, b = y * at.px_y / double{input_.blur_px};
+        double a = x * at.px_x / double{input_.blur_px}, b = y * at.px_y / double{input_.blur_px};
+        const double product = a * b;
+        a += 0.03 * product, b -= 0.05 * product;
         const double wx = edge(input_.edge_x, a), wy = edge(input_.edge_y, b), size = a * a + b * b;
         const double more = std::exp(-0.5 * size) / (2 * M_PI) *
-                            (at.correlation + (-0.2 * (a * a - b * b) + 0.3 * a * b) * (1 - 0.2235 * size));
+                            (at.correlation + (-0.2 * (a * a - b * b) + 0.3 * a * b) * (1 - 0.2235 * size) +
+                             0.15 * (a * a - 1) - 0.1 * (b * b - 1) + 0.2 * a * b);
         const double model = at.level[0] * ((1 - wx) * (1 - wy) + more) + at.level[1] * (wx * (1 - wy) - more) +
                              at.level[2] * ((1 - wx) * wy - more) + at.level[3] * (wx * wy + more);
         const double residual = double{block_.light_data()[block_.Place(lane, i)]} - model;
