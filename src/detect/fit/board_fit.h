@@ -400,6 +400,8 @@ class BoardFit {
   bool StepModel(int stride, bool first);
   /// Whether its blur is so wide that it may have moved.
   bool SeemsMoved() const;
+  /// The same, or the plain model has found a motion's shape.
+  bool MayHaveMoved() const;
   /// Starts the fit of a motion where the blur is wider along one direction than across it, or of dot gain, where one
   /// of them explains more than noise can; of both, the one that explains more. Whether one does.
   bool FindTerms(int stride, const Start& start);

@@ -318,6 +318,12 @@ bool BoardFit::SeemsMoved() const {
   return run_->terms.may_move && run_->model.motion_px.isZero() && MayBeMotion(run_->model.blur_px, CellPx());
 }
 
+bool BoardFit::MayHaveMoved() const {
+  // This model's blur is round where motion is none of its terms.
+  const bool has_shape = run_->terms.may_move && run_->model.motion_px.isZero() && !run_->model.blur_shape.round();
+  return has_shape || SeemsMoved();
+}
+
 int BoardFit::StrideFor(int pixels) const { return std::max(1, (pixels_.pixels() + pixels - 1) / pixels); }
 
 void BoardFit::SetTerms() {
@@ -366,7 +372,7 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
   for (int pass = 0; pass < most_steps; ++pass) {
     if (run_->step.corner_px > kFollowPx) pixels_.PlaceCorners(lens, run_->model.geometry);
     run_->model_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
-    if (pass == 0 && SeemsMoved()) FindTerms(stride, start);
+    if (pass == 0 && MayHaveMoved()) FindTerms(stride, start);
     if (!StepModel(stride, pass == 0)) return false;
     if (MayBeOutOfRegister()) MoveInks(start);
     // Where another board has told blur, noise and dot gain, the first step only finds the place: it errs by its
