@@ -156,8 +156,10 @@ void BoardFit::SetLanesOfTerms(int corner, const Eigen::Matrix2d& shading) {
   };
   const Eigen::Matrix2d& by_pixel = place.board_by_pixel;
   const Eigen::Matrix2d lens = run_->model.blur_px * run_->model.blur_px * by_pixel * by_pixel.transpose();
+  const Eigen::Vector2d way = by_pixel * run_->model.motion_px;
   TermCorner of_terms{.by_pixel = by_pixel,
                       .lens = lens,
+                      .way = way * way.transpose() / 12,
                       .blur = lens,
                       .shading = by_pixel * shading * by_pixel.transpose(),
                       .size = run_->view.size,

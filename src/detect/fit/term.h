@@ -27,6 +27,7 @@ namespace chequer {
 struct TermCorner {
   Eigen::Matrix2d by_pixel = Eigen::Matrix2d::Zero();  ///< derivative of the board by the image
   Eigen::Matrix2d lens = Eigen::Matrix2d::Zero();      ///< covariance of the lens's blur, cells²
+  Eigen::Matrix2d way = Eigen::Matrix2d::Zero();       ///< the same of the board's way
   Eigen::Matrix2d blur = Eigen::Matrix2d::Zero();      ///< of a point's, to which terms add theirs
   Eigen::Matrix2d shading = Eigen::Matrix2d::Zero();   ///< of the blur that the board's shading has, as far as is known
   MarkerSize size;

@@ -1,7 +1,8 @@
 // A shadow: its edge crosses the board, and the light E(x, y) falls on that. The lens blurs the product to
 //   E M + ∇EᵀC∇M + ½ tr(C H_E C H_M),
-// C the covariance of its blur (the Gaussian's product rule, to second order). shadow_edge.h has the edge, and finds
-// where its fit starts.
+// C the covariance of its blur (the Gaussian's product rule, to second order). So does a camera's motion, which takes
+// light and board along; a board that moves through the light does not mix them: half of its way's covariance is added,
+// as with shading (BoardFit::HowLightSpreads). shadow_edge.h has the edge, and finds where its fit starts.
 #ifndef CHEQUER_DETECT_TERM_SHADOW
 #define CHEQUER_DETECT_TERM_SHADOW
 
@@ -39,7 +40,8 @@ struct ShadowTerm {
 
   template <class Set>
   void SetLanes(const Input& input, const TermCorner& corner, const Set& set) const {
-    const Eigen::Vector2d mixed = corner.lens * Eigen::Vector2d(double{input.normal_x}, double{input.normal_y});
+    const Eigen::Vector2d mixed =
+        (corner.lens + corner.way / 2) * Eigen::Vector2d(double{input.normal_x}, double{input.normal_y});
     set(kMixedX, mixed.x());
     set(kMixedY, mixed.y());
   }

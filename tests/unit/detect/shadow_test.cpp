@@ -17,8 +17,9 @@ struct Shadow {
   double takes;     ///< of the light
   double width_px;  ///< of the edge, standard deviation
   int frames;
-  int read;     ///< of their boards, at least
-  double most;  ///< normalised squared errors average, per dimension
+  int read;           ///< of their boards, at least
+  double most;        ///< normalised squared errors average, per dimension
+  double way_px = 0;  ///< that boards go meanwhile
 };
 
 void PrintTo(const Shadow& shadow, std::ostream* out) {
@@ -49,6 +50,10 @@ TEST_P(Shadows, CrossBoardsThatAreReadAndHonest) {
   for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(GetParam().frames); ++seed) {
     StressCase stress = test::CaseOf(GetParam().tag, code, seed);
     stress.options.format = GetParam().format;
+    if (GetParam().way_px > 0) {
+      stress.options.motion_px = GetParam().way_px;
+      stress.options.motion_angle_rad = 2.4 * static_cast<double>(seed);
+    }
     const SceneMarker& marker = stress.scene.markers[0];
     Random random(7000 + seed);
     stress.options.shadow = ShadowOn(marker, stress.options.camera, GetParam(), random);
@@ -89,6 +94,11 @@ INSTANTIATE_TEST_SUITE_P(
                     Shadow{kRaw, "side_px=96", 0.6, 1, 25, 25, 1.5}, Shadow{kRaw, "side_px=48", 0.3, 4, 25, 25, 1.8},
                     Shadow{kRaw, "side_px=48", 0.6, 4, 25, 25, 1.8}, Shadow{kRaw, "side_px=48", 0.6, 1, 25, 25, 2},
                     Shadow{kRaw, "side_px=48", 0.8, 1, 25, 21, 1.8}));
+/// By a quarter of a cell. (Of 120 such boards each, positions are off by .18 and .55 mm RMS, by .40 and 1.10 as if
+/// they stood, and 97 and 118 are read.)
+INSTANTIATE_TEST_SUITE_P(Moving, Shadows,
+                         testing::Values(Shadow{kColour, "side_px=96", 0.6, 4, 25, 25, 1.8, 4},
+                                         Shadow{kColour, "side_px=48", 0.6, 4, 25, 25, 1.8, 2}));
 /// Where cells blur into each other, or dot gain is strong: there the light of cells beyond is taken out, too.
 INSTANTIATE_TEST_SUITE_P(Blurred, Shadows,
                          testing::Values(Shadow{kColour, "psf_px=1.5", 0.6, 2, 20, 20, 3},
