@@ -10,6 +10,11 @@ namespace chequer {
 
 /// Of the standard normal distribution, from −∞ to z: what a Gaussian blur makes of an edge.
 inline double NormalIntegral(double z) { return 0.5 * std::erfc(-z / std::numbers::sqrt2); }
+inline double NormalDensity(double z) {
+  return std::exp(-0.5 * z * z) * (0.5 * std::numbers::inv_sqrtpi * std::numbers::sqrt2);
+}
+/// The integral of NormalIntegral().
+inline double NormalRamp(double z) { return z * NormalIntegral(z) + NormalDensity(z); }
 
 /// The same to 1e-5, in a tenth of the time; beyond its ends, as at them.
 class NormalTable {

@@ -128,8 +128,8 @@ void BoardFit::SetDerivatives() {
 void BoardFit::SetPlaces() {
   using Four = CornerFour::Values;
   const BlurShapeFit shape = FitOfShape(run_->step.placed_shape = run_->model.blur_shape);
-  run_->step.placed_way = shape.InMiddle();
   const bool round = run_->step.placed_shape.round(), printed_elsewhere = MayBeOutOfRegister();
+  run_->step.placed_way = round ? WayInBlur{} : shape.InMiddle();
   const Eigen::Vector2f bend_px = run_->model.blur_shape.BendPx().cast<float>();
   float* to = pixels_.lanes().parameter_data(LaneBlock::kCornerX);
   const int next = pixels_.lanes().padded();

@@ -36,10 +36,9 @@ class Ramp {
  public:
   Ramp() {
     for (int i = 0; i < kEntries; ++i) {
-      const double z = i * kStep - kEnd, integral = NormalIntegral(z),
-                   density = std::exp(-0.5 * z * z) * (0.5 * std::numbers::inv_sqrtpi * std::numbers::sqrt2);
-      value_[static_cast<std::size_t>(i)] = 0.5 * ((z * z + 1) * integral + z * density);
-      slope_[static_cast<std::size_t>(i)] = z * integral + density;
+      const double z = i * kStep - kEnd;
+      value_[static_cast<std::size_t>(i)] = 0.5 * ((z * z + 1) * NormalIntegral(z) + z * NormalDensity(z));
+      slope_[static_cast<std::size_t>(i)] = NormalRamp(z);
     }
   }
 

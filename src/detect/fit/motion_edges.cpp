@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "detect/common/normal_integral.h"
 #include "detect/fit/edge_spread.h"
@@ -18,11 +17,6 @@ constexpr double kLeastWayShare = 0.03;
 /// and one count a sixth, that of two and two a quarter, beside half the correlation's square: −1.2 / 6, and 1 / 2
 /// − 1.2 / 4 (Barndorff-Nielsen and Cox, "Edgeworth and saddle-point approximations", 1979).
 constexpr double kAtCorner = 0.2;
-
-/// Integral of the normal distribution's integral.
-double NormalRamp(double z) {
-  return z * NormalIntegral(z) + std::exp(-0.5 * z * z) * (0.5 * std::numbers::inv_sqrtpi * std::numbers::sqrt2);
-}
 
 /// Of a blur of variance 1, of which a box has a share: what an edge sends to pixels on its dark side.
 double Beyond(double share, double distance) {

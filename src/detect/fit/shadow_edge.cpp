@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/small_cholesky.h"
 #include "detect/common/normal_integral.h"
@@ -22,8 +21,6 @@ constexpr double kPartVariance = 0.5 * 0.5 / 12;
 /// Deviations beyond which an edge does not change.
 constexpr double kNoSlope = 4.5;
 constexpr int kEdgeSteps = 12;
-
-double Density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi); }
 
 ShadowEdge::Parameters WithinBounds(ShadowEdge::Parameters values) {
   values[ShadowEdge::kTakes] = std::clamp(values[ShadowEdge::kTakes], 0.0, kMostTaken);
@@ -174,12 +171,12 @@ double ShadowEdge::At(const Eigen::Vector2d& board) const { return 1 - values_[k
 Eigen::Vector2d ShadowEdge::SlopeAt(const Eigen::Vector2d& board) const {
   const double z = Across(board);
   if (std::abs(z) > kNoSlope) return Eigen::Vector2d::Zero();
-  return -values_[kTakes] * Density(z) * per_width_ * normal_;
+  return -values_[kTakes] * NormalDensity(z) * per_width_ * normal_;
 }
 
 ShadowEdge::Parameters ShadowEdge::ByParameters(const Eigen::Vector2d& board) const {
   const double z = Across(board), along = normal_.x() * board.y() - normal_.y() * board.x(),
-               fall = std::abs(z) > kNoSlope ? 0 : values_[kTakes] * Density(z);
+               fall = std::abs(z) > kNoSlope ? 0 : values_[kTakes] * NormalDensity(z);
   Parameters by;
   by[kTakes] = -NormalTable::Get()(z);
   by[kDirection] = -fall * along * per_width_;

@@ -10,6 +10,7 @@
 
 #include "chequer/detector.h"
 #include "simulate/stress.h"
+#include "support/edge_terms.h"
 
 namespace chequer {
 namespace {
@@ -35,15 +36,6 @@ const EdgeSpread kSmoothing{.blur_px = std::sqrt(1.0 / 12 + 2 * kSixth), .filter
 Eigen::Vector2d Slanted(double degrees) {
   const double slant = degrees * std::numbers::pi / 180;
   return {std::cos(slant), std::sin(slant)};
-}
-
-/// What the kernel makes of the terms.
-double OfTerms(const EdgeTerms& terms, double deviations) {
-  const double size = std::abs(deviations);
-  double beyond = 0.5, power = 1;
-  for (const float term : terms.by_power) beyond += double{term} * (power *= size);
-  beyond *= std::exp(-0.5 * size * size);
-  return deviations < 0 ? beyond : 1 - beyond;
 }
 
 double Normal(double deviations) { return 0.5 * std::erfc(-deviations / std::numbers::sqrt2); }
@@ -86,14 +78,14 @@ TEST(EdgeSpread, TermsAreItsProfile) {
     for (const double slant : {0.0, 10.0, 20.0, 30.0, 45.0}) {
       const EdgeTerms terms = TermsOf(shape, Slanted(slant));
       for (double a = -4; a <= 4; a += 0.1)
-        EXPECT_NEAR(OfTerms(terms, a), EdgeProfile(shape, Slanted(slant), a * shape.blur_px),
+        EXPECT_NEAR(test::LightOf(terms, a), EdgeProfile(shape, Slanted(slant), a * shape.blur_px),
                     slant < 15 ? 0.012 : 0.005)
             << shape.blur_px << ", " << shape.filter << ", " << slant << " degrees, " << a;
     }
 }
 
 TEST(EdgeSpread, IsAGaussiansUnlessTold) {
-  for (double a = -4; a <= 4; a += 0.1) EXPECT_NEAR(OfTerms(TermsOf({}, {1, 0}), a), Normal(a), 1e-4);
+  for (double a = -4; a <= 4; a += 0.1) EXPECT_NEAR(test::LightOf(TermsOf({}, {1, 0}), a), Normal(a), 1e-4);
   EXPECT_TRUE(CornerExcessOf({}, Slanted(20)).none());
 }
 
@@ -102,7 +94,8 @@ TEST(EdgeSpread, IsTheSameBetweenNodes) {
   profiles.Set(kSmoothing);
   for (double slant = 0; slant < 360; slant += 7) {
     const EdgeTerms between = profiles.Across(Slanted(slant)), exact = TermsOf(kSmoothing, Slanted(slant));
-    for (double a = 0; a <= 4; a += 0.25) EXPECT_NEAR(OfTerms(between, a), OfTerms(exact, a), 1.5e-3) << slant;
+    for (double a = 0; a <= 4; a += 0.25)
+      EXPECT_NEAR(test::LightOf(between, a), test::LightOf(exact, a), 1.5e-3) << slant;
   }
   // What was kept is not another shape's.
   profiles.Set({});

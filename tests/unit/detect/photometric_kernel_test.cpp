@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "detect/fit/edge_noise.h"
+#include "support/edge_terms.h"
 
 namespace chequer {
 namespace {
@@ -177,13 +178,6 @@ TEST_F(Kernel, EdgesAndCornersAreAsTold) {
   input_.corner = {.square = -0.2f, .product = 0.3f, .moved_x = 0.15f, .moved_y = -0.1f, .moved_product = 0.2f};
   input_.narrower_x = 0.03f;
   input_.narrower_y = -0.05f;
-  const auto edge = [](const EdgeTerms& terms, double a) {
-    const double size = std::abs(a);
-    double beyond = 0.5, power = 1;
-    for (const float term : terms.by_power) beyond += double{term} * (power *= size);
-    beyond *= std::exp(-0.5 * size * size);
-    return a < 0 ? beyond : 1 - beyond;
-  };
   for (const auto target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     AccumulateLanes(input_, block_);
@@ -195,7 +189,7 @@ TEST_F(Kernel, EdgesAndCornersAreAsTold) {
         double a = x * at.px_x / double{input_.blur_px}, b = y * at.px_y / double{input_.blur_px};
         const double product = a * b;
         a += 0.03 * product, b -= 0.05 * product;
-        const double wx = edge(input_.edge_x, a), wy = edge(input_.edge_y, b), size = a * a + b * b;
+        const double wx = test::LightOf(input_.edge_x, a), wy = test::LightOf(input_.edge_y, b), size = a * a + b * b;
         const double more = std::exp(-0.5 * size) / (2 * M_PI) *
                             (at.correlation + (-0.2 * (a * a - b * b) + 0.3 * a * b) * (1 - 0.2235 * size) +
                              0.15 * (a * a - 1) - 0.1 * (b * b - 1) + 0.2 * a * b);
