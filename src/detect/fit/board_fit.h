@@ -415,6 +415,8 @@ class BoardFit {
   /// The pixels may be those of a run that was not gone back to. False if there are too few.
   bool HavePixels(const LightReader& reader, const Lens& lens, const Start& start);
   void SetTerms();
+  /// Places them where the last step has moved the board.
+  void FollowCorners(const Lens& lens);
   /// By some of the pixels, until the model is near.
   bool ComeNearModel(const Lens& lens, const Start& start, bool noise_known, int most_steps);
   /// By all.

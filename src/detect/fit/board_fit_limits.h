@@ -6,8 +6,6 @@ namespace chequer {
 
 /// Corners that move farther in one step were never on a board.
 inline constexpr double kRunawayPx = 3;
-/// Where they moved farther, corners are placed anew.
-inline constexpr double kFollowPx = 0.3;
 /// Steps towards a predicted board end once they move it less, blurs: they leave errors of third order, 0.02 px.
 inline constexpr double kStillFromPrediction = 0.4;
 /// Standard deviations beyond which a pixel counts with less weight.

@@ -21,6 +21,8 @@ constexpr double kSkewed = 0.3;
 constexpr int kPixelsNear = 1000;
 /// Passes by all pixels; of them, and of those by some, the ones that follow what is done to the light.
 constexpr int kMostModelPasses = 14, kModelPassesOfLight = 4;
+/// After a step that moves corners less, what is hidden is judged.
+constexpr double kStillPx = 0.3;
 /// A step that moves corners and blur less ends the fit; with less than the first, all pixels are looked at.
 constexpr double kNearPx = 0.1, kNearMovedPx = 0.3, kModelSettledPx = 0.04, kModelSettledBlur = 0.04;
 /// The same in the first one where the corners of a board that moved were seen in its stripes.
@@ -333,7 +335,13 @@ void BoardFit::SetTerms() {
   MapLevels();
 }
 
-bool BoardFit::Still() const { return run_->step.terms <= 1 && run_->step.corner_px < kFollowPx; }
+void BoardFit::FollowCorners(const Lens& lens) {
+  // What a pixel is on the board at each corner tells how the way lies there, too: of a way of a cell, what is .03 px
+  // off moves the board by half a standard deviation (measured).
+  if (run_->step.corner_px > 0) pixels_.PlaceCorners(lens, run_->model.geometry);
+}
+
+bool BoardFit::Still() const { return run_->step.terms <= 1 && run_->step.corner_px < kStillPx; }
 
 bool BoardFit::Near() const {
   return run_->step.corner_px < kNearPx && run_->step.blur_share < kNearPx && run_->step.terms <= kNearTerms &&
@@ -372,7 +380,7 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
   const bool motion_known = KnowsMotion(start);
   bool still = false;
   for (int pass = 0; pass < most_steps; ++pass) {
-    if (run_->step.corner_px > kFollowPx) pixels_.PlaceCorners(lens, run_->model.geometry);
+    FollowCorners(lens);
     run_->model_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
     if (pass == 0 && MayHaveMoved()) FindTerms(stride, start);
     if (!StepModel(stride, pass == 0)) return false;
@@ -381,7 +389,7 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
     // square.
     const bool all_known = start.image && noise_known && run_->model.DotGainTerm::on() && run_->model.LitEvenly() &&
                            run_->model.motion_px.isZero();
-    if (pass == 0 && all_known && run_->step.corner_px < kFollowPx && run_->step.blur_share < kNearPx &&
+    if (pass == 0 && all_known && run_->step.corner_px < kStillPx && run_->step.blur_share < kNearPx &&
         run_->step.terms <= 1) {
       run_->visibility.ShowCellsByAllCorners();
       EvenOutShading(start);
@@ -417,7 +425,7 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
   bool still = true;
   BoardRun::Step before;  // by the same pixels; none yet
   for (int pass = 1, judgements = 0; pass < kMostModelPasses; ++pass) {
-    if (run_->step.corner_px > kFollowPx) pixels_.PlaceCorners(lens, run_->model.geometry);
+    FollowCorners(lens);
     if (!StepModel(stride, false)) return false;
     if (MayBeOutOfRegister()) MoveInks(start);
     const bool judged = Still() || still || pass >= kModelPassesOfLight;
