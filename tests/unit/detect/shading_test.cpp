@@ -42,6 +42,23 @@ TEST(Shading, FindsAWeakGradient) {
   EXPECT_NEAR(shading->slope.y(), -0.01, 1e-6);
 }
 
+TEST(Shading, CellsThatWereTakenForTheOtherInkAreReadByTheirColour) {
+  for (const double slope : {0.0, 0.03}) {
+    ShadedBoard board([&](double x, double y) { return std::exp(slope * (x - y)); });
+    // In color, of which yellow has no blue: as in BGR images, the last phase.
+    for (std::size_t cell = 0; cell < board.levels.size(); ++cell)
+      if (board.saturated[cell]) board.levels[cell][3] *= 0.2f;
+    for (const std::size_t misread : {1, 35}) board.saturated[misread] ^= 1;
+    ShadedCells cells = board.Cells();
+    cells.phases = 4;
+    cells.blue_phase = 3;
+    const auto shading = FindShading(cells);
+    ASSERT_TRUE(shading);
+    EXPECT_NEAR(shading->slope.x(), slope, 1e-6);
+    EXPECT_NEAR(shading->slope.y(), -slope, 1e-6);
+  }
+}
+
 TEST(Shading, FineCellsTellHowAWeakLightBends) {
   const auto light = [](double x, double y) { return std::exp(0.01 * x - 0.002 * x * x + 0.001 * x * y); };
   const ShadedBoard board(light);
