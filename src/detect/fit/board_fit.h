@@ -221,6 +221,8 @@ class BoardFit {
   /// How far moves lead, square of the deviations that pixels' noise gives the last step.
   double SquareOf(const BoardGeometry::Parameters& moves) const;
   StepSize SizeOfStep() const;
+  /// The same of the model with all its terms.
+  StepSize SizeOfModelStep() const;
   /// What the last step of the plain model leaves of a pixel's residual, squared, in units of the noise; 1 where
   /// that is not known.
   double LeftVariances() const;
