@@ -38,8 +38,11 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->model.own_levels = choice.own_levels;
   static_cast<Terms::States&>(run_->model) = choice.terms;
   const bool any = ModelTerms::Of(choice.terms).any();
+  // A dot gain that another board has told says nothing of how this one moved.
+  Terms::States beside_gain = choice.terms;
+  static_cast<DotGainTerm&>(beside_gain) = {};
   run_->terms.plain_only = !choice.may_look_farther;
-  run_->terms.may_move = choice.may_move && !choice.own_levels && !any;
+  run_->terms.may_move = choice.may_move && !choice.own_levels && !ModelTerms::Of(beside_gain).any();
   run_->terms.look_farther = any || (choice.from && choice.from->terms.look_farther);
   run_->view.size = start.size;
   run_->view.cell_ratio = start.cell_ratio;

@@ -403,7 +403,7 @@ class BoardFit {
   /// Whether its blur is so wide that it may have moved.
   bool SeemsMoved() const;
   /// The same, or the plain model has found a motion's shape.
-  bool MayHaveMoved() const;
+  bool MayHaveMoved(const Start& start) const;
   /// Starts the fit of a motion where the blur is wider along one direction than across it, or of dot gain, where one
   /// of them explains more than noise can; of both, the one that explains more. Whether one does.
   bool FindTerms(int stride, const Start& start);

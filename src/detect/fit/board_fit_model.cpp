@@ -51,6 +51,8 @@ constexpr double kQuietPx = 0.02, kQuietTerms = 4;
 constexpr double kLeastOfNoise = 0.5;
 /// Blur, cells and px, from which on it may be motion.
 constexpr double kMovedBlur = 0.12, kMovedBlurPx = 1.2;
+/// The same over the blur of others of the image (a guess).
+constexpr double kWiderThanImage = 1.2;
 /// Standard deviations by which the blur along one direction must differ from that across it to be motion: measured, 33
 /// and more of ways of half a cell, up to 3 of wide blurs.
 constexpr double kLeastUneven = 8;
@@ -308,7 +310,7 @@ bool BoardFit::FindTerms(int stride, const Start& start) {
   const double gain = step[columns.of<DotGainTerm>()];
   const double by_motion = uneven.dot(model_equations_.InformationOn<2>(columns.of<UnevenBlurTerm>()) * uneven),
                by_gain = gain * gain * model_equations_.InformationOn<1>(columns.of<DotGainTerm>())(0, 0);
-  const bool spread = by_gain > by_motion && std::abs(gain) > kLeastFirstGain;
+  const bool spread = !terms.on<DotGainTerm>() && by_gain > by_motion && std::abs(gain) > kLeastFirstGain;
   if (!spread && !(by_motion > kLeastUneven * kLeastUneven)) return false;
   if (spread) {
     StartGain(gain, start.blur_px);
@@ -330,10 +332,13 @@ bool BoardFit::SeemsMoved() const {
   return run_->terms.may_move && run_->model.motion_px.isZero() && MayBeMotion(run_->model.blur_px, CellPx());
 }
 
-bool BoardFit::MayHaveMoved() const {
-  // This model's blur is round where motion is none of its terms.
-  const bool has_shape = run_->terms.may_move && run_->model.motion_px.isZero() && !run_->model.blur_shape.round();
-  return has_shape || SeemsMoved();
+bool BoardFit::MayHaveMoved(const Start& start) const {
+  if (!run_->terms.may_move || !run_->model.motion_px.isZero()) return false;
+  // This model's blur is round where motion is none of its terms. Who begins with it, as a dot gain is known, has had
+  // no other, and is blurred more than others of the image.
+  const double image_px = run_->model.DotGainTerm::on() ? BlurOfImage(start) : 0;
+  const bool wider = image_px > 0 && run_->model.blur_px > kWiderThanImage * image_px;
+  return wider || !run_->model.blur_shape.round() || SeemsMoved();
 }
 
 int BoardFit::StrideFor(int pixels) const { return std::max(1, (pixels_.pixels() + pixels - 1) / pixels); }
@@ -392,11 +397,12 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
   const int stride = StrideFor(kPixelsNear);
   int judgements = 0;
   const bool motion_known = KnowsMotion(start);
-  bool still = false;
+  bool still = false, asked = false;
   for (int pass = 0; pass < most_steps; ++pass) {
     FollowCorners(lens);
     run_->model_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
-    if (pass == 0 && MayHaveMoved()) FindTerms(stride, start);
+    // Without a plain fit before it, the first step tells how wide the blur is.
+    if (pass <= 1 && !asked && MayHaveMoved(start)) asked = true, FindTerms(stride, start);
     if (!StepModel(stride, pass == 0)) return false;
     if (MayBeOutOfRegister()) MoveInks(start);
     // Where another board has told blur, noise and dot gain, the first step only finds the place: it errs by its

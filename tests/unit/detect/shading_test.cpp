@@ -48,7 +48,7 @@ TEST(Shading, CellsThatWereTakenForTheOtherInkAreReadByTheirColour) {
     // In color, of which yellow has no blue: as in BGR images, the last phase.
     for (std::size_t cell = 0; cell < board.levels.size(); ++cell)
       if (board.saturated[cell]) board.levels[cell][3] *= 0.2f;
-    for (const std::size_t misread : {1, 35}) board.saturated[misread] ^= 1;
+    for (const std::size_t misread : {1u, 35u}) board.saturated[misread] ^= 1;
     ShadedCells cells = board.Cells();
     cells.phases = 4;
     cells.blue_phase = 3;
