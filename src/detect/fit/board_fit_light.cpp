@@ -13,10 +13,9 @@ namespace {
 /// No pixel is brightened more.
 constexpr double kLeastShading = 0.02;
 /// A first step that is shorter has other reasons: of a spread of half a pixel it is 0.29 px, of motion or noise 0.01.
-constexpr double kLeastInkSpreadPx = 0.02;
-/// So is one that is shorter than the corners lie off the plane: these do so by a quarter of the spread.
-/// Less of a cell pulls no pose (a guess).
-constexpr double kLeastInkSpread = 0.002;
+constexpr double kLeastInkSpreadPx = 0.1;
+/// Less of a cell pulls no pose, and edges drawn without a lens's blur may look so much off.
+constexpr double kLeastInkSpread = 0.015;
 /// So many pixels tell whether there is any: on paper that is not flat, each board asks.
 constexpr int kPixelsOfInk = 700;
 /// Of larger cells the light's bend is taken out too: a vignetting of a tenth makes a board of 40 px cells seem 3e-5
@@ -198,8 +197,7 @@ std::optional<double> BoardFit::FindDotGain(const LightReader& reader, const Len
   SetTerms();
   if (!SolveModel(StrideFor(kPixelsOfInk))) return std::nullopt;
   const double step = model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGainTerm>()];
-  const double least_px = std::max(kLeastInkSpreadPx, run_->result.reprojection_rms_px);
-  if (std::abs(step) * cell_px < least_px || std::abs(step) < kLeastInkSpread) return std::nullopt;
+  if (std::abs(step) * cell_px < kLeastInkSpreadPx || std::abs(step) < kLeastInkSpread) return std::nullopt;
   return step;
 }
 

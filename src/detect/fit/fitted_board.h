@@ -26,9 +26,8 @@ struct ImageTraits {
   /// Dot gain, cells; 0 if that was not fitted.
   double dot_gain = 0;
 
-  /// Boards of one image share the dot gain from so much of a cell on: less may be but what one board has (a guess;
-  /// boards on perfect prints have none of .002, see FindDotGain()).
-  static constexpr double kLeastSharedGain = 0.004;
+  /// Boards of one image share the dot gain from so much of a cell on: less may be but what one board has (a guess).
+  static constexpr double kLeastSharedGain = 0.015;
   bool shares_dot_gain() const { return std::abs(dot_gain) >= kLeastSharedGain; }
 };
 

@@ -276,16 +276,8 @@ bool LeaveOutSide(const From& from, Trial& trial) {
 
 // Dot gain, which moves the edges of a line to either side by turns. What it moves hides what a shadow does.
 
-/// How much farther corners lie off the plane than their pixels' noise puts them (measured: none of 240 boards without
-/// it had 1.8, and 2 % 1.5; with .005 cells of 10 px, nine tenths had).
-constexpr double kGainShifts = 1.5;
-
-bool MayHaveGain(const BoardFit& fit, const Trial& made) {
-  // A small one is asked for where the image's first board has one, too: paper that is not flat, or what a camera does
-  // to its images, would have each board ask in vain.
-  const bool may_be_small = made.start.TellsNoise() || made.start.image->dot_gain != 0;
-  const bool small = may_be_small && fit.unexplained_shifts() > kGainShifts;
-  return !fit.rough() && (small || !fit.result().flat()) && fit.dot_gain() == 0 && !fit.run().model.own_levels;
+bool MayHaveGain(const BoardFit& fit, const Trial& /*made*/) {
+  return !fit.rough() && !fit.result().flat() && fit.dot_gain() == 0 && !fit.run().model.own_levels;
 }
 
 bool StartGain(const From& from, Trial& trial) {
@@ -404,8 +396,8 @@ constexpr Hypothesis kHypotheses[] = {
     // Where dot gain or a shadow moves all corners, boards gain up to .2 without a side; with a cover on it, .34 and
     // more.
     {Hypothesis::Path::kDirect, 0.3, HasWorseSide, LeaveOutSide, Always},
-    // True ones of .04 cells gained 1.5 and more, of .005 .4.
-    {Hypothesis::Path::kDirect, 0.1, MayHaveGain, StartGain, Always},
+    // True ones gained 1.5 and more.
+    {Hypothesis::Path::kDirect, 0, MayHaveGain, StartGain, Always},
     // Boards with ways of .3 to .8 cells, fitted without one, lay 5 to 18 times as far off.
     {Hypothesis::Path::kDirect, 0, MayHaveMovedToo, StartMoving, Always},
     // Boards that are fitted with another motion lose .2 and more. Of 1,900 in knocked frames, one called for it, and

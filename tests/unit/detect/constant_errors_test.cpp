@@ -143,16 +143,6 @@ TEST(PrintTolerance, InksOutOfRegisterPullNoPose) {
   }
 }
 
-TEST(DotGain, IsFoundWhereItIsSmall) {
-  // As most prints have it: .01 and .02 cells. Untold, .35 and .47 mm of 64 boards (bench/real_prints).
-  for (const double cells : {0.01, 0.02}) {
-    const Errors errors = ErrorsOf({.dot_gain_m = cells * kSideM / 6}, {}, 6);
-    EXPECT_LT(std::sqrt(errors.depth_square), 1.2e-4) << cells;
-    EXPECT_LT(errors.normalised.position(), 1.5) << cells;
-    EXPECT_LT(errors.normalised.orientation(), 1.5) << cells;
-  }
-}
-
 TEST(DotGain, IsFittedBesideAMotion) {
   // Also where another board has told it. With only one of both, single boards (bench/conditions) lay 1 and 4 mm off.
   for (const auto& [motion_px, most_depth_m] : {std::pair{4.0, 1.2e-4}, {8.0, 3e-4}}) {
