@@ -92,7 +92,7 @@ bool PhotometricFit::FitFirst(const Task& task, const BlurShape& motion, bool ma
   kept_count_ = 0;
   // One printer's ink spreads alike.
   const ImageTraits* image = task.start.image;
-  if (motion.way_px.isZero() && image && image->shares_dot_gain()) made_.choice.terms.dot_gain = image->dot_gain;
+  if (image && image->shares_dot_gain()) made_.choice.terms.dot_gain = image->dot_gain;
   if (FitOnce(task)) return true;
   if (made_.choice.terms.dot_gain == 0) return false;
   made_.choice.terms.dot_gain = 0;
