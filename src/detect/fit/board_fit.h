@@ -402,10 +402,11 @@ class BoardFit {
   bool StepModel(int stride, bool first);
   /// Whether its blur is so wide that it may have moved.
   bool SeemsMoved() const;
-  /// The same, or the plain model has found a motion's shape.
+  /// The same, or the plain model has found a motion's shape, or the blur is wider than that of others of the image.
   bool MayHaveMoved(const Start& start) const;
   /// Starts the fit of a motion where the blur is wider along one direction than across it, or of dot gain, where one
-  /// of them explains more than noise can; of both, the one that explains more. Whether one does.
+  /// of them explains more than noise can; of both, the one that explains more. A dot gain that is on stays as it is.
+  /// Whether one does.
   bool FindTerms(int stride, const Start& start);
   /// Starts the fit of dot gain by the first step to it, which levels and blur had taken up a part of.
   void StartGain(double step, double start_blur_px);

@@ -33,7 +33,7 @@ constexpr double kModelSettledSquare = 0.15;
 /// Where others of the image tell the motion, the first step by some pixels leads near enough for all, if it moves
 /// corners, blur and terms by no more (measured: with as much as without them, 4 % more work and the same poses).
 constexpr double kNearMovedPx = 0.75, kNearMovedBlur = 0.25, kNearMovedTerms = 25;
-/// The same in the first one where the corners of a board that moved were seen in its stripes.
+/// In the first step, corners of a board that moved may go as much farther: they were seen in its stripes.
 constexpr double kRunawayMovedPx = 6;
 /// Where corners lie as much farther off than was thought, other pixels are the board's (measured: with 0.15 px, poses
 /// of knocked frames with and without memory differ by 0.126 instead of 0.120 deviations, in 1 % less work).
@@ -454,9 +454,9 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
     const bool changed = judged && FindOccludedCorners(judgements++ < kModelPassesOfLight), near = !changed && Near();
     if (work_.units() > start.most_units) return near;
     const StepSize size = SizeOfModelStep();
-    const bool all = !WhatIsLeftCounts(size, size_before, kModelSettledSquare);
+    const bool nothing_left = !WhatIsLeftCounts(size, size_before, kModelSettledSquare);
     size_before = changed ? StepSize{} : size;
-    run_->told.settled = judged && near && Settled(before) && all &&
+    run_->told.settled = judged && near && Settled(before) && nothing_left &&
                          (pass + 1 == kMostModelPasses || ShadingHolds(start, LeftByModel()));
     if (run_->told.settled) {
       TellNoise(start);

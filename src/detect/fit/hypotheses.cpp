@@ -30,11 +30,18 @@ void KeepTraits(const From& from, Trial& trial) {
   trial.start.noise_may_differ = true;
 }
 
-/// A short motion, too, which the plain model has as the shape of its blur.
-void KeepMotion(const From& from, Trial& trial) {
+void StartMotion(const BlurShape& shape, Trial& trial) {
   MotionTerm& motion = trial.choice.terms;
-  motion.motion_px = from.kept.result.motion.way_px;
-  motion.turn = from.kept.result.motion.turn;
+  motion.motion_px = shape.way_px;
+  motion.turn = shape.turn;
+}
+
+/// A short motion, too, which the plain model has as the shape of its blur.
+void KeepMotion(const From& from, Trial& trial) { StartMotion(from.kept.result.motion, trial); }
+
+/// Whether a close fit has a motion that it was not begun with.
+bool FoundMotion(const BoardFit& fit, const Trial& made) {
+  return !fit.rough() && !Stands(fit) && made.choice.terms.motion_px.isZero();
 }
 
 // Without the motion that its blur seemed to be: shadows and ink make edges uneven, too.
@@ -44,7 +51,7 @@ void KeepMotion(const From& from, Trial& trial) {
 constexpr double kMostOffMovedPx = 0.04, kMostOffSurelyMovedPx = 0.15;
 
 bool MayHaveStood(const BoardFit& fit, const Trial& made) {
-  if (fit.rough() || Stands(fit) || !made.choice.terms.motion_px.isZero()) return false;
+  if (!FoundMotion(fit, made)) return false;
   const double off_px = fit.result().reprojection_rms_px;
   if (fit.sure_of_motion() && off_px <= kMostOffSurelyMovedPx) return false;
   return off_px > kMostOffMovedPx || AnyOf(fit.Occluded());
@@ -72,7 +79,7 @@ constexpr double kOtherMotion = 0.25;
 bool CameToRest(const BoardFit& fit) { return fit.unexplained_shifts() < kMovedShifts; }
 
 bool MayHaveMovedOtherwise(const BoardFit& fit, const Trial& made) {
-  return !fit.rough() && !Stands(fit) && made.choice.terms.motion_px.isZero() && !CameToRest(fit);
+  return FoundMotion(fit, made) && !CameToRest(fit);
 }
 
 bool StartOtherMotion(const From& from, Trial& trial) {
@@ -102,9 +109,7 @@ bool MayHaveMovedToo(const BoardFit& fit, const Trial& made) {
 
 bool StartMoving(const From& from, Trial& trial) {
   StartAnew(from, trial);
-  MotionTerm& motion = trial.choice.terms;
-  motion.motion_px = from.kept.model.blur_shape.way_px;
-  motion.turn = from.kept.model.blur_shape.turn;
+  StartMotion(from.kept.model.blur_shape, trial);
   return true;
 }
 

@@ -52,9 +52,9 @@ struct ShadedCells {
 /// The light over a board, by least squares over the logarithms of the light cells' levels, with an ink of its own for
 /// each phase and saturation. A slope suffices mostly; where it leaves more than a few percent unexplained, a bent
 /// shading is tried, and taken if it explains them. Of `fine` cells the logarithms' second order is told too (a lens's
-/// vignetting). Where cells of one ink differ a lot, some were taken for the other: the levels' colours then tell the
-/// inks anew. Nothing where the cells do not determine it or differ too much for the model. 9,000 instructions for 36
-/// cells; six passes instead of one where it is bent.
+/// vignetting). Where light cells of one ink differ a lot, the saturation of some was misread: it is then told anew, by
+/// the colours of the levels. Nothing where the cells do not determine it or differ too much for the model. 9,000
+/// instructions for 36 cells; six passes instead of one where it is bent.
 std::optional<Shading> FindShading(const ShadedCells& cells);
 
 /// A veil, by the dark cells' levels: under one they do not fall off as the light cells' do. What they do not determine
