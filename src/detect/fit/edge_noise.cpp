@@ -39,11 +39,13 @@ struct EdgePixels {
   HWY_ALIGN float score[kMaxLanes], information[kMaxLanes];
 };
 
-void AddErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y) {
+/// @tparam kGrown input.grown.
+template <bool kGrown>
+void AddErrorsOf(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const Shared shared = SharedOf(input);
-  HWY_ALIGN float edges[EdgeRow::kValues * EdgePixels::kMaxLanes];
+  HWY_ALIGN float edges[EdgeRow::kValuesGrown * EdgePixels::kMaxLanes];
   EdgePixels across_x, across_y;
   for (int first = 0; first < block.padded(); first += lanes) {
     const Model m = ModelOf(shared, block, first);
@@ -56,8 +58,8 @@ void AddErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, 
       const auto inside = hn::Gt(left, hn::Zero(d));
       PlaceAtEdges(m, hn::IfThenElseZero(inside, hn::LoadU(d, block.u_data() + at)),
                    hn::IfThenElseZero(inside, hn::LoadU(d, block.v_data() + at)), edges);
-      BlurEdges(m, edges);
-      const Predicted p = Predict(m, edges);
+      BlurEdges<kGrown>(m, edges);
+      const Predicted p = Predict<kGrown>(m, edges);
       const Weighed w = Weigh(m, p, hn::LoadU(d, block.light_data() + at), inside);
       across_x.Set(hn::Mul(p.ax, shared.px), hn::Mul(p.by_ax, w.root), w.deviation);
       across_y.Set(hn::Mul(p.ay, shared.px), hn::Mul(p.by_ay, w.root), w.deviation);
@@ -65,6 +67,10 @@ void AddErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, 
       across_y.AddTo(y, first, lanes);
     }
   }
+}
+
+void AddErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y) {
+  input.grown ? AddErrorsOf<true>(input, block, x, y) : AddErrorsOf<false>(input, block, x, y);
 }
 
 }  // namespace HWY_NAMESPACE

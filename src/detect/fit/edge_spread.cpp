@@ -99,15 +99,6 @@ Parts PartsOf(const EdgeSpread& shape) {
   return {0.5 * shape.filter * spread, std::max(std::sqrt(std::max(spread * (1 - shape.filter), 0.0)), kSharpest)};
 }
 
-/// Weighs a lane's pixels alike: weights that follow the model would make χ² no parabola.
-void LevelNoise(int lane, LaneBlock& lanes) {
-  const auto value = [&](LaneBlock::Parameter which) -> float& { return lanes.parameter_data(which)[lane]; };
-  const float light =
-      0.25f * (value(LaneBlock::kL00) + value(LaneBlock::kL10) + value(LaneBlock::kL01) + value(LaneBlock::kL11));
-  value(LaneBlock::kNoiseFloor) += value(LaneBlock::kNoiseSlope) * std::max(light, 0.0f);
-  value(LaneBlock::kNoiseSlope) = 0;
-}
-
 /// A filter, its χ² with the best blur, and how much larger that is.
 struct Try {
   double filter = 0, chi_square = 0, blur_px = 0;
@@ -233,10 +224,9 @@ std::optional<EdgeSpread> FindEdgeSpread(KernelInput input, const Eigen::Vector2
                                          BoardPixels& pixels) {
   LaneBlock& lanes = pixels.lanes();
   int count = 0;
-  for (int lane = 0; lane < lanes.lanes(); ++lane) {
-    count += lanes.count(lane);
-    LevelNoise(lane, lanes);
-  }
+  for (int lane = 0; lane < lanes.lanes(); ++lane) count += lanes.count(lane);
+  // Weights that follow the model would make χ² no parabola.
+  LevelNoise(lanes);
   input.stride = std::max(1, count / kPixels);
   input.sums = LaneSums::kShapes;
   const bool alike = std::abs(SlantOf(normal_x) - SlantOf(normal_y)) < kAlikeSlant;

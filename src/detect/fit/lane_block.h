@@ -15,7 +15,8 @@ using PhaseValues = std::array<float, 4>;
 /// a mosaic). Its pixels are those nearer to the corner than to others. There the image is
 ///   I = Σ_ij L_ij w_i(x) w_j(y)   (+ terms for edges that do not meet at right angles, and CornerExcess)
 /// with x, y the board coordinates from the corner, L the light of the four cells and w the edges blurred by the lens,
-/// w_1(x) = Φ(x · px_per_cell / blur) or what EdgeTerms have instead, w_0 = 1 − w_1.
+/// w_1(x) = Φ(x · px_per_cell / blur) or what EdgeTerms have instead, w_0 = 1 − w_1. Where cells grow into their
+/// neighbours (kGain), edges are moved, and each of two cells that grow has half of where they meet.
 /// What Gauss-Newton needs of a lane are the products of these columns; lanes lie side by side in vectors, so that no
 /// sum crosses lanes.
 enum LaneColumn : int {
@@ -76,6 +77,7 @@ class LaneBlock {
     kMiddleY,
     kPeakX,  ///< what it would be there, if it were not 1 at most
     kPeakY,
+    kGain,  ///< by which cells towards −x, −y and +x, +y grow to each side, cells; negative: the other two do so
     kParameters
   };
 

@@ -120,19 +120,20 @@ struct OtherSums {
   V uneven_residual, uneven_square, skew_residual, skew_square;
 };
 
-/// Fills the row of a pixel. @tparam kSums input.sums.
-template <LaneSums kSums, class M>
+/// Fills the row of a pixel. @tparam kSums, kGrown of the input.
+template <LaneSums kSums, bool kGrown, class M>
 HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marked_light, M inside,
                         float* HWY_RESTRICT row, OtherSums& sums) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const Predicted p = Predict(m, edges);
+  const Predicted p = Predict<kGrown>(m, edges);
   const Weighed w = Weigh(m, p, marked_light, inside);
   const V by_ax = hn::Mul(p.by_ax, w.root), by_ay = hn::Mul(p.by_ay, w.root);
   const auto put = [&](int index, V value) HWY_ATTR { hn::Store(value, d, row + index * lanes); };
   put(kShiftX, by_ax);
   put(kShiftY, by_ay);
-  const V by_blur_x = hn::Mul(by_ax, p.ax), by_blur_y = hn::Mul(by_ay, p.ay);
+  const V by_blur_x = kGrown ? hn::Mul(p.by_blur_x, w.root) : hn::Mul(by_ax, p.ax),
+          by_blur_y = kGrown ? hn::Mul(p.by_blur_y, w.root) : hn::Mul(by_ay, p.ay);
   put(kBlur, hn::Add(by_blur_x, by_blur_y));
   put(kResidual, w.deviation);
   const V uneven = hn::Sub(by_blur_x, by_blur_y), skew = hn::Mul(p.by_skew, w.root);
@@ -162,12 +163,13 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marke
 }
 
 /// Of the lanes from `first` on that fill a vector.
-template <LaneSums kSums>
+template <LaneSums kSums, bool kGrown>
 void AccumulateVector(const KernelInput& input, const Shared& shared, int first, LaneBlock& block) {
   const D d;
   constexpr int kMaxLanes = HWY_MAX_BYTES / sizeof(float);
   const int lanes = static_cast<int>(hn::Lanes(d));
-  HWY_ALIGN float edges[kChunk * EdgeRow::kValues * kMaxLanes];
+  constexpr int kEdgeValues = kGrown ? int{EdgeRow::kValuesGrown} : int{EdgeRow::kValues};
+  HWY_ALIGN float edges[static_cast<std::size_t>(kChunk * kEdgeValues * kMaxLanes)];
   HWY_ALIGN float rows[kChunk * kRow * kMaxLanes];
   const Sums products{block.sum_data(0) + first, block.padded()};
   const V zero = hn::Zero(d);
@@ -189,12 +191,12 @@ void AccumulateVector(const KernelInput& input, const Shared& shared, int first,
       // Beyond a lane's count an earlier board's pixels may stand, which this homography may send to infinity.
       const auto is_inside = hn::Gt(left_to_place, zero);
       PlaceAtEdges(m, hn::IfThenElseZero(is_inside, hn::LoadU(d, u)), hn::IfThenElseZero(is_inside, hn::LoadU(d, v)),
-                   edges + i * EdgeRow::kValues * lanes);
+                   edges + i * kEdgeValues * lanes);
     }
-    for (int i = 0; i < pixels; ++i) BlurEdges(m, edges + i * EdgeRow::kValues * lanes);
+    for (int i = 0; i < pixels; ++i) BlurEdges<kGrown>(m, edges + i * kEdgeValues * lanes);
     for (int i = 0; i < pixels; ++i, light += next, left_to_fill = hn::Sub(left_to_fill, step))
-      FillRow<kSums>(m, edges + i * EdgeRow::kValues * lanes, hn::LoadU(d, light), hn::Gt(left_to_fill, zero),
-                     rows + i * kRow * lanes, sums);
+      FillRow<kSums, kGrown>(m, edges + i * kEdgeValues * lanes, hn::LoadU(d, light), hn::Gt(left_to_fill, zero),
+                             rows + i * kRow * lanes, sums);
     kSums == LaneSums::kShapes ? AddShapeProducts(d, rows, pixels, k == 0, products)
                                : AddAllProducts(d, rows, pixels, k == 0, products);
   }
@@ -216,18 +218,23 @@ void AccumulateVector(const KernelInput& input, const Shared& shared, int first,
   finish(kSaturatedWeight, sums.saturated);
 }
 
-void Accumulate(const KernelInput& input, LaneBlock& block) {
+template <bool kGrown>
+void AccumulateFirst(const KernelInput& input, int past, LaneBlock& block) {
   const int lanes = static_cast<int>(hn::Lanes(D()));
+  const Shared shared = SharedOf(input);
+  for (int first = 0; first < past; first += lanes) switch (input.sums) {
+      case LaneSums::kShapes: AccumulateVector<LaneSums::kShapes, kGrown>(input, shared, first, block); break;
+      case LaneSums::kLevels: AccumulateVector<LaneSums::kLevels, kGrown>(input, shared, first, block); break;
+      case LaneSums::kNoise: AccumulateVector<LaneSums::kNoise, kGrown>(input, shared, first, block); break;
+    }
+}
+
+void Accumulate(const KernelInput& input, LaneBlock& block) {
   const bool all = input.lanes >= block.lanes(), folded = all && block.is_folded();
   if (folded)
     for (int which = 0; which < LaneBlock::kParameters; ++which) block.SpreadFolded(block.parameter_data(which));
   const int past = all ? block.padded() : input.lanes;
-  const Shared shared = SharedOf(input);
-  for (int first = 0; first < past; first += lanes) switch (input.sums) {
-      case LaneSums::kShapes: AccumulateVector<LaneSums::kShapes>(input, shared, first, block); break;
-      case LaneSums::kLevels: AccumulateVector<LaneSums::kLevels>(input, shared, first, block); break;
-      case LaneSums::kNoise: AccumulateVector<LaneSums::kNoise>(input, shared, first, block); break;
-    }
+  input.grown ? AccumulateFirst<true>(input, past, block) : AccumulateFirst<false>(input, past, block);
   const int filled = input.sums == LaneSums::kShapes ? kWeight : kLaneSums;
   if (folded)
     for (int which = 0; which < filled; ++which) block.GatherFolded(block.sum_data(which));
@@ -298,6 +305,16 @@ HWY_EXPORT(Mark);
 void AccumulateLanes(const KernelInput& input, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(Accumulate)(input, block); }
 
 void MarkSaturated(float saturation, LaneBlock& block) { HWY_DYNAMIC_DISPATCH(Mark)(saturation, block); }
+
+void LevelNoise(LaneBlock& block) {
+  for (int lane = 0; lane < block.lanes(); ++lane) {
+    const auto value = [&](LaneBlock::Parameter which) -> float& { return block.parameter_data(which)[lane]; };
+    const float light =
+        0.25f * (value(LaneBlock::kL00) + value(LaneBlock::kL10) + value(LaneBlock::kL01) + value(LaneBlock::kL11));
+    value(LaneBlock::kNoiseFloor) += value(LaneBlock::kNoiseSlope) * std::max(light, 0.0f);
+    value(LaneBlock::kNoiseSlope) = 0;
+  }
+}
 
 void EvenOutLanes(const LightFall& fall, const PhaseValues& veil, LaneBlock& block) {
   HWY_DYNAMIC_DISPATCH(EvenOut)(fall, veil, block);

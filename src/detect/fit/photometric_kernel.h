@@ -44,6 +44,7 @@ struct KernelInput {
   /// Of a board that turned during the exposure, how much narrower the blur across the edges of constant x gets with
   /// each of its standard deviations along y, as a share of it; and the reverse.
   float narrower_x = 0, narrower_y = 0;
+  bool grown = false;         ///< some lane has a LaneBlock::kGain
   float robust_limit = 1e9f;  ///< residuals beyond so many standard deviations count with less weight (Huber)
   LaneSums sums = LaneSums::kNoise;
   int stride = 1;         ///< every how many of a lane's pixels are used, ≥ 1
@@ -54,6 +55,9 @@ struct KernelInput {
 /// Evaluates model and derivatives at all pixels and fills the wanted sums of the lanes that are looked at; their other
 /// products are zero, the other sums left alone.
 void AccumulateLanes(const KernelInput& input, LaneBlock& block);
+
+/// Weighs all pixels of a lane alike, by the noise of its mean light. @pre levels and noise are set.
+void LevelNoise(LaneBlock& block);
 
 /// How the logarithm of the light changes over the plane: by u and v, their squares and their product.
 struct LightFall {

@@ -79,6 +79,10 @@ struct Model {
     V x, y, middle_x, middle_y, peak_x, peak_y;
     bool any;  ///< the window of some lane fades
   } fade;
+  /// By which edges move, in units of the distances from them, and its sign (LaneBlock::kGain).
+  struct {
+    V x, y, sign;
+  } gain;
   V count;  ///< pixels
 };
 
@@ -112,6 +116,8 @@ inline Model ModelOf(const Shared& shared, const LaneBlock& block, int first) {
   m.fade.peak_x = parameter(LaneBlock::kPeakX);
   m.fade.peak_y = parameter(LaneBlock::kPeakY);
   m.fade.any = !hn::AllTrue(d, hn::Eq(hn::Or(fade_x, fade_y), hn::Zero(d)));
+  const V gain = parameter(LaneBlock::kGain);
+  m.gain = {hn::Mul(gain, scale_x), hn::Mul(gain, scale_y), hn::CopySign(hn::Set(d, 1.0f), gain)};
   const hn::RebindToSigned<D> di;
   m.count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
   return m;
@@ -121,7 +127,21 @@ inline Model ModelOf(const Shared& shared, const LaneBlock& block, int first) {
 /// short loops over the chunk: the processor then has the steps of many pixels at hand, none of which wait for each
 /// other.
 struct EdgeRow {
-  enum { kX, kY, kDensityX, kDensityY, kIntegralX, kIntegralY, kValues };
+  enum {
+    kX,
+    kY,
+    kDensityX,
+    kDensityY,
+    kIntegralX,
+    kIntegralY,
+    kValues,
+    /// Where cells grow, each edge has two places: those before are the means of both, these half the difference.
+    kDensityApartX = kValues,
+    kDensityApartY,
+    kIntegralApartX,
+    kIntegralApartY,
+    kValuesGrown
+  };
 };
 
 HWY_INLINE void PlaceAtEdges(const Model& m, V u, V v, float* HWY_RESTRICT row) {
@@ -139,13 +159,27 @@ HWY_INLINE void PlaceAtEdges(const Model& m, V u, V v, float* HWY_RESTRICT row) 
   hn::Store(y, d, row + EdgeRow::kY * lanes);
 }
 
+/// @tparam kGrown KernelInput::grown.
+template <bool kGrown>
 HWY_INLINE void BlurEdges(const Model& m, float* HWY_RESTRICT row) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int axis = 0; axis < 2; ++axis) {
-    const Normal normal = NormalAt(d, hn::Load(d, row + axis * lanes), axis == 0 ? m.shared.edge_x : m.shared.edge_y);
-    hn::Store(normal.density, d, row + (EdgeRow::kDensityX + axis) * lanes);
-    hn::Store(normal.integral, d, row + (EdgeRow::kIntegralX + axis) * lanes);
+    const V at = hn::Load(d, row + axis * lanes);
+    const PowerTerms& edge = axis == 0 ? m.shared.edge_x : m.shared.edge_y;
+    const auto put = [&](int which, V value) HWY_ATTR { hn::Store(value, d, row + (which + axis) * lanes); };
+    if constexpr (kGrown) {
+      const V gain = axis == 0 ? m.gain.x : m.gain.y, half = hn::Set(d, 0.5f);
+      const Normal sooner = NormalAt(d, hn::Add(at, gain), edge), later = NormalAt(d, hn::Sub(at, gain), edge);
+      put(EdgeRow::kDensityX, hn::Mul(half, hn::Add(sooner.density, later.density)));
+      put(EdgeRow::kIntegralX, hn::Mul(half, hn::Add(sooner.integral, later.integral)));
+      put(EdgeRow::kDensityApartX, hn::Mul(half, hn::Sub(sooner.density, later.density)));
+      put(EdgeRow::kIntegralApartX, hn::Mul(half, hn::Sub(sooner.integral, later.integral)));
+    } else {
+      const Normal normal = NormalAt(d, at, edge);
+      put(EdgeRow::kDensityX, normal.density);
+      put(EdgeRow::kIntegralX, normal.integral);
+    }
   }
 }
 
@@ -154,10 +188,55 @@ struct Predicted {
   V light, right, down, both;
   V ax, ay, by_ax, by_ay;  ///< the distances from the edges, and derivatives by these
   V by_skew;               ///< and by the blur's correlation
+  V by_blur_x, by_blur_y;  ///< and by the blur across each kind of edge, less what all pixels share
 };
+
+/// Of cells that grow: what the light changes by with the two places of an edge, their mean and half of what they
+/// differ by.
+struct ByPlaces {
+  V mean, apart;
+};
+
+/// Sets the shares, where cells grow. Each of two that do has half of where they meet.
+/// @param apart_x, apart_y half of what the shares differ by.
+HWY_INLINE void Grow(const Model& m, V apart_x, V apart_y, Predicted& p, ByPlaces& x, ByPlaces& y) {
+  const D d;
+  const V one = hn::Set(d, 1.0f), right = p.right, down = p.down;
+  const V twice_right = hn::Add(right, right), twice_down = hn::Add(down, down);
+  const V more_right = hn::Add(right, apart_x), more_down = hn::Add(down, apart_y);
+  const V less_right = hn::NegMulAdd(m.gain.sign, apart_x, right),
+          less_down = hn::NegMulAdd(m.gain.sign, apart_y, down);
+  const auto& light = m.light;
+  const V twice_x = hn::Add(apart_x, apart_x), twice_y = hn::Add(apart_y, apart_y);
+  x.mean = hn::MulAdd(light.cross, more_down, hn::MulAdd(light.down, twice_y, light.across));
+  y.mean = hn::MulAdd(light.cross, more_right, hn::MulAdd(light.across, twice_x, light.down));
+  x.apart = hn::MulAdd(light.cross, less_down, hn::Mul(light.across, hn::Sub(twice_down, one)));
+  y.apart = hn::MulAdd(light.cross, less_right, hn::Mul(light.down, hn::Sub(twice_right, one)));
+  p.both = hn::MulAdd(right, more_down, hn::Mul(apart_x, less_down));
+  p.right = hn::MulAdd(apart_x, hn::Sub(twice_down, one), right);
+  p.down = hn::MulAdd(apart_y, hn::Sub(twice_right, one), down);
+}
+
+/// Of the blur, with what else a corner has, so far from it.
+HWY_INLINE V CorrelationAt(const Model& m, V ax, V ay) {
+  const D d;
+  V correlation = m.correlation;
+  if (!m.shared.corner.none) {
+    const auto& corner = m.shared.corner;
+    const V ax_square = hn::Mul(ax, ax), ay_square = hn::Mul(ay, ay), product = hn::Mul(ax, ay);
+    const V fall = hn::NegMulAdd(corner.fall, hn::Add(ax_square, ay_square), hn::Set(d, 1.0f));
+    const V square = hn::Mul(corner.square, hn::Sub(ax_square, ay_square));
+    correlation = hn::MulAdd(hn::MulAdd(corner.product, product, square), fall, correlation);
+    const V moved = hn::MulAdd(corner.moved_x, ax_square, hn::MulAdd(corner.moved_y, ay_square, corner.moved_between));
+    correlation = hn::Add(correlation, hn::MulAdd(corner.moved_product, product, moved));
+  }
+  return correlation;
+}
 
 /// Edges that are not square to each other blur together: the shares are those of a bivariate normal distribution, to
 /// first order in the correlation.
+/// @tparam kGrown KernelInput::grown.
+template <bool kGrown>
 HWY_INLINE Predicted Predict(const Model& m, const float* HWY_RESTRICT edges) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -165,27 +244,47 @@ HWY_INLINE Predicted Predict(const Model& m, const float* HWY_RESTRICT edges) {
   Predicted p;
   p.ax = of(EdgeRow::kX), p.ay = of(EdgeRow::kY), p.right = of(EdgeRow::kIntegralX), p.down = of(EdgeRow::kIntegralY);
   const V density_x = of(EdgeRow::kDensityX), density_y = of(EdgeRow::kDensityY);
-  V correlation = m.correlation;
-  if (!m.shared.corner.none) {
-    const auto& corner = m.shared.corner;
-    const V ax_square = hn::Mul(p.ax, p.ax), ay_square = hn::Mul(p.ay, p.ay), product = hn::Mul(p.ax, p.ay);
-    const V fall = hn::NegMulAdd(corner.fall, hn::Add(ax_square, ay_square), hn::Set(d, 1.0f));
-    const V square = hn::Mul(corner.square, hn::Sub(ax_square, ay_square));
-    correlation = hn::MulAdd(hn::MulAdd(corner.product, product, square), fall, correlation);
-    const V moved = hn::MulAdd(corner.moved_x, ax_square, hn::MulAdd(corner.moved_y, ay_square, corner.moved_between));
-    correlation = hn::Add(correlation, hn::MulAdd(corner.moved_product, product, moved));
-  }
-  const V densities = hn::Mul(density_x, density_y), twist = hn::Mul(correlation, densities);
   const auto& light = m.light;
-  const V slope_x = hn::MulAdd(light.cross, p.down, light.across),
-          slope_y = hn::MulAdd(light.cross, p.right, light.down);
-  const V twist_slope = hn::Mul(light.cross, twist);
-  p.light = hn::Add(hn::MulAdd(slope_y, p.down, hn::MulAdd(light.across, p.right, light.l00)), twist_slope);
-  p.both = hn::MulAdd(p.right, p.down, twist);
-  p.by_skew = hn::Mul(light.cross, densities);
-  const V twist_change = hn::Mul(twist_slope, hn::Set(d, 1 / (kUnit * kDensity)));
-  p.by_ax = hn::NegMulAdd(p.ax, twist_change, hn::Mul(slope_x, density_x));
-  p.by_ay = hn::NegMulAdd(p.ay, twist_change, hn::Mul(slope_y, density_y));
+  if constexpr (kGrown) {
+    // Where two cells grow into one, their corner becomes two, which lie across the others' diagonal.
+    const V apart_x = of(EdgeRow::kDensityApartX), apart_y = of(EdgeRow::kDensityApartY);
+    const V to_x = m.gain.x, to_y = hn::Mul(m.gain.sign, m.gain.y), signed_y = hn::Mul(m.gain.sign, apart_y);
+    const V one_densities = hn::Mul(hn::Sub(density_x, apart_x), hn::Add(density_y, signed_y)),
+            other_densities = hn::Mul(hn::Add(density_x, apart_x), hn::Sub(density_y, signed_y));
+    const V half = hn::Set(d, 0.5f);
+    const V one = hn::Mul(half, hn::Mul(CorrelationAt(m, hn::Sub(p.ax, to_x), hn::Add(p.ay, to_y)), one_densities)),
+            other = hn::Mul(half, hn::Mul(CorrelationAt(m, hn::Add(p.ax, to_x), hn::Sub(p.ay, to_y)), other_densities));
+    const V twist = hn::Add(one, other), across = hn::Sub(other, one);
+    ByPlaces x, y;
+    Grow(m, of(EdgeRow::kIntegralApartX), of(EdgeRow::kIntegralApartY), p, x, y);
+    p.both = hn::Add(p.both, twist);
+    p.light =
+        hn::MulAdd(light.across, p.right, hn::MulAdd(light.down, p.down, hn::MulAdd(light.cross, p.both, light.l00)));
+    const V change = hn::Mul(light.cross, hn::Set(d, 1 / (kUnit * kDensity)));
+    const V twist_x = hn::MulAdd(p.ax, twist, hn::Mul(to_x, across)),
+            twist_y = hn::NegMulAdd(to_y, across, hn::Mul(p.ay, twist));
+    p.by_ax = hn::NegMulAdd(twist_x, change, hn::MulAdd(x.mean, density_x, hn::Mul(x.apart, apart_x)));
+    p.by_ay = hn::NegMulAdd(twist_y, change, hn::MulAdd(y.mean, density_y, hn::Mul(y.apart, apart_y)));
+    // A wider blur changes the light at both places, by their distances.
+    const V by_gain_x = hn::MulAdd(x.mean, apart_x, hn::Mul(x.apart, density_x)),
+            by_gain_y = hn::MulAdd(y.mean, apart_y, hn::Mul(y.apart, density_y));
+    p.by_blur_x = hn::MulAdd(p.by_ax, p.ax, hn::Mul(by_gain_x, m.gain.x));
+    p.by_blur_y = hn::MulAdd(p.by_ay, p.ay, hn::Mul(by_gain_y, m.gain.y));
+    p.by_skew = hn::Mul(light.cross, hn::Mul(half, hn::Add(one_densities, other_densities)));
+  } else {
+    const V densities = hn::Mul(density_x, density_y), twist = hn::Mul(CorrelationAt(m, p.ax, p.ay), densities);
+    const V slope_x = hn::MulAdd(light.cross, p.down, light.across),
+            slope_y = hn::MulAdd(light.cross, p.right, light.down);
+    const V twist_slope = hn::Mul(light.cross, twist);
+    p.light = hn::Add(hn::MulAdd(slope_y, p.down, hn::MulAdd(light.across, p.right, light.l00)), twist_slope);
+    p.both = hn::MulAdd(p.right, p.down, twist);
+    const V twist_change = hn::Mul(twist_slope, hn::Set(d, 1 / (kUnit * kDensity)));
+    p.by_ax = hn::NegMulAdd(p.ax, twist_change, hn::Mul(slope_x, density_x));
+    p.by_ay = hn::NegMulAdd(p.ay, twist_change, hn::Mul(slope_y, density_y));
+    p.by_blur_x = hn::Mul(p.by_ax, p.ax);
+    p.by_blur_y = hn::Mul(p.by_ay, p.ay);
+    p.by_skew = hn::Mul(light.cross, densities);
+  }
   return p;
 }
 

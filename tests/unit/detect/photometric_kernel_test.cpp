@@ -21,7 +21,7 @@ namespace {
 constexpr int kLanes = 20, kPixels = 37;
 
 struct Lane {
-  double corner_x, corner_y, px_x, px_y, correlation, level[4], floor, slope;
+  double corner_x, corner_y, px_x, px_y, correlation, level[4], floor, slope, gain = 0;
 };
 
 /// The model as the header states it, in double precision.
@@ -29,9 +29,19 @@ double Model(const Lane& lane, double x, double y, double blur) {
   const auto integral = [](double a) { return 0.5 * std::erfc(-a / std::sqrt(2)); };
   const auto density = [](double a) { return std::exp(-0.5 * a * a) / std::sqrt(2 * M_PI); };
   const double ax = x * lane.px_x / blur, ay = y * lane.px_y / blur;
-  const double wx = integral(ax), wy = integral(ay), twist = lane.correlation * density(ax) * density(ay);
-  return lane.level[0] * ((1 - wx) * (1 - wy) + twist) + lane.level[1] * (wx * (1 - wy) - twist) +
-         lane.level[2] * ((1 - wx) * wy - twist) + lane.level[3] * (wx * wy + twist);
+  const double twist = lane.correlation * density(ax) * density(ay);
+  // What cells of the first and last kind reach over, beyond their own edges; half of where they meet is the other's.
+  const double gain_x = lane.gain * lane.px_x / blur, gain_y = lane.gain * lane.px_y / blur;
+  const double to_first_x = integral(ax - gain_x), from_last_x = integral(ax + gain_x);
+  const double to_first_y = integral(ay - gain_y), from_last_y = integral(ay + gain_y);
+  const double meet = (lane.gain < 0 ? -0.5 : 0.5) * (from_last_x - to_first_x) * (from_last_y - to_first_y);
+  const double first = (1 - to_first_x) * (1 - to_first_y), last = from_last_x * from_last_y;
+  // Where the others grow, these are what is left of both.
+  const double across = to_first_x * (1 - from_last_y), down = (1 - from_last_x) * to_first_y;
+  const double cells[] = {lane.gain < 0 ? first : first - meet, lane.gain < 0 ? across + meet : across,
+                          lane.gain < 0 ? down + meet : down, lane.gain < 0 ? last : last - meet};
+  return lane.level[0] * (cells[0] + twist) + lane.level[1] * (cells[1] - twist) + lane.level[2] * (cells[2] - twist) +
+         lane.level[3] * (cells[3] + twist);
 }
 
 class Kernel : public testing::Test {
@@ -47,7 +57,8 @@ class Kernel : public testing::Test {
             0.1 * value_(random_),
             {},
             1e-4,
-            1e-3};
+            1e-3,
+            0};
       for (double& level : at.level) level = 0.4 + 0.3 * value_(random_);
       const double parameters[] = {at.corner_x, at.corner_y, at.px_x,     at.px_y,  at.correlation, at.level[0],
                                    at.level[1], at.level[2], at.level[3], at.floor, at.slope};
@@ -65,6 +76,19 @@ class Kernel : public testing::Test {
     std::copy(board_from_plane, board_from_plane + 9, input_.board_from_plane);
     input_.blur_px = 1.1f;
   }
+
+  /// Lets cells grow: by turns of either kind, as much as the blur at most.
+  void SetGain() {
+    input_.grown = true;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      lanes_[lane].gain = (lane % 2 == 0 ? 0.006 : -0.006) * static_cast<double>(lane);
+      lanes_[lane].correlation = 0;
+      block_.parameter_data(LaneBlock::kGain)[lane] = static_cast<float>(lanes_[lane].gain);
+      block_.parameter_data(LaneBlock::kCorrelation)[lane] = 0;
+    }
+  }
+
+  void ExpectSumsOfTheModel(const char* target) const;
 
   /// Offset of a pixel from its corner on the board.
   std::pair<double, double> Offset(int lane, int i) const {
@@ -205,27 +229,54 @@ TEST_F(Kernel, EdgesAndCornersAreAsTold) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
+void Kernel::ExpectSumsOfTheModel(const char* target) const {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    std::array<std::array<double, kLaneColumns>, kLaneColumns> sums{};
+    for (int i = 0; i < block_.count(lane); ++i) {
+      const auto row = Row(lane, i);
+      for (std::size_t a = 0; a < kLaneColumns; ++a)
+        for (std::size_t b = a; b < kLaneColumns; ++b) sums[a][b] += row[a] * row[b];
+    }
+    for (std::size_t a = 0; a < kLaneColumns; ++a)
+      for (std::size_t b = a; b < kLaneColumns; ++b)
+        EXPECT_NEAR(block_.sum(ProductSum(static_cast<int>(a), static_cast<int>(b)), lane), sums[a][b],
+                    2e-3 * std::sqrt(sums[a][a] * sums[b][b]) + 1e-3)
+            << target << ", lane " << lane << ", columns " << a << " and " << b;
+    EXPECT_EQ(block_.sum(kWeight, lane), static_cast<float>(block_.count(lane)));
+    EXPECT_EQ(block_.sum(kDarkCount, lane) + block_.sum(kLightCount, lane), static_cast<float>(block_.count(lane)));
+  }
+}
+
 TEST_F(Kernel, SumsAreThoseOfTheModelOnEveryTarget) {
   for (const auto target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     AccumulateLanes(input_, block_);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      std::array<std::array<double, kLaneColumns>, kLaneColumns> sums{};
-      for (int i = 0; i < block_.count(lane); ++i) {
-        const auto row = Row(lane, i);
-        for (std::size_t a = 0; a < kLaneColumns; ++a)
-          for (std::size_t b = a; b < kLaneColumns; ++b) sums[a][b] += row[a] * row[b];
-      }
-      for (std::size_t a = 0; a < kLaneColumns; ++a)
-        for (std::size_t b = a; b < kLaneColumns; ++b)
-          EXPECT_NEAR(block_.sum(ProductSum(static_cast<int>(a), static_cast<int>(b)), lane), sums[a][b],
-                      2e-3 * std::sqrt(sums[a][a] * sums[b][b]) + 1e-3)
-              << hwy::TargetName(target) << ", lane " << lane << ", columns " << a << " and " << b;
-      EXPECT_EQ(block_.sum(kWeight, lane), static_cast<float>(block_.count(lane)));
-      EXPECT_EQ(block_.sum(kDarkCount, lane) + block_.sum(kLightCount, lane), static_cast<float>(block_.count(lane)));
-    }
+    ExpectSumsOfTheModel(hwy::TargetName(target));
   }
   hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST_F(Kernel, CellsThatGrowMoveTheirEdges) {
+  SetGain();
+  for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    AccumulateLanes(input_, block_);
+    ExpectSumsOfTheModel(hwy::TargetName(target));
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST_F(Kernel, CellsThatGrowByNothingAreAsOthers) {
+  AccumulateLanes(input_, block_);
+  const LaneBlock plain = block_;
+  input_.grown = true;
+  std::fill_n(block_.parameter_data(LaneBlock::kGain), kLanes, 0.0f);
+  AccumulateLanes(input_, block_);
+  for (int lane = 0; lane < kLanes; ++lane)
+    for (int a = 0; a < kLaneColumns; ++a)
+      EXPECT_NEAR(block_.sum(ProductSum(a, a), lane), plain.sum(ProductSum(a, a), lane),
+                  1e-4f * plain.sum(ProductSum(a, a), lane))
+          << "lane " << lane << ", column " << a;
 }
 
 /// As BlurShape has them: by half the difference of the logarithms of the deviations across the two edges, and by the
