@@ -11,13 +11,8 @@ namespace {
 /// Units of a board's plain fit at most, and for a pixel of its box (guesses).
 constexpr double kUnitsOfPlain = 300, kUnitsOfPlainPixel = 0.15;
 /// With a budget, after so many plain fits that found no board, one is fitted in full. The dot gain that it shows is
-/// that of all boards: plain fits would find none of them, and full ones that begin with it cost no more. After as many
-/// with the last image's dot gain, that is forgotten (a guess).
+/// that of all boards: plain fits would find none of them, and full ones that begin with it cost no more (a guess).
 constexpr std::size_t kFruitlessFits = 2;
-
-/// Units of a full fit that knows its dot gain, for a corner: 2,250 for 25 corners of 8 px cells (measured). Plain fits
-/// of boards in plain view take a sixth; of those with a gain of a tenth of such a cell, twice as much, in vain.
-constexpr std::uint64_t kUnitsOfFullCorner = 90;
 
 /// Units of a full fit of a board that moved, over those of a plain one (measured: 1.7, with 12 px cells).
 constexpr std::uint64_t kFullOfPlain = 2;
@@ -149,7 +144,7 @@ void BoardFits::FitTasks(const ImageJob& job, std::size_t first) {
                       each = static_cast<std::uint64_t>(kOthersOfFirst * static_cast<double>(last));
   // Plain fits find few of the boards that moved far.
   const bool moved = ShowsMotion(frame) && Lasts(frame, tasks.size() - done, each);
-  const bool plain_only = limited && !moved && !(frame.traits && frame.traits->dot_gain != 0);
+  const bool plain_only = limited && !moved;
   if (limited && !plain_only)
     for (FitTask& task : tasks.subspan(done)) task.expected = std::max(task.expected, each);
   done += FitInRounds(job, plain_only, tasks.subspan(done));
@@ -171,7 +166,6 @@ std::size_t BoardFits::FitFirst(const ImageJob& job, std::span<FitTask> tasks) {
     return limited && done < kFewestThatMoved && frame.stream.IsKnocked() && !ShowsMotion(frame);
   };
   while (done < tasks.size() && (!frame.traits || ask_more())) {
-    // With the dot gain that prints had before, boards are fitted in full at once.
     const bool in_full = frame.needed_traits.has_value();
     const FitTask& task = tasks[done];
     if (GrantRound(frame.plan, frame.work.units(), done == 0, tasks.subspan(done, 1), in_full) == 0) break;
@@ -229,17 +223,13 @@ void BoardFits::ChooseForRefining(const ImageJob& job) {
     return !outcome.wants_more || outcome.deferred || (task.board < gone && !outcome.accepted) ||
            (task.board < expected && WasReadAt(frame, task.board, expected, frame.boards.size()));
   });
-  std::uint64_t plain = 0, full = 0;
   for (FitTask& task : *tasks_) {
     const BoardOutcome& outcome = frame.outcomes[task.board];
-    plain += outcome.work.units();
-    full += kUnitsOfFullCorner * static_cast<std::uint64_t>(CornerCount(frame.boards[task.board].size));
     task.unclear = !outcome.is_read();
     task.most = outcome.work.units();
     task.least = WorkPlan::kLeastOfPlain * task.most;
     task.expected = WorkPlan::kMostOfPlain * task.most;
   }
-  frame.plain_fits_cost_more = plain > full;
 }
 
 void BoardFits::RefuseReadElsewhere(const ImageJob& job, std::size_t first) {

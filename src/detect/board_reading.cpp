@@ -71,6 +71,7 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
                 .blur_shape =
                     job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_shape : BlurShape{},
                 .image = order.image,
+                .dot_gain = order.image ? order.image->dot_gain : job.frame.dot_gain,
                 .noise_may_differ = !job.frame.traits},
       .motion_blurred = board.motion_blurred,
       .most_units = order.most_units,

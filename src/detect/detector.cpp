@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <optional>
 #include <stdexcept>
 
 #include "chequer/check.h"
@@ -64,9 +63,6 @@ struct Detector::Impl {
   void RefuseTwins(const ImageJob& job);
   /// Hands over the boards that are accepted.
   void WriteMarkers(const ImageJob& job, std::vector<MarkerPose>& markers) const;
-  /// The traits that one image leaves to the next (MemoryState::traits).
-  std::optional<ImageTraits>& Remembered(const StreamImage* stream) { return stream ? stream->memory.traits : traits; }
-  void RememberTraits(std::optional<ImageTraits>& remembered) const;
 
   // The same for all images.
   const DetectorOptions options;
@@ -78,10 +74,9 @@ struct Detector::Impl {
   Scratch<std::vector<SeenBoard>> seen;
   Scratch<std::vector<std::size_t>> twins;  ///< of them, those that were seen better elsewhere
   // Kept from one image to the next.
-  Undone undone;                      ///< with a budget
-  std::optional<ImageTraits> traits;  ///< with a budget, for images without a memory: see MemoryState
-  ToneTable tone;                     ///< the same curve has the same table
-  std::uint64_t budget = 0;           ///< set from outside, for the images to come
+  Undone undone;             ///< with a budget
+  ToneTable tone;            ///< the same curve has the same table
+  std::uint64_t budget = 0;  ///< set from outside, for the images to come
 };
 
 void Detector::Impl::FindMosaic(const ImageJob& job) {
@@ -125,22 +120,6 @@ void Detector::Impl::WriteMarkers(const ImageJob& job, std::vector<MarkerPose>& 
   }
 }
 
-void Detector::Impl::RememberTraits(std::optional<ImageTraits>& remembered) const {
-  // With a budget, what plain fits find at less cost goes without.
-  if (frame->plan.limited() && !frame->needed_traits && !frame->plain_fits_cost_more) return remembered.reset();
-  const BoardOutcome* telling = nullptr;
-  for (const BoardOutcome& outcome : frame->outcomes) {
-    // What moves hides what ink does.
-    if (!outcome.is_read() || outcome.wants_more || !outcome.image.motion_px.isZero()) continue;
-    if (!telling || (outcome.image.shares_dot_gain() && !telling->image.shares_dot_gain())) telling = &outcome;
-  }
-  if (!telling) return;
-  if (telling->image.shares_dot_gain())
-    remembered = telling->image;
-  else
-    remembered.reset();
-}
-
 void Detector::Impl::SearchGivenUp(const ImageJob& job) {
   if (!ChooseGivenUp(job)) return;
   const std::size_t known = frame->boards.size();
@@ -150,8 +129,10 @@ void Detector::Impl::SearchGivenUp(const ImageJob& job) {
 }
 
 void Detector::Impl::FindBoards(const ImageJob& job, const StreamImage* stream) {
-  if (stream) ExpectBoards(job, *stream);
-  frame->needed_traits = Remembered(stream);
+  if (stream) {
+    frame->dot_gain = stream->memory.dot_gain;
+    ExpectBoards(job, *stream);
+  }
   const std::size_t expected = frame->expected.size();
   if (expected > 0) {
     job.tracer.Anchored(frame->boards, job.lens, options.color_space);
@@ -182,10 +163,7 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
   if (image.width() < kLeastSide || image.height() < kLeastSide) return;
   search.Start();
   fits.Start();
-  if (!frame->plan.limited()) {
-    undone = {};
-    traits.reset();
-  }
+  if (!frame->plan.limited()) undone = {};
   frame->work.Add(WorkStep::kFrame);
   frame->regions.Start(image.width(), image.height());
   frame->known.Start(image.width(), image.height());
@@ -204,7 +182,6 @@ void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& mar
     TraceExpectations(job, *stream);
     Remember(job, *stream);
   }
-  RememberTraits(Remembered(stream));
   undone.grids.EndImage();
   undone.boards.EndImage();
   frame->stats.work = frame->work.units();

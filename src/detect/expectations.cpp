@@ -335,6 +335,8 @@ void Remember(const ImageJob& job, const StreamImage& stream) {
   for (int band = 0; band < bands; ++band)
     lesson.searched[static_cast<std::size_t>(band)] = frame.regions.HasBand(band, bands);
   state.Learn(lesson, frame.stream.read);
+  // What moves hides what ink does.
+  if (frame.traits && frame.traits->motion_px.isZero()) state.dot_gain = frame.traits->dot_gain;
 }
 
 }  // namespace chequer

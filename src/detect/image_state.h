@@ -95,10 +95,9 @@ struct ImageState {
   std::vector<PixelBox> open;         ///< what is to be searched in the next frame in any case
   std::vector<PixelBox> cut;          ///< grids at the ends of regions, which may go on beyond them
   std::optional<ImageTraits> traits;  ///< once a board has told them
-  /// Traits with a dot gain that boards have to be fitted with from the start: the last image's, or this one's where no
-  /// plain fit found a board.
+  double dot_gain = 0;                ///< of an earlier image (MemoryState::dot_gain)
+  /// Traits that boards have to be fitted with from the start, as no plain fit found one without.
   std::optional<ImageTraits> needed_traits;
-  bool plain_fits_cost_more = false;  ///< than full ones that know the dot gain, which all that want more may have
 
   bool IsExpected(std::size_t board) const { return board < expected.size(); }
   /// Whether that board was read as the one which was expected there.

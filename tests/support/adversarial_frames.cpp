@@ -23,6 +23,7 @@ struct SwarmKind {
   double cell_px = 10;
   double motion_px = 0;
   double ink_spread_cells = 0;
+  double blur_px = 0.6;  ///< of the lens
   bool nameless = false, mirrored = false;
 };
 constexpr std::array kSwarms{
@@ -31,6 +32,7 @@ constexpr std::array kSwarms{
     SwarmKind{.name = "knocked50", .boards = 50, .motion_px = 14},
     SwarmKind{.name = "knocked100", .boards = 100, .cell_px = 8, .motion_px = 14},
     SwarmKind{.name = "moved50", .boards = 50, .motion_px = 8},
+    SwarmKind{.name = "soft50", .boards = 50, .blur_px = 1.7},
     SwarmKind{.name = "bled50", .boards = 50, .ink_spread_cells = 0.1},
     SwarmKind{.name = "bled8", .boards = 8, .cell_px = 20, .ink_spread_cells = 0.1},
     SwarmKind{.name = "bled12", .boards = 12, .cell_px = 29, .ink_spread_cells = 0.1},
@@ -75,7 +77,8 @@ std::vector<SceneMarker> PlaceBoards(const SwarmKind& kind, int boards, double c
 HardFrame DrawSwarm(const SwarmKind& kind, int width, int height, std::uint64_t seed, DetectorOptions options) {
   Random random(seed);
   const double pixels = static_cast<double>(width) * height;
-  const int boards = kind.boards > 0 ? kind.boards : std::max(1, static_cast<int>(std::lround(pixels / 1920 / 1080 * 50)));
+  const int boards =
+      kind.boards > 0 ? kind.boards : std::max(1, static_cast<int>(std::lround(pixels / 1920 / 1080 * 50)));
   const int fitting = width * height < 1500000 && kind.boards == 0 ? std::min(boards, 16) : boards;
   // As large as there is room for, if they are many.
   const double room_px = std::sqrt(pixels / fitting);
@@ -85,6 +88,7 @@ HardFrame DrawSwarm(const SwarmKind& kind, int width, int height, std::uint64_t 
   scene.markers = PlaceBoards(kind, fitting, cell_px, *options.camera, options.families[0].code, random);
   RenderOptions render;
   render.camera = *options.camera;
+  render.blur_sigma_px = kind.blur_px;
   render.motion_px = kind.motion_px;
   render.motion_angle_rad = 0.7;
   return {Render(scene, render, seed), std::move(options), static_cast<std::size_t>(fitting)};

@@ -24,8 +24,8 @@ struct HardFrame {
 /// compared with.
 inline constexpr std::string_view kCalm = "calm";
 
-/// Names of all frames: swarms in trouble ("knocked16" … "knocked100": moved by 14 px; "moved50": by 8 px; "bled50":
-/// a dot gain of a tenth of a cell; "bled8", "bled12": the same of large boards, which no plain fit finds;
+/// Names of all frames: swarms in trouble ("knocked16" … "knocked100": moved by 14 px; "moved50": by 8 px; "soft50":
+/// blurred by 1.7 px; "bled50": a dot gain of a tenth of a cell; "bled8", "bled12": the same of large boards;
 /// "nameless50": no code that is one; "mirrored50"; "thousand": 1,000 small boards), and textures
 /// (adversarial_textures.h).
 std::vector<std::string> HardFrameNames();

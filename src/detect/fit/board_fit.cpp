@@ -25,6 +25,10 @@ constexpr double kOtherPixelsOfRestPx = 0.2;
 /// Mean light of a cell of which much is saturated.
 constexpr float kOverexposed = 0.98f;
 
+/// Corners that are off by so much more than noise explains may be so by another dot gain than that of the image's
+/// others. (Of boards with as much as them, a few in a hundred are.)
+constexpr double kShiftsOfOtherGain = 3;
+
 bool IsOverexposed(const BoardFit::Start& start) {
   return std::any_of(start.light.begin(), start.light.end(),
                      [](const Eigen::Vector3f& light) { return light.maxCoeff() >= kOverexposed; });
@@ -37,13 +41,12 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->number = ++pixels_of_;
   run_->model.own_levels = choice.own_levels;
   static_cast<Terms::States&>(run_->model) = choice.terms;
-  const bool any = ModelTerms::Of(choice.terms).any();
   // A dot gain that another board has told says nothing of how this one moved.
   Terms::States beside_gain = choice.terms;
   static_cast<DotGainTerm&>(beside_gain) = {};
   run_->terms.plain_only = !choice.may_look_farther;
   run_->terms.may_move = choice.may_move && !choice.own_levels && !ModelTerms::Of(beside_gain).any();
-  run_->terms.look_farther = any || (choice.from && choice.from->terms.look_farther);
+  run_->terms.look_farther = !BoardModel::IsPlain(choice.terms) || (choice.from && choice.from->terms.look_farther);
   run_->view.size = start.size;
   run_->view.cell_ratio = start.cell_ratio;
   run_->inks.register_cells = start.register_cells;
@@ -173,6 +176,8 @@ void BoardFit::SetLanes() {
   // The first step only has to come near.
   run_->plain_input.corner = !ComesNear() ? profiles_.Between(board_by_pixel.row(0)) : CornerExcess{};
   AddMotion(run_->step.placed_way, run_->plain_input);
+  const float gain = static_cast<float>(run_->model.dot_gain);
+  run_->plain_input.grown = gain != 0;
   PhaseValues floor, slope;
   for (std::size_t phase = 0; phase < 4; ++phase) {
     const std::size_t channel = static_cast<std::size_t>(run_->view.channel_of_phase[phase]);
@@ -190,6 +195,8 @@ void BoardFit::SetLanes() {
     for (int i = 0; i < 4; ++i)
       set(LaneBlock::kL00 + i, lane,
           run_->model.levels[static_cast<std::size_t>(quadrants[static_cast<std::size_t>(i)])]);
+    const int row = corner / (run_->view.size.cols - 1), col = corner % (run_->view.size.cols - 1);
+    std::fill_n(lanes.parameter_data(LaneBlock::kGain) + lane, 4, IsDark(row, col) ? gain : -gain);
     PhaseValues of_corner = floor;
     if (MayBeOutOfRegister() && run_->inks.beside_yellow[static_cast<std::size_t>(corner)])
       for (std::size_t phase = 0; phase < 4; ++phase) of_corner[phase] += run_->inks.yellow_variance[phase];
@@ -282,10 +289,13 @@ bool BoardFit::LiesOffItsPixels() const {
          FarthestMove(run_->light.collected_for) > kOtherPixelsOfRestPx;
 }
 
-bool BoardFit::HasMovedAfterAll(const Start& start) const {
-  if (run_->terms.wide || !SeemsMoved()) return false;
+bool BoardFit::NeedsTermsAfterAll(const Start& start) const {
+  if (run_->terms.wide) return false;
+  if (BlursWidely(BlurOfImage(start))) return true;
+  if (!SeemsMoved()) return false;
   // What the plain model leaves of a long way is no noise, which this board would tell the others.
-  const bool misleads = start.TellsNoise() && run_->model.blur_shape.way_px.norm() > kShortWay * CellPx();
+  const bool misleads =
+      start.TellsNoise() && run_->model.blur_shape.way_px.norm() > kShortWay * FreeOfGain() * CellPx();
   return misleads || run_->told.pixel_variance > kExplained;
 }
 
@@ -302,7 +312,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   bool settled = run_->terms.look_farther ? SettleModel(reader, lens, start, noise_known, choice)
                                           : Settle(lens, start, noise_known);
   if (settled && LiesOffItsPixels()) settled = SettleAnew(reader, lens, start);
-  if (settled && HasMovedAfterAll(start)) {
+  if (settled && NeedsTermsAfterAll(start)) {
     run_->terms.wide = true;
     if (!LookFarther(reader, lens, start, choice)) return false;
     if (run_->terms.look_farther) settled = SettleModel(reader, lens, start, true, choice);
@@ -343,6 +353,11 @@ bool BoardFit::FitBesideHidden(const LightReader& reader, const Lens& lens, cons
 
 void BoardFit::FinishBent(const LightReader& reader, const Lens& lens, const Start& start) {
   Finish(lens);
+  // The board that tells the image's traits has told its own.
+  if (!start.TellsNoise() && run_->told.unexplained_shifts > kShiftsOfOtherGain && TellGain()) {
+    if (!Settle(lens, start, true, true)) return;
+    Finish(lens);
+  }
   if (!run_->bend.found || run_->bend.taken_out) return;
   flat_ = *run_;
   if (FitBent(reader, lens, start)) return;

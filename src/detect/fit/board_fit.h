@@ -56,6 +56,7 @@ class BoardFit {
     BlurShape blur_shape{};
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
+    double dot_gain = 0;  ///< of prints, as they or earlier images have told, cells
     /// They are the last image's, or another fit's of this board: so its pixels tell the noise anew.
     bool noise_may_differ = false;
     /// A fit with all terms that is not near its end once so many units (work_meter.h) were spent on the board fails.
@@ -234,6 +235,11 @@ class BoardFit {
   /// Steps until nothing moves any more.
   /// @param anew it had settled before, by other pixels.
   bool Settle(const Lens& lens, const Start& start, bool noise_known, bool anew = false);
+  /// Takes the dot gain of least squares, where that counts, with all else as it follows. Whether it is another than
+  /// before. Changes the sums of the last step.
+  bool TellGain();
+  /// Σ w r² that a step of the plain model leaves with that dot gain, by some of the pixels.
+  std::optional<double> LeftWithGain(double gain);
   /// Goes on with the pixels of the board as it lies by now.
   bool SettleAnew(const LightReader& reader, const Lens& lens, const Start& start);
   void Finish(const Lens& lens);
@@ -266,6 +272,8 @@ class BoardFit {
   /// what the corners' pixels are worth.
   void TellInformation(const BoardGeometry::Information& in_pixels, double variance);
   double CellPx() const;
+  /// Of a cell, the share that others do not grow into from both sides.
+  double FreeOfGain() const { return 1 - 2 * std::abs(run_->model.dot_gain); }
   double MisfitOf(int corner) const;
   /// Information on moves of the geometry, all else following, in units of what pixels are worth.
   BoardGeometry::Information InformationOnMoves() const;
@@ -279,7 +287,14 @@ class BoardFit {
   /// The noise that the last step's sums show.
   void ReadNoise();
   /// Whether the image's edges are no Gaussian's: from here on, they are fitted as they are.
-  bool TellEdges(const Lens& lens);
+  bool TellEdges();
+  /// What an image's first board may still tell of it: a dot gain, so often, and its edges.
+  struct TraitsToTell {
+    int gains = 0;
+    bool edges = false;
+  };
+  /// Finishes, and takes the next of these where the board shows it. Whether one was taken, with which the fit goes on.
+  bool TellTraits(const Lens& lens, TraitsToTell& untold);
   /// Of the last step, in board coordinates.
   Eigen::Vector2d MoveOf(int corner) const;
   /// Of a corner, since the geometry was that one, px.
@@ -301,8 +316,8 @@ class BoardFit {
   bool LookFarther(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
   /// Whether a plain fit ended so far from where its pixels were chosen that others are the board's.
   bool LiesOffItsPixels() const;
-  /// Whether a plain fit that has settled shows a motion that it did not show at first.
-  bool HasMovedAfterAll(const Start& start) const;
+  /// Whether a plain fit that has settled shows a motion, or so wide a blur, that it did not show at first.
+  bool NeedsTermsAfterAll(const Start& start) const;
   /// Starts from another fit of the board.
   void StartFrom(const BoardRun& run);
   /// Sums of two quadrants' levels each, in the channel that tells light from dark cells best, has most pixels, and
@@ -367,6 +382,8 @@ class BoardFit {
   void FollowShading(const Lens& lens, const Start& start);
   /// Levels as the image has them, for pixels as the image has them. Whether anything had been evened out.
   bool TakeBackShading();
+  /// The same for the plain fit's pixels.
+  bool TakeBackFromPixels(const Lens& lens);
   /// How far shading moves the light of pixels: the move is a covariance, plane units², times the gradient of log
   /// light. Blur counts where it blurs what is already shaded. The image does not show whether it does in two cases,
   /// of which half counts each, and that half is the uncertainty:

@@ -111,7 +111,8 @@ void AddByShared(const CornerDerivative& by, const Rows& rows, To&& to) {
 bool BoardFit::ShowsLevels() const {
   // The sums must be those of its last step: another fit since then has collected its own pixels, and FindDotGain(),
   // which goes over the same ones, is asked of boards alone that are not flat.
-  return run_->told.settled && run_->number == pixels_of_ && !ModelTerms::Of(run_->model).any() &&
+  return run_->told.settled && run_->number == pixels_of_ &&
+         !(run_->terms.look_farther ? ModelTerms::Of(run_->model).any() : !BoardModel::IsPlain(run_->model)) &&
          !run_->model.own_levels && !run_->bend.found && !run_->bend.taken_out && !MayBeOutOfRegister() &&
          !run_->view.overexposed && (run_->terms.look_farther || run_->plain_input.stride == 1) &&
          run_->result.flat() && run_->result.visibility.ShowsAllCorners();
@@ -121,6 +122,7 @@ LevelProducts BoardFit::SumPlainProducts(const LearntBoard& learnt) {
   if (run_->told.sums_gone) {
     SetLanes();
     AccumulateLanes(run_->plain_input, pixels_.lanes());
+    equations_.Assemble(PlainEquations());
     work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(PixelsOfStep()));
   }
   LevelProducts sums(run_->view.channels);

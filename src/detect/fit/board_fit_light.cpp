@@ -173,11 +173,15 @@ bool BoardFit::ShadingHolds(const Start& start, double variances) {
 
 void BoardFit::FollowShading(const Lens& lens, const Start& start) {
   // Cells that turn out to be occluded have falsified it.
-  if (run_->visibility.ShowCellsByAllCorners() && TakeBackShading()) {
-    pixels_.Reuse(lens, run_->model.geometry);
-    SetPlaces();
-  }
+  if (run_->visibility.ShowCellsByAllCorners()) TakeBackFromPixels(lens);
   EvenOutShading(start);
+}
+
+bool BoardFit::TakeBackFromPixels(const Lens& lens) {
+  if (!TakeBackShading()) return false;
+  pixels_.Reuse(lens, run_->model.geometry);
+  SetPlaces();
+  return true;
 }
 
 bool BoardFit::TakeBackShading() {

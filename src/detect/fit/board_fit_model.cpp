@@ -77,12 +77,13 @@ std::size_t QuadrantOfColour(int row, int col) {
 bool BoardFit::BlursWidely(double image_blur_px) const {
   // To levels as they were sampled, edges seem sharper than they are: what other boards of the image show holds.
   const double blur_px = std::max(run_->model.blur_px, image_blur_px);
+  const double wide = kWideBlur * FreeOfGain();
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
     if (!pixels_.inside(corner)) continue;
     const Eigen::Matrix2d& pixel_by_board = pixels_.place(corner).pixel_by_board;
     const double across =
         pixel_by_board.determinant() / std::max(pixel_by_board.col(0).norm(), pixel_by_board.col(1).norm());
-    if (blur_px > kWideBlur * across) return true;
+    if (blur_px > wide * across) return true;
   }
   return false;
 }
@@ -329,7 +330,8 @@ bool BoardFit::MayBeMotion(double blur_px, double cell_px) {
 }
 
 bool BoardFit::SeemsMoved() const {
-  return run_->terms.may_move && run_->model.motion_px.isZero() && MayBeMotion(run_->model.blur_px, CellPx());
+  return run_->terms.may_move && run_->model.motion_px.isZero() &&
+         MayBeMotion(run_->model.blur_px / FreeOfGain(), CellPx());
 }
 
 bool BoardFit::MayHaveMoved(const Start& start) const {

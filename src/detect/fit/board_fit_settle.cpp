@@ -1,6 +1,7 @@
 // Of BoardFit: the steps of the plain model until nothing moves any more.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "detect/fit/board_fit.h"
 #include "detect/fit/board_fit_limits.h"
@@ -39,6 +40,10 @@ constexpr SettleLimits kCloseLimits{.square = 0.01, .shape = 0.001, .shape_follo
 /// of the lens's. Boards that stand seem to have moved by less, behind a sharpening filter too (measured: with 1 to 2
 /// px, poses of fast boards with and without memory differ by 0.07 instead of 0.12 deviations).
 constexpr double kMostMovedOfEdgesPx = 1;
+/// Dot gain is told so often before the edges, each time from what was told before.
+constexpr int kMostGains = 3;
+/// Passes after traits were told.
+constexpr int kPassesOfTraits = 6;
 /// Passes until what is done to the light (see board_fit_light.cpp) has settled too, and where it had settled before.
 constexpr int kPassesOfLight = 4, kPassesOfLightAnew = 2;
 
@@ -85,9 +90,9 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
   LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
   run_->light.fades = true;
   SetWindows();
-  bool edges_told = start.image != nullptr;
+  TraitsToTell untold{.gains = start.TellsNoise() ? kMostGains : 0, .edges = !start.image};
   StepSize step, before;
-  for (int pass = 1; pass < kMaxPasses; before = step, ++pass) {
+  for (int pass = 1, last = kMaxPasses, lit_by = 0; pass < last; before = step, ++pass) {
     const SettleLimits& settled = FollowsClosely() ? kCloseLimits : kUsualLimits;
     const double shape_left = settled.shape * pixels_.pixels();
     const bool moved = run_->step.corner_px > kFollowSettlingPx;
@@ -103,24 +108,27 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
     if (changed && run_->light.beside_hidden) SetWindows();
     // What is done to the light follows the fit by a pass or two.
     const bool uneven = run_->light.bent || AnyUnused(), again = run_->light.shade_twice && pass == 1;
-    const bool follows = uneven ? pass < passes_of_light : again;
+    const bool follows = pass == lit_by || (uneven ? pass < passes_of_light : again);
     const bool near = run_->step.corner_px < kSettledPx && run_->step.blur_share < kSettledBlur;
     // The levels of one that is near are fitted, not sampled.
-    const bool lit_anew = near && !uneven && pass > 1 && pass + 1 < kMaxPasses && !ShadingHolds(start, step.variances);
-    if (noise_known && !changed && !follows && near && !lit_anew && run_->step.shape_gain < shape_left &&
-        !WhatIsLeftCounts(step, before, settled.square)) {
+    const bool lit_anew = near && !uneven && pass > 1 && pass + 1 < last && !ShadingHolds(start, step.variances);
+    const bool ends = noise_known && !changed && !follows && near && !lit_anew && run_->step.shape_gain < shape_left &&
+                      !WhatIsLeftCounts(step, before, settled.square);
+    // With a strong dot gain that it does not know, a fit need not come to its end.
+    if (ends || (pass + 1 == last && untold.gains > 0)) {
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
       if (start.TellsNoise() && sums == LaneSums::kNoise) ReadNoise();
-      run_->told.settled = true;
+      run_->told.settled = ends;
       run_->result.moved_square = SquareOf(run_->step.moved) / step.variances;
-      // It tells its edges, too: those of a board that lies elsewhere seem to have another shape.
-      if (edges_told || !TellEdges(lens)) break;
+      if (!TellTraits(lens, untold)) break;
       // What they explain is no noise.
-      edges_told = true;
       run_->told.settled = noise_known = false;
+      last = pass + kPassesOfTraits;
+      // Levels have told a shading that may have been what was told now.
+      if (TakeBackFromPixels(lens)) lit_by = pass + 1;
       continue;
     }
-    if (uneven ? pass > 1 && pass < passes_of_light : again) FollowShading(lens, start);
+    if (pass == lit_by || (uneven ? pass > 1 && pass < passes_of_light : again)) FollowShading(lens, start);
     noise_known = true;
     // It is the camera's: what a board has told holds for the image's others, too. What theirs have beside it, of print
     // or of steps that are not at their end, is no noise of pixels; their misfit widens the covariance.
@@ -135,10 +143,23 @@ void BoardFit::ReadNoise() {
   EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
 }
 
-bool BoardFit::TellEdges(const Lens& lens) {
-  if (run_->model.blur_shape.way_px.norm() > kMostMovedOfEdgesPx) return false;
+bool BoardFit::TellTraits(const Lens& lens, TraitsToTell& untold) {
+  if (untold.gains == 0 && !untold.edges) return false;
   Finish(lens);
-  if (!run_->result.flat()) return false;
+  // Dot gain moves edges, and seems to give them another shape.
+  if (untold.gains > 0 && TellGain()) {
+    --untold.gains;
+    return true;
+  }
+  untold.gains = 0;
+  // Those of a board that lies elsewhere seem to have another shape, too.
+  const bool edges = std::exchange(untold.edges, false) && TellEdges();
+  if (edges && run_->model.dot_gain != 0) untold.gains = 1;
+  return edges;
+}
+
+bool BoardFit::TellEdges() {
+  if (run_->model.blur_shape.way_px.norm() > kMostMovedOfEdgesPx || !run_->result.flat()) return false;
   const Eigen::Matrix2d board_by_pixel = BoardByPixel();
   // Its sums take the place of the last step's.
   const std::optional<EdgeSpread> found = FindEdgeSpread(run_->plain_input, board_by_pixel.row(0),

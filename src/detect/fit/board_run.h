@@ -43,6 +43,12 @@ struct BoardModel : Terms::States {
 
   /// No term changes the light that falls on its cells, and their levels are the cells'.
   bool LitEvenly() const { return !own_levels && !LightVaries(); }
+  /// The plain model has all of it: a dot gain that is known is a part of that, too.
+  static bool IsPlain(const Terms::States& terms) {
+    Terms::States others = terms;
+    others.dot_gain = 0;
+    return !ModelTerms::Of(others).any();
+  }
 };
 
 /// All that belongs to one fit of a board (BoardFit), and to no other.

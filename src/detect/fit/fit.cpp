@@ -52,6 +52,7 @@ bool PhotometricFit::FitOnce(const Task& task) {
 const FittedBoard* PhotometricFit::FitPlain(const Task& task, bool motion_blurred) {
   made_ = {.start = task.start, .choice = {}};
   made_.choice.may_move = made_.choice.may_look_farther = false;
+  made_.choice.terms.dot_gain = task.start.dot_gain;
   tried_ = {};
   const bool fitted = FitOnce(task);
   wants_more_ =
@@ -91,8 +92,7 @@ bool PhotometricFit::FitFirst(const Task& task, const BlurShape& motion, bool ma
   tried_ = {};
   kept_count_ = 0;
   // One printer's ink spreads alike.
-  const ImageTraits* image = task.start.image;
-  if (image && image->shares_dot_gain()) made_.choice.terms.dot_gain = image->dot_gain;
+  made_.choice.terms.dot_gain = task.start.dot_gain;
   if (FitOnce(task)) return true;
   if (made_.choice.terms.dot_gain == 0) return false;
   made_.choice.terms.dot_gain = 0;
@@ -147,7 +147,7 @@ void PhotometricFit::Try(const Task& task, std::size_t hypothesis) {
   before.tried = tried_;
   before.left_for = &tried;
   tried_ = {};
-  made_.BeginAt(fit_.result().geometry);
+  made_.BeginAt(fit_.result());
   made_.choice.from = fit_.looks_farther() ? &before.run : nullptr;
   if (!tried.start({task.reader, task.lens, task.start, fit_, before.run, traits_}, made_) || !FitOnce(task))
     return GoBack();
@@ -196,7 +196,7 @@ void PhotometricFit::LeaveOutPulled(const Task& task) {
     if (!AnyOf(pulled)) return;
     before = fit_.run();
     made_.LeaveOut(pulled, Hidden::kPulled);
-    made_.BeginAt(before.result.geometry);
+    made_.BeginAt(before.result);
     if (!FitOnce(task)) return fit_.Restore(before);
     fit_.RestoreCells(before.result);
   }

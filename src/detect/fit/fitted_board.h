@@ -23,12 +23,8 @@ struct ImageTraits {
   EdgeSpread edges;
   /// How far the board moved during the exposure, image pixels; zero if that was not fitted.
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();
-  /// Dot gain, cells; 0 if that was not fitted.
+  /// Dot gain, cells; 0 if there is none.
   double dot_gain = 0;
-
-  /// Boards of one image share the dot gain from so much of a cell on: less may be but what one board has (a guess).
-  static constexpr double kLeastSharedGain = 0.015;
-  bool shares_dot_gain() const { return std::abs(dot_gain) >= kLeastSharedGain; }
 };
 
 /// The light that falls on a cell, over that of the board (its mean; beside the shadow, where its edge was fitted):

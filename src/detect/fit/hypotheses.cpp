@@ -100,7 +100,7 @@ bool StartOtherMotion(const From& from, Trial& trial) {
 constexpr double kLeastWayBesideGain = 0.15;
 
 bool MayHaveMovedToo(const BoardFit& fit, const Trial& made) {
-  if (!Stands(fit) || fit.dot_gain() == 0 || !made.choice.may_move) return false;
+  if (!fit.looks_farther() || !Stands(fit) || fit.dot_gain() == 0 || !made.choice.may_move) return false;
   const BoardModel& model = fit.run().model;
   // With the dot gain, the blur is as wide as the way has it at least, unless the way was the dot gain's.
   return model.blur_shape.way_px.norm() > kLeastWayBesideGain * fit.cell_px() &&
@@ -339,9 +339,7 @@ bool MayBeUnevenlyLit(const BoardFit& fit, const Trial& made) {
   if (!Stands(fit) || !fit.run().model.LitEvenly()) return false;
   if (fit.looks_farther() && fit.cell_px() < kLeastBlurredCellPx) return false;
   if (made.LeavesOut() || AnyOf(fit.Occluded())) return true;
-  if (fit.looks_farther() && fit.unexplained_shifts() > kUnevenShifts &&
-      Unevenness(fit.result(), made.start) > kUnevenCells)
-    return true;
+  if (fit.unexplained_shifts() > kUnevenShifts && Unevenness(fit.result(), made.start) > kUnevenCells) return true;
   if (fit.misfit_spread() <= kUnevenMisfit) return false;
   // Inks out of register spoil the fit of corners, too, but leave the cells alike.
   if (!made.start.register_cells.isZero() && Unevenness(fit.result(), made.start) <= kUnevenCells) return false;

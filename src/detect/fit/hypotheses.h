@@ -13,9 +13,10 @@ struct Trial {
   BoardFit::Choice choice;
 
   /// Begins where the last fit has the board.
-  void BeginAt(const BoardGeometry& geometry) {
+  void BeginAt(const FittedBoard& fitted) {
     start.predicted = false;
-    start.geometry = geometry;
+    start.geometry = fitted.geometry;
+    choice.terms.dot_gain = fitted.image.dot_gain;
   }
   void LeaveOut(const CornerFlags& corners, Hidden why) {
     for (int corner = 0; corner < CornerCount(start.size); ++corner)

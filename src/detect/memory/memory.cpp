@@ -39,7 +39,7 @@ void MemoryState::Clear() {
   since_search = {};
   boards.clear();
   open.clear();
-  traits.reset();
+  dot_gain = 0;
 }
 
 int MemoryState::Continue(FrameTime now, int frame_width, int frame_height) {

@@ -141,7 +141,7 @@ TEST(Budget, StarvesNobody) {
 }
 
 TEST(Budget, RefinesEveryBoardInItsTurn) {
-  const HardFrame frame = DrawHardFrame("bled50", 1280, 720);
+  const HardFrame frame = DrawHardFrame("soft50", 1280, 720);
   Detector unlimited(frame.options);
   const test::Detected whole = Detect(unlimited, frame);
   ASSERT_EQ(whole.markers.size(), frame.boards);

@@ -153,10 +153,22 @@ TEST(DotGain, IsFittedBesideAMotion) {
   }
 }
 
+TEST(DotGain, MakesNoPoseWorse) {
+  // As most prints have it, and strong ones. Untold, .005, .01 and .02 cells made errors of .26, .50 and 1.0 mm where
+  // clean boards have .1 (bench/conditions).
+  const Errors clean = ErrorsOf({}, {}, 6);
+  for (const double cells : {0.005, 0.01, 0.02, 0.05}) {
+    const Errors errors = ErrorsOf({.dot_gain_m = cells * kSideM / 6}, {}, 6);
+    EXPECT_LT(std::sqrt(errors.depth_square), 1.1 * std::sqrt(clean.depth_square)) << cells;
+    EXPECT_LT(errors.normalised.position(), 1.5) << cells;
+    EXPECT_LT(errors.normalised.orientation(), 1.5) << cells;
+  }
+}
+
 TEST(DotGain, OneBoardTellsItForTheOthersOfTheImage) {
-  // 0.03 cells: each board by itself takes 4.4 times the work of clean ones, and some do not find it.
+  // 0.03 cells: where each board had to find it, they took 4.4 times the work of clean ones.
   const Errors clean = ErrorsOf({}, {}, 8), grown = ErrorsOf({.dot_gain_m = 0.03 * kSideM / 6}, {}, 8);
-  EXPECT_LT(static_cast<double>(grown.work), 3.9 * static_cast<double>(clean.work));
+  EXPECT_LT(static_cast<double>(grown.work), 1.6 * static_cast<double>(clean.work));
   EXPECT_LT(std::sqrt(grown.depth_square), 1.2e-4);
   EXPECT_LT(grown.normalised.position(), 1.6);
   EXPECT_LT(grown.normalised.orientation(), 1.6);

@@ -1,0 +1,102 @@
+// Of BoardFit: the dot gain that an image's first board tells.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "core/small_cholesky.h"
+#include "detect/fit/board_fit.h"
+
+namespace chequer {
+namespace {
+
+/// As many pixels tell it.
+constexpr int kPixels = 1500;
+/// By which it is tried to be more and less, px: an eighth of a blur.
+constexpr double kTriedPx = 0.1;
+/// Where it is still less at an end, so many times as far again, so often.
+constexpr double kFarther = 1.6;
+constexpr int kMostMore = 6;
+/// Of what it explains, variances: with less there is none, with more it is surely there; between, a part of it counts.
+constexpr double kNone = 6, kSure = 16;
+/// Another one that is so much off, variances, is the same.
+constexpr double kSame = 0.1;
+/// A plain fit does not come near boards with more, cells.
+constexpr double kMost = 0.15;
+
+/// Where a parabola is lowest, and its second derivative.
+struct Parabola {
+  double at = 0, bend = 0;
+};
+
+/// That through three values, in order, one of which is the least.
+template <class Value>
+std::optional<Parabola> LowestAround(double middle, double step, const Value& value) {
+  struct Try {
+    double at = 0, value = 0;
+  };
+  std::array<Try, 3> tries;
+  for (std::size_t i = 0; i < tries.size(); ++i) {
+    const double at = middle + (static_cast<double>(i) - 1) * step;
+    const std::optional<double> left = value(at);
+    if (!left) return std::nullopt;
+    tries[i] = {at, *left};
+  }
+  // Farther each time, until it rises.
+  for (int more = 0; more < kMostMore && tries[1].value >= std::min(tries[0].value, tries[2].value); ++more) {
+    if (tries[0].value < tries[2].value) std::swap(tries[0], tries[2]);
+    const double at = tries[2].at + kFarther * (tries[2].at - tries[1].at);
+    const std::optional<double> left = value(at);
+    if (!left) return std::nullopt;
+    tries = {tries[1], tries[2], {at, *left}};
+  }
+  const auto& [a, b, c] = tries;
+  const double first = (b.value - a.value) / (b.at - a.at), second = (c.value - b.value) / (c.at - b.at),
+               bend = 2 * (second - first) / (c.at - a.at);
+  if (!(bend > 0)) return std::nullopt;
+  return Parabola{(a.at + b.at) / 2 - first / bend, bend};
+}
+
+}  // namespace
+
+std::optional<double> BoardFit::LeftWithGain(double gain) {
+  run_->model.dot_gain = gain;
+  SetLanes();
+  // Weights that follow the light would make χ² no parabola.
+  LevelNoise(pixels_.lanes());
+  AccumulateLanes(run_->plain_input, pixels_.lanes());
+  work_.Add(WorkStep::kFitStep);
+  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(PixelsOfStep() / run_->plain_input.stride));
+  equations_.Assemble(PlainEquations());
+  const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
+  if (!solver.positive()) return std::nullopt;
+  return equations_.chi_square() - solver.Solve(equations_.gradient()).dot(equations_.gradient());
+}
+
+bool BoardFit::TellGain() {
+  // What saturated pixels leave is no χ².
+  if (run_->model.own_levels || run_->view.overexposed || MayBeOutOfRegister()) return false;
+  const double was = run_->model.dot_gain;
+  const KernelInput input = run_->plain_input;
+  UsePixels(StrideFor(kPixels));
+  run_->plain_input.sums = LaneSums::kLevels;
+  const std::optional<Parabola> lowest =
+      LowestAround(was, kTriedPx / CellPx(), [&](double gain) { return LeftWithGain(gain); });
+  run_->plain_input = input;
+  run_->model.dot_gain = was;
+  SetLanes();
+  run_->told.sums_gone = true;
+  if (!lowest) return false;
+  // Of a gain, and of a change, how much of χ² they explain. Where print or paper moves corners, it moves them along
+  // edges alike.
+  const auto explains = [&](double gain) { return gain * gain * lowest->bend / 2 / run_->told.pixel_variance; };
+  const double over_noise = explains(lowest->at) / std::max(run_->told.unexplained_shifts, 1.0),
+               counts = std::clamp((over_noise - kNone) / (kSure - kNone), 0.0, 1.0);
+  const double gain = std::clamp(counts * lowest->at, -kMost, kMost);
+  if (explains(gain - was) < kSame) return false;
+  run_->model.dot_gain = gain;
+  run_->told.sums_gone = false;
+  return true;
+}
+
+}  // namespace chequer
