@@ -238,6 +238,10 @@ class BoardFit {
   /// Takes the dot gain of least squares, where that counts, with all else as it follows. Whether it is another than
   /// before. Changes the sums of the last step.
   bool TellGain();
+  /// The same by a step of the model with all terms, if that has none yet.
+  bool TellGainOfModel(const Lens& lens);
+  /// What counts of a gain by what it explains: nothing of one that noise may be, all of one that it is not.
+  double GainThatCounts(double gain, double information) const;
   /// Σ w r² that a step of the plain model leaves with that dot gain, by some of the pixels.
   std::optional<double> LeftWithGain(double gain);
   /// Goes on with the pixels of the board as it lies by now.

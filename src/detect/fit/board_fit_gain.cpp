@@ -73,6 +73,32 @@ std::optional<double> BoardFit::LeftWithGain(double gain) {
   return equations_.chi_square() - solver.Solve(equations_.gradient()).dot(equations_.gradient());
 }
 
+double BoardFit::GainThatCounts(double gain, double information) const {
+  // Where print or paper moves corners, it moves them along edges alike.
+  const double noise = run_->told.pixel_variance * std::max(run_->told.unexplained_shifts, 1.0);
+  const double counts = std::clamp((gain * gain * information / noise - kNone) / (kSure - kNone), 0.0, 1.0);
+  return std::clamp(counts * gain, -kMost, kMost);
+}
+
+bool BoardFit::TellGainOfModel(const Lens& lens) {
+  if (run_->model.DotGainTerm::on() || !run_->model.LitEvenly() || run_->view.overexposed || MayBeOutOfRegister())
+    return false;
+  Finish(lens);
+  run_->told.sums_gone = true;
+  run_->model.ink = true;
+  SetTerms();
+  run_->model.ink = false;
+  if (!SolveModel(StrideFor(kPixels))) return false;
+  const int column = ModelColumns(run_->model_input.terms).of<DotGainTerm>();
+  const double gain = GainThatCounts(model_equations_.step()[column], model_equations_.InformationOn<1>(column)(0, 0));
+  SetTerms();
+  if (gain == 0) return false;
+  run_->model.dot_gain = gain;
+  run_->told.sums_gone = false;
+  SetTerms();
+  return true;
+}
+
 bool BoardFit::TellGain() {
   // What saturated pixels leave is no χ².
   if (run_->model.own_levels || run_->view.overexposed || MayBeOutOfRegister()) return false;
@@ -87,13 +113,8 @@ bool BoardFit::TellGain() {
   SetLanes();
   run_->told.sums_gone = true;
   if (!lowest) return false;
-  // Of a gain, and of a change, how much of χ² they explain. Where print or paper moves corners, it moves them along
-  // edges alike.
-  const auto explains = [&](double gain) { return gain * gain * lowest->bend / 2 / run_->told.pixel_variance; };
-  const double over_noise = explains(lowest->at) / std::max(run_->told.unexplained_shifts, 1.0),
-               counts = std::clamp((over_noise - kNone) / (kSure - kNone), 0.0, 1.0);
-  const double gain = std::clamp(counts * lowest->at, -kMost, kMost);
-  if (explains(gain - was) < kSame) return false;
+  const double information = lowest->bend / 2, gain = GainThatCounts(lowest->at, information), change = gain - was;
+  if (change * change * information < kSame * run_->told.pixel_variance) return false;
   run_->model.dot_gain = gain;
   run_->told.sums_gone = false;
   return true;

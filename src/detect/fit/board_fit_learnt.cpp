@@ -7,6 +7,7 @@
 
 #include "core/small_cholesky.h"
 #include "detect/fit/board_fit.h"
+#include "detect/fit/board_fit_limits.h"
 
 namespace chequer {
 namespace {
@@ -200,6 +201,7 @@ bool BoardFit::UseLearntLevels(LearntBoard& learnt) {
     ScaleToLight(*run_, learnt);
   }
   work_.Add(WorkStep::kFitStep, 2);  // as many instructions
+  if (all_terms && run_->told.sums_gone) SolveModel(StrideFor(kMostPixels));
   LevelProducts products = all_terms ? SumModelProducts(learnt) : SumPlainProducts(learnt);
   products.Mirror();
   OwnEstimate own{.pixel_variance = run_->told.pixel_variance,

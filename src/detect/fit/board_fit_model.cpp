@@ -462,7 +462,11 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
                          (pass + 1 == kMostModelPasses || ShadingHolds(start, LeftByModel()));
     if (run_->told.settled) {
       TellNoise(start);
-      break;
+      if (!start.TellsNoise() || !TellGainOfModel(lens)) break;
+      run_->told.settled = false;
+      // Levels have told a shading that may have been the dot gain.
+      TakeBackFromPixels(lens);
+      return SettleModelByAll(reader, lens, start);
     }
     before = changed ? BoardRun::Step{} : run_->step;
     FollowLight(start, pass < kModelPassesOfLight);
