@@ -324,6 +324,12 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
     if (run_->step.corner_px < kRunawayPx) anew.geometry = run_->model.geometry;
     return Fit(reader, lens, anew, choice);
   }
+  if (!settled && choice.terms.dot_gain == 0 && run_->model.dot_gain != 0) {
+    // What a fit without a strong dot gain had is no start for one with it.
+    Choice with_gain = choice;
+    with_gain.terms.dot_gain = run_->model.dot_gain;
+    return Fit(reader, lens, start, with_gain);
+  }
   if (!settled) return false;
   FinishBent(reader, lens, start);
   return run_->result.determined();

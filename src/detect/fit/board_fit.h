@@ -298,7 +298,7 @@ class BoardFit {
     bool edges = false;
   };
   /// Finishes, and takes the next of these where the board shows it. Whether one was taken, with which the fit goes on.
-  bool TellTraits(const Lens& lens, TraitsToTell& untold);
+  bool TellTraits(const Lens& lens, const Start& start, TraitsToTell& untold);
   /// Of the last step, in board coordinates.
   Eigen::Vector2d MoveOf(int corner) const;
   /// Of a corner, since the geometry was that one, px.

@@ -81,8 +81,7 @@ double BoardFit::GainThatCounts(double gain, double information) const {
 }
 
 bool BoardFit::TellGainOfModel(const Lens& lens) {
-  if (run_->model.DotGainTerm::on() || !run_->model.LitEvenly() || run_->view.overexposed || MayBeOutOfRegister())
-    return false;
+  if (run_->model.DotGainTerm::on() || !run_->model.LitEvenly() || run_->view.overexposed) return false;
   Finish(lens);
   run_->told.sums_gone = true;
   run_->model.ink = true;
@@ -101,7 +100,7 @@ bool BoardFit::TellGainOfModel(const Lens& lens) {
 
 bool BoardFit::TellGain() {
   // What saturated pixels leave is no χ².
-  if (run_->model.own_levels || run_->view.overexposed || MayBeOutOfRegister()) return false;
+  if (run_->model.own_levels || run_->view.overexposed) return false;
   const double was = run_->model.dot_gain;
   const KernelInput input = run_->plain_input;
   UsePixels(StrideFor(kPixels));

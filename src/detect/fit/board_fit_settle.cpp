@@ -120,7 +120,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
       if (start.TellsNoise() && sums == LaneSums::kNoise) ReadNoise();
       run_->told.settled = ends;
       run_->result.moved_square = SquareOf(run_->step.moved) / step.variances;
-      if (!TellTraits(lens, untold)) break;
+      if (!TellTraits(lens, start, untold)) break;
       // What they explain is no noise.
       run_->told.settled = noise_known = false;
       last = pass + kPassesOfTraits;
@@ -143,12 +143,15 @@ void BoardFit::ReadNoise() {
   EstimateNoise(pixels_, run_->visibility.corners(), run_->view.channel_of_phase, run_->model.noise);
 }
 
-bool BoardFit::TellTraits(const Lens& lens, TraitsToTell& untold) {
+bool BoardFit::TellTraits(const Lens& lens, const Start& start, TraitsToTell& untold) {
   if (untold.gains == 0 && !untold.edges) return false;
   Finish(lens);
   // Dot gain moves edges, and seems to give them another shape.
+  const bool had_gain = run_->model.dot_gain != 0;
   if (untold.gains > 0 && TellGain()) {
     --untold.gains;
+    // It looks like blur, too.
+    if (!had_gain) run_->model.blur_px = std::min(run_->model.blur_px, start.blur_px);
     return true;
   }
   untold.gains = 0;
