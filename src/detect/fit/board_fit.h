@@ -242,6 +242,8 @@ class BoardFit {
   bool TellGainOfModel(const Lens& lens);
   /// What counts of a gain by what it explains: nothing of one that noise may be, all of one that it is not.
   double GainThatCounts(double gain, double information) const;
+  /// The dot gain, if the fit had none by chance.
+  double GainForOthers() const;
   /// Σ w r² that a step of the plain model leaves with that dot gain, by some of the pixels.
   std::optional<double> LeftWithGain(double gain);
   /// Goes on with the pixels of the board as it lies by now.

@@ -18,7 +18,9 @@ constexpr double kTriedPx = 0.1;
 constexpr double kFarther = 1.6;
 constexpr int kMostMore = 6;
 /// Of what it explains, variances: with less there is none, with more it is surely there; between, a part of it counts.
-constexpr double kNone = 6, kSure = 16;
+/// One that is none costs boards that moved twice the work; as much as goes untold, of cells of 10 px .0005, moves a
+/// board by a quarter of its deviation.
+constexpr double kNone = 16, kSure = 36;
 /// Another one that is so much off, variances, is the same.
 constexpr double kSame = 0.1;
 /// A plain fit does not come near boards with more, cells.
@@ -78,6 +80,13 @@ double BoardFit::GainThatCounts(double gain, double information) const {
   const double noise = run_->told.pixel_variance * std::max(run_->told.unexplained_shifts, 1.0);
   const double counts = std::clamp((gain * gain * information / noise - kNone) / (kSure - kNone), 0.0, 1.0);
   return std::clamp(counts * gain, -kMost, kMost);
+}
+
+double BoardFit::GainForOthers() const {
+  const double gain = run_->model.dot_gain;
+  if (!run_->terms.look_farther || gain == 0) return gain;
+  const int column = ModelColumns(run_->model_input.terms).of<DotGainTerm>();
+  return GainThatCounts(gain, model_equations_.InformationOn<1>(column)(0, 0));
 }
 
 bool BoardFit::TellGainOfModel(const Lens& lens) {

@@ -144,7 +144,7 @@ void BoardFit::Finish(const Lens& lens) {
   run_->told.variance = variance;
   TellInformation(InformationOnMoves(), variance);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
-                        run_->model.dot_gain};
+                        GainForOthers()};
   run_->result.motion =
       run_->terms.look_farther ? BlurShape{run_->model.motion_px, run_->model.turn} : run_->model.blur_shape;
   // A fit that begins with a long way might not ask whether the motion's own term is better.

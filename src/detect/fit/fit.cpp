@@ -147,7 +147,7 @@ void PhotometricFit::Try(const Task& task, std::size_t hypothesis) {
   before.tried = tried_;
   before.left_for = &tried;
   tried_ = {};
-  made_.BeginAt(fit_.result());
+  made_.BeginAt(fit_.result().geometry, fit_.dot_gain());
   made_.choice.from = fit_.looks_farther() ? &before.run : nullptr;
   if (!tried.start({task.reader, task.lens, task.start, fit_, before.run, traits_}, made_) || !FitOnce(task))
     return GoBack();
@@ -196,7 +196,7 @@ void PhotometricFit::LeaveOutPulled(const Task& task) {
     if (!AnyOf(pulled)) return;
     before = fit_.run();
     made_.LeaveOut(pulled, Hidden::kPulled);
-    made_.BeginAt(before.result);
+    made_.BeginAt(before.result.geometry, before.model.dot_gain);
     if (!FitOnce(task)) return fit_.Restore(before);
     fit_.RestoreCells(before.result);
   }

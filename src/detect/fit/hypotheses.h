@@ -13,10 +13,10 @@ struct Trial {
   BoardFit::Choice choice;
 
   /// Begins where the last fit has the board.
-  void BeginAt(const FittedBoard& fitted) {
+  void BeginAt(const BoardGeometry& geometry, double dot_gain) {
     start.predicted = false;
-    start.geometry = fitted.geometry;
-    choice.terms.dot_gain = fitted.image.dot_gain;
+    start.geometry = geometry;
+    choice.terms.dot_gain = dot_gain;
   }
   void LeaveOut(const CornerFlags& corners, Hidden why) {
     for (int corner = 0; corner < CornerCount(start.size); ++corner)
