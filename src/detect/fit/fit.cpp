@@ -133,8 +133,11 @@ bool PhotometricFit::Explain(const Task& task) {
 
 std::size_t PhotometricFit::FindNext() const {
   const std::span<const Hypothesis> all = Hypotheses();
+  const int room = static_cast<int>(kept_.size()) - kept_count_;
+  // A detour needs it for what goes on from it, too.
+  const auto has_room = [&](const Hypothesis& of) { return room > (of.path == Hypothesis::Path::kDetour ? 1 : 0); };
   std::size_t next = 0;
-  while (next < all.size() && (tried_[next] || !all[next].calls(fit_, made_))) ++next;
+  while (next < all.size() && (tried_[next] || !has_room(all[next]) || !all[next].calls(fit_, made_))) ++next;
   return next;
 }
 

@@ -105,8 +105,8 @@ class PhotometricFit {
   BoardFit fit_;
   Trial made_;   ///< how
   Tried tried_;  ///< from there
-  // Memory: set before they are read. Two detours and a trial at most.
-  std::array<Kept, 3> kept_;
+  // Memory: set before they are read. Three detours, each begun on the one before, and a trial.
+  std::array<Kept, 4> kept_;
   int kept_count_ = 0;
   ImageTraits traits_;
   FittedBoard best_;

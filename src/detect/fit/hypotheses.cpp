@@ -214,7 +214,10 @@ bool StartShadow(const From& from, Trial& trial) {
   values[ShadowEdge::kLogWidth] =
       std::max(values[ShadowEdge::kLogWidth], std::log(from.fit.result().image.blur_px / from.fit.cell_px()));
   trial.choice.terms.ShadowTerm::Start(values);
-  if (from.kept.result.motion.way_px.norm() > kLeastWayInShadow * from.fit.cell_px()) KeepMotion(from, trial);
+  // Quadrants that are fitted with all terms have no motion.
+  const BlurShape& own = from.kept.result.motion;
+  const BlurShape& motion = own.way_px.isZero() ? trial.start.blur_shape : own;
+  if (motion.way_px.norm() > kLeastWayInShadow * from.fit.cell_px()) StartMotion(motion, trial);
   BeginUnevenLight(from, WhiteOf(from.fit, trial.start), trial);
   KeepTraits(from, trial);
   return true;
@@ -336,10 +339,13 @@ double Unevenness(const FittedBoard& board, const BoardFit::Start& start) {
 }
 
 bool MayBeUnevenlyLit(const BoardFit& fit, const Trial& made) {
-  if (!Stands(fit) || !fit.run().model.LitEvenly()) return false;
+  if (!fit.run().model.LitEvenly()) return false;
   if (fit.looks_farther() && fit.cell_px() < kLeastBlurredCellPx) return false;
   if (made.LeavesOut() || AnyOf(fit.Occluded())) return true;
-  if (fit.unexplained_shifts() > kUnevenShifts && Unevenness(fit.result(), made.start) > kUnevenCells) return true;
+  // The levels of saturated cells are hardly known.
+  if (!fit.run().view.overexposed && fit.unexplained_shifts() > kUnevenShifts &&
+      Unevenness(fit.result(), made.start) > kUnevenCells)
+    return true;
   if (fit.misfit_spread() <= kUnevenMisfit) return false;
   // Inks out of register spoil the fit of corners, too, but leave the cells alike.
   if (!made.start.register_cells.isZero() && Unevenness(fit.result(), made.start) <= kUnevenCells) return false;
@@ -358,6 +364,7 @@ bool StartQuadrants(const From& from, Trial& trial) {
   StartAnew(from, trial);
   trial.choice.own_levels = true;
   trial.choice.most_steps_near = kStepsOfQuadrants;
+  trial.start.blur_shape = from.kept.result.motion;
   if (!from.fit.looks_farther()) return true;
   // Levels of quadrants take up a part of the blur: by what that leaves, edges would not be the image's.
   trial.choice.from = &from.kept;
