@@ -403,6 +403,8 @@ class BoardFit {
   SpreadOfLight HowLightSpreads() const;
   /// Each column is a way by which what is not known of that may have moved the board; one standard deviation.
   Eigen::Matrix<double, BoardGeometry::kParameters, 2> MovedByShading() const;
+  /// The same of a shadow's edge that the motion may have blurred or not. @param in_pixels on moves of the geometry.
+  BoardGeometry::Parameters MovedByShadow(const BoardGeometry::Information& in_pixels) const;
   /// Takes a bent shading out of each pixel. @param spread SpreadOfLight::of_pixels.
   void EvenOutPixels(const Shading& shading, const Eigen::Matrix2d& spread);
   double LightAt(int corner) const;

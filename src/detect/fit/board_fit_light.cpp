@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "core/small_cholesky.h"
 #include "detect/fit/board_fit.h"
 #include "detect/fit/shading.h"
 
@@ -30,6 +31,8 @@ constexpr double kWeakShading = 0.003;
 /// Under one that changes less, per cell, a veil moves a board by less than a fifth of its deviation (reckoned: dark
 /// cells that seem to fall off as well, under a quarter of white, of 10 px).
 constexpr double kSteepUnderVeil = 0.006;
+/// Of a shadow's edge, how the light falls at a corner is told over so much to either side, cells: its pixels' mean.
+constexpr double kAcrossCorner = 0.25;
 /// Less is nothing: it moves a pose by a thousandth of its deviation.
 constexpr double kNoShading = 1e-5;
 /// A shading that was told from levels as they were sampled, and that the fit's tell otherwise, counts where it moves
@@ -85,6 +88,25 @@ Eigen::Matrix<double, BoardGeometry::kParameters, 2> BoardFit::MovedByShading() 
   for (int way = 0; way < 2; ++way)
     moved.col(way) = MoveBySlope(run_->model.geometry, spread.uncertain[static_cast<std::size_t>(way)], slope);
   return moved;
+}
+
+BoardGeometry::Parameters BoardFit::MovedByShadow(const BoardGeometry::Information& in_pixels) const {
+  const Eigen::Matrix2d spread = HowLightSpreads().uncertain[0];
+  const auto log_light = [&](const Eigen::Vector2d& board) {
+    return std::log(std::max(run_->model.LightAt(board).share, kLeastShading));
+  };
+  BoardGeometry::Parameters pull = BoardGeometry::Parameters::Zero();
+  for (const ShiftedCorner& corner : shifted_) {
+    const Eigen::Matrix2d& by_pixel = pixels_.place(corner.corner).board_by_pixel;
+    const auto slope_along = [&](const Eigen::Vector2d& step) {
+      return (log_light(corner.board + step) - log_light(corner.board - step)) / (2 * kAcrossCorner);
+    };
+    const Eigen::Vector2d slope(slope_along({kAcrossCorner, 0}), slope_along({0, kAcrossCorner}));
+    const Eigen::Vector2d by_shift = corner.information * (by_pixel * spread * by_pixel.transpose() * slope);
+    const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner.corner)];
+    pull += by.x * by_shift.x() + by.y * by_shift.y();
+  }
+  return InverseOf(in_pixels) * pull;
 }
 
 void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread) {

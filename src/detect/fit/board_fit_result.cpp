@@ -168,6 +168,7 @@ void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, doub
     of_moves = Widened<3>(of_moves, std::sqrt(variance) * bent->uncertain());
   }
   if (run_->light.shading.size() > 0 || run_->model.shaded) of_moves = Widened<2>(of_moves, MovedByShading());
+  if (run_->model.shadow) of_moves = Widened<1>(of_moves, MovedByShadow(in_pixels));
   if (const auto more = CovarianceAlongEdges(in_pixels))
     of_moves = InverseOf<BoardGeometry::kParameters>(InverseOf(of_moves) + *more);
   const double off_px = result.reprojection_rms_px / kOffLongMotionPx;
