@@ -19,12 +19,12 @@ namespace chequer {
 /// The pose that it leads to is near the Cramér–Rao bound, 0.0025 px for the centre of a board of 8 px cells:
 /// side_by_side prints how near, case by case. What no model of a plane knows (bent paper, what is left of the lens)
 /// widens the information instead. 24 µs a board of 7.8 px cells, growing with its pixels.
-/// Where the light is bent, or cells are small against the blur, or the board moved, the model
-/// with all its terms is fitted (model_kernel.h): as many instructions as 5 to 10 sharp boards take, whatever the
-/// board's size, as so many of its pixels are looked at at most. Where corners turn out to be occluded it is fitted
-/// anew without them: two to six times the time. Where lights on it differ, it is fitted with levels for each corner's
-/// quadrants, and then with the edge of the shadow that these tell of (shadow_edge.h): 10 to 20 sharp boards, also
-/// where it is blurred and there is dot gain; 50 at most.
+/// Where the light is bent, or cells are small against the blur, or the board moved, the model with all its terms is
+/// fitted (model_kernel.h): as many instructions as 5 to 10 sharp boards take, whatever the board's size, as so many of
+/// its pixels are looked at at most. Where corners turn out to be occluded it is fitted anew without them: two to six
+/// times the time. Where lights on it differ, it is fitted with levels for each corner's quadrants, and then with the
+/// edge of the shadow that these tell of (shadow_edge.h): 10 to 20 sharp boards, also where it is blurred and there is
+/// dot gain; 50 at most.
 class PhotometricFit {
  public:
   struct Start {
