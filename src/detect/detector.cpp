@@ -130,8 +130,9 @@ void Detector::Impl::SearchGivenUp(const ImageJob& job) {
 
 void Detector::Impl::FindBoards(const ImageJob& job, const StreamImage* stream) {
   if (stream) {
-    frame->dot_gain = stream->memory.dot_gain;
     ExpectBoards(job, *stream);
+    // It may have forgotten what it knew.
+    frame->dot_gain = stream->memory.dot_gain;
   }
   const std::size_t expected = frame->expected.size();
   if (expected > 0) {

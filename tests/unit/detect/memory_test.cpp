@@ -389,6 +389,17 @@ TEST(Memory, OfADotGainIsKeptWhereTheCameraIsKnocked) {
   EXPECT_LT(errors.orientation(), 1.5);
 }
 
+TEST(Memory, OfADotGainEndsWithAGap) {
+  // A frame after the gap began with it.
+  std::string scenario = kDriving;
+  scenario.insert(scenario.find("robots = "), "ink_spread_cells = 0.04\n");
+  const test::StreamFrames stream{std::string_view(scenario)};
+  Follower follower(stream.Options()), fresh(stream.Options());
+  for (std::size_t i = 0; i < 3; ++i) follower.Next(stream.Frame(i).image.view());
+  const Image image = stream.Frame(3).image;
+  EXPECT_EQ(DifferenceOf(fresh.Next(image.view()), follower.Next(image.view(), 1h)), "");
+}
+
 TEST(Memory, TakesLessLightForNothingElse) {
   std::string fading = kDriving;
   fading += "[[phase]]\nkind = \"dark\"\nlight = 0.2\nframes = 6\n";
