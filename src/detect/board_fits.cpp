@@ -10,8 +10,8 @@ namespace {
 
 /// Units of a board's plain fit at most, and for a pixel of its box (guesses).
 constexpr double kUnitsOfPlain = 300, kUnitsOfPlainPixel = 0.15;
-/// With a budget, after so many plain fits that found no board, one is fitted in full. The dot gain that it shows is
-/// that of all boards: plain fits would find none of them, and full ones that begin with it cost no more (a guess).
+/// With a budget, after so many plain fits that found no board, one is fitted in full: what it shows of the image, as a
+/// strong dot gain, lets plain fits find the others (a guess).
 constexpr std::size_t kFruitlessFits = 2;
 
 /// Units of a full fit of a board that moved, over those of a plain one (measured: 1.7, with 12 px cells).
@@ -166,18 +166,13 @@ std::size_t BoardFits::FitFirst(const ImageJob& job, std::span<FitTask> tasks) {
     return limited && done < kFewestThatMoved && frame.stream.IsKnocked() && !ShowsMotion(frame);
   };
   while (done < tasks.size() && (!frame.traits || ask_more())) {
-    const bool in_full = frame.needed_traits.has_value();
     const FitTask& task = tasks[done];
-    if (GrantRound(frame.plan, frame.work.units(), done == 0, tasks.subspan(done, 1), in_full) == 0) break;
-    FitOne(job, {task.board, PointerTo(frame.needed_traits), limited && !in_full, task.granted});
+    if (GrantRound(frame.plan, frame.work.units(), done == 0, tasks.subspan(done, 1)) == 0) break;
+    FitOne(job, {task.board, nullptr, limited, task.granted});
     ++done;
     const BoardOutcome& outcome = frame.outcomes[task.board];
-    if (!outcome.accepted && ++fruitless == kFruitlessFits) {
-      if (limited && !in_full && frame.expected.empty()) FitFully(job, task);
-      frame.needed_traits.reset();
-      if (outcome.accepted) frame.needed_traits = outcome.image;
-    }
-    if (limited && !in_full && fruitless <= kFruitlessFits && MayHaveMovedFar(frame, task.board) &&
+    if (!outcome.accepted && ++fruitless == kFruitlessFits && limited && frame.expected.empty()) FitFully(job, task);
+    if (limited && fruitless <= kFruitlessFits && MayHaveMovedFar(frame, task.board) &&
         Lasts(frame, tasks.size() - done, kFullOfPlain * outcome.work.units()))
       FitFully(job, task);
     if (outcome.accepted && TellsTraits(frame, task.board)) frame.traits = outcome.image;

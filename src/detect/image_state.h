@@ -96,8 +96,6 @@ struct ImageState {
   std::vector<PixelBox> cut;          ///< grids at the ends of regions, which may go on beyond them
   std::optional<ImageTraits> traits;  ///< once a board has told them
   double dot_gain = 0;                ///< of an earlier image (MemoryState::dot_gain)
-  /// Traits that boards have to be fitted with from the start, as no plain fit found one without.
-  std::optional<ImageTraits> needed_traits;
 
   bool IsExpected(std::size_t board) const { return board < expected.size(); }
   /// Whether that board was read as the one which was expected there.

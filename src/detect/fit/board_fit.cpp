@@ -25,8 +25,8 @@ constexpr double kOtherPixelsOfRestPx = 0.2;
 /// Mean light of a cell of which much is saturated.
 constexpr float kOverexposed = 0.98f;
 
-/// Corners that are off by so much more than noise explains may be so by another dot gain than that of the image's
-/// others. (Of boards with as much as them, a few in a hundred are.)
+/// Where corners are off by so many times what noise explains, the board may have another dot gain than the image's
+/// others.
 constexpr double kShiftsOfOtherGain = 3;
 
 bool IsOverexposed(const BoardFit::Start& start) {
@@ -41,11 +41,10 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->number = ++pixels_of_;
   run_->model.own_levels = choice.own_levels;
   static_cast<Terms::States&>(run_->model) = choice.terms;
-  // A dot gain that another board has told says nothing of how this one moved.
-  Terms::States beside_gain = choice.terms;
-  static_cast<DotGainTerm&>(beside_gain) = {};
   run_->terms.plain_only = !choice.may_look_farther;
-  run_->terms.may_move = choice.may_move && !choice.own_levels && !ModelTerms::Of(beside_gain).any();
+  // A dot gain that another board has told says nothing of how this one moved.
+  run_->terms.may_move =
+      choice.may_move && !choice.own_levels && !ModelTerms::Of(choice.terms).AnyBeside<DotGainTerm>();
   run_->terms.look_farther = !BoardModel::IsPlain(choice.terms) || (choice.from && choice.from->terms.look_farther);
   run_->view.size = start.size;
   run_->view.cell_ratio = start.cell_ratio;
@@ -195,8 +194,10 @@ void BoardFit::SetLanes() {
     for (int i = 0; i < 4; ++i)
       set(LaneBlock::kL00 + i, lane,
           run_->model.levels[static_cast<std::size_t>(quadrants[static_cast<std::size_t>(i)])]);
-    const int row = corner / (run_->view.size.cols - 1), col = corner % (run_->view.size.cols - 1);
-    std::fill_n(lanes.parameter_data(LaneBlock::kGain) + lane, 4, IsDark(row, col) ? gain : -gain);
+    if (run_->plain_input.grown) {
+      const int row = corner / (run_->view.size.cols - 1), col = corner % (run_->view.size.cols - 1);
+      std::fill_n(lanes.parameter_data(LaneBlock::kGain) + lane, 4, IsDark(row, col) ? gain : -gain);
+    }
     PhaseValues of_corner = floor;
     if (MayBeOutOfRegister() && run_->inks.beside_yellow[static_cast<std::size_t>(corner)])
       for (std::size_t phase = 0; phase < 4; ++phase) of_corner[phase] += run_->inks.yellow_variance[phase];
@@ -217,6 +218,7 @@ BoardEquations::Input BoardFit::PlainEquations() const {
           .hidden = run_->visibility.corners(),
           .lanes = run_->plain_input.lanes,
           .red_phase = run_->view.red_phase,
+          .fixed_levels = run_->plain_input.sums == LaneSums::kShapes,
           .own_levels = run_->model.own_levels};
 }
 
@@ -232,17 +234,18 @@ int BoardFit::PixelsOfStep() const {
   return pixels;
 }
 
+void BoardFit::SumPlain() {
+  AccumulateLanes(run_->plain_input, pixels_.lanes());
+  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(PixelsOfStep() / run_->plain_input.stride));
+  equations_.Assemble(PlainEquations());
+}
+
 bool BoardFit::Step(LaneSums sums) {
   SetLanes();
   run_->plain_input.sums = sums;
-  AccumulateLanes(run_->plain_input, pixels_.lanes());
+  SumPlain();
   run_->told.sums_gone = false;
   work_.Add(WorkStep::kFitStep);
-  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(PixelsOfStep() / run_->plain_input.stride));
-  const bool fixed_levels = sums == LaneSums::kShapes;
-  BoardEquations::Input equations = PlainEquations();
-  equations.fixed_levels = fixed_levels;
-  equations_.Assemble(equations);
   const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
   if (!solver.positive()) return false;
   run_->step.moves = solver.Solve(equations_.gradient());
@@ -250,7 +253,7 @@ bool BoardFit::Step(LaneSums sums) {
   run_->step.inks = {};
   if (!run_->step.moves.allFinite()) return false;
   run_->step.gain = run_->step.moves.dot(equations_.gradient());
-  if (!fixed_levels) equations_.MoveLevels(run_->step.moves, run_->model.levels);
+  if (sums != LaneSums::kShapes) equations_.MoveLevels(run_->step.moves, run_->model.levels);
   constexpr int kBlurUnknown = BoardGeometry::kParameters;
   run_->model.geometry.MoveCoordinates(run_->step.moves.head<BoardGeometry::kParameters>());
   const double blur_px = run_->model.blur_px;

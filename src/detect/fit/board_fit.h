@@ -199,6 +199,8 @@ class BoardFit {
   /// Whether these are enough, and all are used.
   bool SpreadCornersSuffice() const;
   int PixelsOfStep() const;
+  /// The kernel's sums of the pixels that are used, and the equations from them. @pre lanes are set.
+  void SumPlain();
   /// A step of Gauss-Newton by these sums of the kernel; by shapes alone, the cells' levels stay as they are.
   bool Step(LaneSums sums);
   /// Within what a step may change.
@@ -240,6 +242,13 @@ class BoardFit {
   bool TellGain();
   /// The same by a step of the model with all terms, if that has none yet.
   bool TellGainOfModel(const Lens& lens);
+  /// A step of the model with all terms to a dot gain, that is not made.
+  struct GainStep {
+    double cells = 0, information = 0;
+  };
+  std::optional<GainStep> SolveGain(int pixels);
+  /// On the dot gain, if the model's last step had one.
+  double InformationOnGain() const;
   /// What counts of a gain by what it explains: nothing of one that noise may be, all of one that it is not.
   double GainThatCounts(double gain, double information) const;
   /// The dot gain, if the fit had none by chance.

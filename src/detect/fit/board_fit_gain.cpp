@@ -1,4 +1,4 @@
-// Of BoardFit: the dot gain that an image's first board tells.
+// Of BoardFit: dot gain. An image's first board tells it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -6,6 +6,7 @@
 
 #include "core/small_cholesky.h"
 #include "detect/fit/board_fit.h"
+#include "detect/fit/parabola.h"
 
 namespace chequer {
 namespace {
@@ -23,21 +24,19 @@ constexpr int kMostMore = 6;
 constexpr double kNone = 16, kSure = 36;
 /// Another one that is so much off, variances, is the same.
 constexpr double kSame = 0.1;
+/// A first step that is shorter has other reasons: of a spread of half a pixel it is 0.29 px, of motion or noise 0.01.
+constexpr double kLeastInkSpreadPx = 0.1;
+/// Less of a cell pulls no pose, and edges drawn without a lens's blur may look so much off.
+constexpr double kLeastInkSpread = 0.015;
+/// So many pixels tell whether there is any: on paper that is not flat, each board asks.
+constexpr int kPixelsOfInk = 700;
 /// A plain fit does not come near boards with more, cells.
 constexpr double kMost = 0.15;
 
-/// Where a parabola is lowest, and its second derivative.
-struct Parabola {
-  double at = 0, bend = 0;
-};
-
-/// That through three values, in order, one of which is the least.
+/// The parabola through three values, in order, the middle one of which is the least.
 template <class Value>
 std::optional<Parabola> LowestAround(double middle, double step, const Value& value) {
-  struct Try {
-    double at = 0, value = 0;
-  };
-  std::array<Try, 3> tries;
+  std::array<ParabolaPoint, 3> tries;
   for (std::size_t i = 0; i < tries.size(); ++i) {
     const double at = middle + (static_cast<double>(i) - 1) * step;
     const std::optional<double> left = value(at);
@@ -52,11 +51,7 @@ std::optional<Parabola> LowestAround(double middle, double step, const Value& va
     if (!left) return std::nullopt;
     tries = {tries[1], tries[2], {at, *left}};
   }
-  const auto& [a, b, c] = tries;
-  const double first = (b.value - a.value) / (b.at - a.at), second = (c.value - b.value) / (c.at - b.at),
-               bend = 2 * (second - first) / (c.at - a.at);
-  if (!(bend > 0)) return std::nullopt;
-  return Parabola{(a.at + b.at) / 2 - first / bend, bend};
+  return ParabolaThrough(tries);
 }
 
 }  // namespace
@@ -66,44 +61,59 @@ std::optional<double> BoardFit::LeftWithGain(double gain) {
   SetLanes();
   // Weights that follow the light would make χ² no parabola.
   LevelNoise(pixels_.lanes());
-  AccumulateLanes(run_->plain_input, pixels_.lanes());
+  SumPlain();
   work_.Add(WorkStep::kFitStep);
-  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(PixelsOfStep() / run_->plain_input.stride));
-  equations_.Assemble(PlainEquations());
   const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
   if (!solver.positive()) return std::nullopt;
   return equations_.chi_square() - solver.Solve(equations_.gradient()).dot(equations_.gradient());
 }
 
 double BoardFit::GainThatCounts(double gain, double information) const {
-  // Where print or paper moves corners, it moves them along edges alike.
+  // Corners that print or paper moves make a gain less certain, too.
   const double noise = run_->told.pixel_variance * std::max(run_->told.unexplained_shifts, 1.0);
   const double counts = std::clamp((gain * gain * information / noise - kNone) / (kSure - kNone), 0.0, 1.0);
   return std::clamp(counts * gain, -kMost, kMost);
 }
 
+double BoardFit::InformationOnGain() const {
+  return model_equations_.InformationOn<1>(ModelColumns(run_->model_input.terms).of<DotGainTerm>())(0, 0);
+}
+
+std::optional<BoardFit::GainStep> BoardFit::SolveGain(int pixels) {
+  run_->model.ink = true;
+  SetTerms();
+  run_->model.ink = false;
+  if (!SolveModel(StrideFor(pixels))) return std::nullopt;
+  return GainStep{model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGainTerm>()],
+                  InformationOnGain()};
+}
+
+std::optional<double> BoardFit::FindDotGain(const LightReader& reader, const Lens& lens, const Start& start) {
+  if (!HavePixels(reader, lens, start)) return std::nullopt;
+  if (!run_->terms.look_farther) LookBeside(reader, lens);
+  const double cell_px = CellPx();
+  const std::optional<GainStep> step = SolveGain(kPixelsOfInk);
+  if (!step) return std::nullopt;
+  const double size = std::abs(step->cells);
+  if (size * cell_px < kLeastInkSpreadPx || size < kLeastInkSpread) return std::nullopt;
+  return step->cells;
+}
+
 double BoardFit::GainForOthers() const {
   const double gain = run_->model.dot_gain;
   if (!run_->terms.look_farther || gain == 0) return gain;
-  const int column = ModelColumns(run_->model_input.terms).of<DotGainTerm>();
-  return GainThatCounts(gain, model_equations_.InformationOn<1>(column)(0, 0));
+  return GainThatCounts(gain, InformationOnGain());
 }
 
 bool BoardFit::TellGainOfModel(const Lens& lens) {
   if (run_->model.DotGainTerm::on() || !run_->model.LitEvenly() || run_->view.overexposed) return false;
   Finish(lens);
   run_->told.sums_gone = true;
-  run_->model.ink = true;
+  const std::optional<GainStep> step = SolveGain(kPixels);
+  if (step) run_->model.dot_gain = GainThatCounts(step->cells, step->information);
   SetTerms();
-  run_->model.ink = false;
-  if (!SolveModel(StrideFor(kPixels))) return false;
-  const int column = ModelColumns(run_->model_input.terms).of<DotGainTerm>();
-  const double gain = GainThatCounts(model_equations_.step()[column], model_equations_.InformationOn<1>(column)(0, 0));
-  SetTerms();
-  if (gain == 0) return false;
-  run_->model.dot_gain = gain;
+  if (run_->model.dot_gain == 0) return false;
   run_->told.sums_gone = false;
-  SetTerms();
   return true;
 }
 

@@ -122,9 +122,7 @@ bool BoardFit::ShowsLevels() const {
 LevelProducts BoardFit::SumPlainProducts(const LearntBoard& learnt) {
   if (run_->told.sums_gone) {
     SetLanes();
-    AccumulateLanes(run_->plain_input, pixels_.lanes());
-    equations_.Assemble(PlainEquations());
-    work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(PixelsOfStep()));
+    SumPlain();
   }
   LevelProducts sums(run_->view.channels);
   const LevelRows rows(*run_, learnt);

@@ -13,12 +13,6 @@ namespace {
 
 /// No pixel is brightened more.
 constexpr double kLeastShading = 0.02;
-/// A first step that is shorter has other reasons: of a spread of half a pixel it is 0.29 px, of motion or noise 0.01.
-constexpr double kLeastInkSpreadPx = 0.1;
-/// Less of a cell pulls no pose, and edges drawn without a lens's blur may look so much off.
-constexpr double kLeastInkSpread = 0.015;
-/// So many pixels tell whether there is any: on paper that is not flat, each board asks.
-constexpr int kPixelsOfInk = 700;
 /// Of larger cells the light's bend is taken out too: a vignetting of a tenth makes a board of 40 px cells seem 3e-5
 /// smaller, three standard deviations; in small cells it does not count.
 constexpr double kFineCellPx = 12;
@@ -31,7 +25,8 @@ constexpr double kWeakShading = 0.003;
 /// Under one that changes less, per cell, a veil moves a board by less than a fifth of its deviation (reckoned: dark
 /// cells that seem to fall off as well, under a quarter of white, of 10 px).
 constexpr double kSteepUnderVeil = 0.006;
-/// Of a shadow's edge, how the light falls at a corner is told over so much to either side, cells: its pixels' mean.
+/// The slope of a shadow at a corner is the difference between points this far to either side of it, cells. Its pixels
+/// reach about as far.
 constexpr double kAcrossCorner = 0.25;
 /// Less is nothing: it moves a pose by a thousandth of its deviation.
 constexpr double kNoShading = 1e-5;
@@ -91,7 +86,7 @@ Eigen::Matrix<double, BoardGeometry::kParameters, 2> BoardFit::MovedByShading() 
 }
 
 BoardGeometry::Parameters BoardFit::MovedByShadow(const BoardGeometry::Information& in_pixels) const {
-  const Eigen::Matrix2d spread = HowLightSpreads().uncertain[0];
+  const Eigen::Matrix2d spread = HowLightSpreads().uncertain[0];  // that of motion
   const auto log_light = [&](const Eigen::Vector2d& board) {
     return std::log(std::max(run_->model.LightAt(board).share, kLeastShading));
   };
@@ -213,18 +208,6 @@ bool BoardFit::TakeBackShading() {
   run_->light.bent = false;
   run_->light.slope.setZero();
   return true;
-}
-
-std::optional<double> BoardFit::FindDotGain(const LightReader& reader, const Lens& lens, const Start& start) {
-  if (!HavePixels(reader, lens, start)) return std::nullopt;
-  const double cell_px = CellPx();
-  if (!run_->terms.look_farther) LookBeside(reader, lens);
-  run_->model.ink = true;
-  SetTerms();
-  if (!SolveModel(StrideFor(kPixelsOfInk))) return std::nullopt;
-  const double step = model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGainTerm>()];
-  if (std::abs(step) * cell_px < kLeastInkSpreadPx || std::abs(step) < kLeastInkSpread) return std::nullopt;
-  return step;
 }
 
 double BoardFit::FarthestMove(const BoardGeometry& from) const {

@@ -45,9 +45,7 @@ struct BoardModel : Terms::States {
   bool LitEvenly() const { return !own_levels && !LightVaries(); }
   /// The plain model has all of it: a dot gain that is known is a part of that, too.
   static bool IsPlain(const Terms::States& terms) {
-    Terms::States others = terms;
-    others.dot_gain = 0;
-    return !ModelTerms::Of(others).any();
+    return !terms.ink && !ModelTerms::Of(terms).AnyBeside<DotGainTerm>();
   }
 };
 

@@ -6,6 +6,7 @@
 
 #include "core/small_cholesky.h"
 #include "detect/common/normal_integral.h"
+#include "detect/fit/parabola.h"
 
 namespace chequer {
 namespace {
@@ -122,11 +123,10 @@ Try TryOf(double filter, std::span<const Hidden> hidden, const BoardPixels& pixe
 /// Where the parabola through three, in order, is lowest, no farther than they are.
 double Lowest(const std::array<Try, 3>& tries) {
   const auto& [a, b, c] = tries;
-  const double first = (b.chi_square - a.chi_square) / (b.filter - a.filter),
-               second = (c.chi_square - b.chi_square) / (c.filter - b.filter),
-               bend = (second - first) / (c.filter - a.filter);
-  if (!(bend > 0)) return a.chi_square < c.chi_square ? a.filter : c.filter;
-  return std::clamp((a.filter + b.filter) / 2 - first / (2 * bend), a.filter, c.filter);
+  const std::optional<Parabola> parabola =
+      ParabolaThrough({{{a.filter, a.chi_square}, {b.filter, b.chi_square}, {c.filter, c.chi_square}}});
+  if (!parabola) return a.chi_square < c.chi_square ? a.filter : c.filter;
+  return std::clamp(parabola->at, a.filter, c.filter);
 }
 
 /// χ² is no parabola: where it is lowest is tried, and then between the three around.

@@ -36,6 +36,13 @@ class ModelTerms {
   bool any() const {
     return std::any_of(std::begin(on_), std::end(on_), [](bool on) { return on; });
   }
+  /// Whether it has others than this.
+  template <class Term>
+  bool AnyBeside() const {
+    ModelTerms others = *this;
+    others.on<Term>() = false;
+    return others.any();
+  }
   /// Those whose parameters are fitted.
   static ModelTerms Of(const Terms::States& states) {
     ModelTerms terms;

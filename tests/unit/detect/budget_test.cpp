@@ -175,7 +175,7 @@ TEST(Budget, RefinesEveryBoardInItsTurn) {
 }
 
 // What one board shows of the image helps the others as it does without a budget.
-TEST(Budget, SharesDotGainThatNoPlainFitFinds) {
+TEST(Budget, SharesAStrongDotGain) {
   const HardFrame frame = DrawHardFrame("bled8", kWidth, kHeight);
   Detector unlimited(frame.options);
   const test::Detected whole = Detect(unlimited, frame);
@@ -215,7 +215,7 @@ TEST_P(Streams, ReadOnWhatTheirFirstFrameShows) {
 INSTANTIATE_TEST_SUITE_P(Budget, Streams, testing::Values("calm", "knocked16", "bled50", "bled8", "bled12"),
                          [](const testing::TestParamInfo<const char*>& param) { return std::string(param.param); });
 
-// Plain fits of boards with much dot gain explain nothing and cost more than full ones that know it.
+// Plain fits of boards with much dot gain that do not know it cost several times as much.
 TEST(Budget, StreamsKeepADotGainThatSparesWork) {
   const HardFrame frame = DrawHardFrame("bled8", 1920, 1080);
   const auto play = [&](std::uint64_t budget) {
