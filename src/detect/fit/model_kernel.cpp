@@ -27,6 +27,24 @@ struct FitSums {
   V weight, square, dark_square, dark_light, dark_count, light_square, light_light, light_count, saturated;
 };
 
+/// The derivatives by the board's moves, in the order of BoardGeometry::MoveByParameters().
+template <class Put>
+HWY_INLINE void PutMoves(const LaneModel& m, const Picture& p, const ByStretch& stretch, V x, V y, const Put& put) {
+  put(0, p.by_x);
+  put(1, hn::MulAdd(p.by_x, x, stretch.xx));
+  put(2, hn::MulAdd(p.by_x, y, stretch.xy));
+  put(3, p.by_y);
+  put(4, hn::MulAdd(p.by_y, x, stretch.yx));
+  put(5, hn::MulAdd(p.by_y, y, stretch.yy));
+  // By x (x, y) and y (x, y). All pixels around a corner have its blur and way.
+  const V along = hn::MulAdd(p.by_x, x, hn::Mul(p.by_y, y)), both = hn::Add(stretch.xx, stretch.yy);
+  const V corner_x = m.of(ModelLanes::kCornerX), corner_y = m.of(ModelLanes::kCornerY);
+  const V by_6 = hn::MulAdd(corner_x, hn::Add(both, stretch.xx), hn::Mul(corner_y, stretch.yx)),
+          by_7 = hn::MulAdd(corner_y, hn::Add(both, stretch.yy), hn::Mul(corner_x, stretch.xy));
+  put(6, hn::MulAdd(along, x, by_6));
+  put(7, hn::MulAdd(along, y, by_7));
+}
+
 /// Weighs a pixel by its noise and by how well it fits, and puts its row.
 HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, const LaneModel& m, const Picture& p,
                        ByTerms& by, V x, V y, V window, V marked_light, hn::Mask<D> inside, float* HWY_RESTRICT row,
@@ -53,15 +71,7 @@ HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, con
 
   const auto put = [&](int column, V value) HWY_ATTR { hn::Store(value, d, row + column * lanes); };
   const auto put_rooted = [&](int column, V value) HWY_ATTR { put(column, hn::Mul(value, root)); };
-  const V by_x = hn::Mul(p.by_x, root), by_y = hn::Mul(p.by_y, root), bent = hn::MulAdd(by_x, x, hn::Mul(by_y, y));
-  put(0, by_x);
-  put(1, hn::Mul(by_x, x));
-  put(2, hn::Mul(by_x, y));
-  put(3, by_y);
-  put(4, hn::Mul(by_y, x));
-  put(5, hn::Mul(by_y, y));
-  put(6, hn::Mul(bent, x));
-  put(7, hn::Mul(bent, y));
+  PutMoves(m, p, StretchOf(input, m, p), x, y, put_rooted);
   put_rooted(columns.blur, p.by_blur);
   ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
     for (int i = 0; i < Term::kColumns; ++i) put_rooted(columns.of<Term>() + i, by.of<Term>()[i]);

@@ -137,6 +137,14 @@ struct OnLanes<MotionTerm> {
     by[2] = hn::MulSub(x, p.way_y, hn::Mul(y, p.way_x));
     by[2] = hn::MulAdd(across, Splat(1.0f / 12), by[2]);
   }
+
+  static HWY_INLINE void AddStretch(const LaneModel& m, const Picture& p, ByStretch& by) {
+    const V way_x = m.of<MotionTerm>(MotionTerm::kWayX), way_y = m.of<MotionTerm>(MotionTerm::kWayY);
+    by.xx = hn::MulAdd(p.way_x, way_x, by.xx);
+    by.xy = hn::MulAdd(p.way_x, way_y, by.xy);
+    by.yx = hn::MulAdd(p.way_y, way_x, by.yx);
+    by.yy = hn::MulAdd(p.way_y, way_y, by.yy);
+  }
 };
 
 #endif  // CHEQUER_TERMS_ON_LANES

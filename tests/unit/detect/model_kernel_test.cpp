@@ -24,6 +24,8 @@ struct CornerScene {
   double grows_x = 0.06, grows_y = -0.04, veil = 0.15;
   double amount = 0.5, spot_x = 0.2, spot_y = -0.1, spot_width = 0.7;
   bool even_dark = true;
+  /// Of the board's coordinates: the blur and the way stay what they are in the image.
+  BoardGeometry::Parameters moves = BoardGeometry::Parameters::Zero();
 };
 
 struct CornerPicture {
@@ -31,15 +33,27 @@ struct CornerPicture {
   std::vector<std::vector<double>> by;  ///< column, pixel
 };
 
+Eigen::Vector2d MoveAt(const CornerScene& s, const Eigen::Vector2d& board) {
+  return BoardGeometry::Move(BoardGeometry::MoveByParameters(board, 0), BoardGeometry::MoveByParameters(board, 1),
+                             s.moves);
+}
+
 CornerPicture Evaluate(const CornerScene& s) {
   const ModelColumns columns(s.terms);
+  constexpr double kCornerX = 0.5, kCornerY = -0.5;
+  const Eigen::Vector2d corner(kCornerX, kCornerY), along_x(1e-4, 0), along_y(0, 1e-4);
+  Eigen::Matrix2d stretch = Eigen::Matrix2d::Identity();
+  stretch.col(0) += (MoveAt(s, corner + along_x) - MoveAt(s, corner - along_x)) / 2e-4;
+  stretch.col(1) += (MoveAt(s, corner + along_y) - MoveAt(s, corner - along_y)) / 2e-4;
   LaneBlock block;
   block.Reset(kModelPixels, 4);
   for (int lane = 0; lane < kModelPixels; ++lane) {
     block.SetCount(lane, 1);
     const std::size_t at = block.Place(lane, 0);
-    block.u_data()[at] = static_cast<float>(0.5 + 0.45 * std::cos(1.3 * lane) + s.dx);
-    block.v_data()[at] = static_cast<float>(-0.5 + 0.45 * std::sin(2.1 * lane) + s.dy);
+    const Eigen::Vector2d pixel = corner + 0.45 * Eigen::Vector2d(std::cos(1.3 * lane), std::sin(2.1 * lane)),
+                          board = pixel + MoveAt(s, pixel);
+    block.u_data()[at] = static_cast<float>(board.x() + s.dx);
+    block.v_data()[at] = static_cast<float>(board.y() + s.dy);
     block.light_data()[at] = 0;
   }
   ModelLanes model;
@@ -47,21 +61,27 @@ CornerPicture Evaluate(const CornerScene& s) {
   const auto set = [&](int which, double value) {
     std::fill_n(model.parameter_data(which), kModelPixels, static_cast<float>(value));
   };
-  constexpr double kCornerX = 0.5, kCornerY = -0.5;
-  set(ModelLanes::kCornerX, kCornerX), set(ModelLanes::kCornerY, kCornerY);
-  set(ModelLanes::kScaleX, 1 / s.blur), set(ModelLanes::kScaleY, 1 / s.blur);
-  set(ModelLanes::kBlurX, 1 / s.blur), set(ModelLanes::kBlurY, 1 / s.blur);
-  // That grows with the blur as its variances do.
+  // Its covariance grows with the blur as its variances do.
   constexpr double kBlur = 0.3;
-  set(ModelLanes::kCovariance, s.covariance * std::pow(s.blur / kBlur, 2));
-  set(ModelLanes::kSkew, s.covariance * std::pow(s.blur / kBlur, 2));
+  const double covariance = s.covariance * std::pow(s.blur / kBlur, 2);
+  Eigen::Matrix2d blur;
+  blur << s.blur * s.blur, covariance, covariance, s.blur * s.blur;
+  blur = stretch * blur * stretch.transpose();
+  const Eigen::Vector2d of_middle(s.way_x, s.way_y), of_turn = s.turn * Eigen::Vector2d(-kCornerY, kCornerX),
+                                                     way = stretch * (of_middle + of_turn),
+                                                     across = stretch * of_middle;
+  set(ModelLanes::kCornerX, kCornerX), set(ModelLanes::kCornerY, kCornerY);
+  set(ModelLanes::kScaleX, 1 / std::sqrt(blur(0, 0))), set(ModelLanes::kScaleY, 1 / std::sqrt(blur(1, 1)));
+  set(ModelLanes::kBlurX, 1 / s.blur), set(ModelLanes::kBlurY, 1 / s.blur);
+  set(ModelLanes::kCovariance, blur(0, 1));
+  set(ModelLanes::kSkew, blur(0, 1));
   set(ModelLanes::kSkewByBlur, 2 * s.covariance * s.blur / (kBlur * kBlur));
   set(ModelLanes::kByPixelXx, 1), set(ModelLanes::kByPixelXy, 0), set(ModelLanes::kByPixelYx, 0),
       set(ModelLanes::kByPixelYy, 1);
-  set(ModelLanes::Of<MotionTerm>(MotionTerm::kWayX), s.way_x - s.turn * kCornerY),
-      set(ModelLanes::Of<MotionTerm>(MotionTerm::kWayY), s.way_y + s.turn * kCornerX);
-  set(ModelLanes::Of<MotionTerm>(MotionTerm::kAcrossX), -s.way_y),
-      set(ModelLanes::Of<MotionTerm>(MotionTerm::kAcrossY), s.way_x);
+  set(ModelLanes::Of<MotionTerm>(MotionTerm::kWayX), way.x()),
+      set(ModelLanes::Of<MotionTerm>(MotionTerm::kWayY), way.y());
+  set(ModelLanes::Of<MotionTerm>(MotionTerm::kAcrossX), -across.y()),
+      set(ModelLanes::Of<MotionTerm>(MotionTerm::kAcrossY), across.x());
   const auto set_ink = [&](int which, double value) { set(ModelLanes::Of<DotGainTerm>(which), value); };
   set_ink(DotGainTerm::kGain, s.even_dark ? s.gain : -s.gain);
   for (const int first : {DotGainTerm::kEvenX0, DotGainTerm::kEvenY0}) {
@@ -207,6 +227,20 @@ TEST(ModelKernel, DerivativesAreThoseOfDifferences) {
     ExpectColumn(
         scene, columns.of<ShadowTerm>() + 3, [](CornerScene& s, double by) { s.width *= std::exp(by); }, within_width,
         "width");
+  }
+}
+
+TEST(ModelKernel, MovesOfTheBoardStretchWhatTheImageHas) {
+  for (CornerScene scene : Scenes()) {
+    // Terms have places and directions of their own on the board, which do not move with these.
+    if (scene.terms.on<ShadowTerm>() || scene.terms.on<ShadingTerm>() || scene.terms.on<HighlightTerm>()) continue;
+    scene.covariance = 0.004;
+    SCOPED_TRACE(testing::Message() << "motion " << scene.terms.on<MotionTerm>() << " gain "
+                                    << scene.terms.on<DotGainTerm>());
+    for (int column = 0; column < BoardGeometry::kParameters; ++column)
+      ExpectColumn(
+          scene, column, [column](CornerScene& s, double by) { s.moves[column] += by; }, 0.05,
+          ("move " + std::to_string(column)).c_str());
   }
 }
 
