@@ -295,11 +295,6 @@ bool BoardFit::LiesOffItsPixels() const {
 bool BoardFit::NeedsTermsAfterAll(const Start& start) const {
   if (run_->terms.wide) return false;
   if (BlursWidely(BlurOfImage(start))) return true;
-  if (!run_->terms.may_move || !run_->model.motion_px.isZero()) return false;
-  // The plain model does not hold for a long way, whatever it leaves. (Measured: with ways of up to .6 cells left to
-  // it, poses of knocked frames with and without memory differed by .113 instead of .094 deviations in one of three
-  // streams, and an image's first board told all others its motion for noise.)
-  if (run_->model.blur_shape.way_px.norm() > kShortWay * FreeOfGain() * CellPx()) return true;
   return SeemsMoved() && run_->told.pixel_variance > kExplained;
 }
 

@@ -12,9 +12,9 @@ inline constexpr double kStillFromPrediction = 0.4;
 inline constexpr float kRobustLimit = 4;
 /// The plain model explains a board whose pixels leave fewer variances (a guess).
 inline constexpr double kExplained = 2;
-/// Ways of a blur's shape, cells, that the plain model holds, and the next frame's fit may begin with (measured, with
-/// 10 px cells: up to here, its poses err by what those of the model with all terms do).
-inline constexpr double kShortWay = 0.45;
+/// Ways of a blur's shape, cells, that the next frame's fit may begin with (measured: with .45, poses of fast boards with
+/// and without memory differ by .10 instead of .085 deviations).
+inline constexpr double kShortWay = 0.4;
 /// Blur, pixels: half a pixel's own integration up to what still shows cells.
 inline constexpr double kLeastBlur = 0.25, kMostBlur = 12;
 /// Of a board's pixels, so many at most finish a fit of the model with all terms. What they leave out costs precision
