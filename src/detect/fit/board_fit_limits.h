@@ -12,8 +12,8 @@ inline constexpr double kStillFromPrediction = 0.4;
 inline constexpr float kRobustLimit = 4;
 /// The plain model explains a board whose pixels leave fewer variances (a guess).
 inline constexpr double kExplained = 2;
-/// Ways of a blur's shape, cells, that the next frame's fit may begin with (measured: with .45, poses of fast boards with
-/// and without memory differ by .10 instead of .085 deviations).
+/// Ways of a blur's shape, cells, that the next frame's fit may begin with (measured: with .45, poses of fast boards
+/// with and without memory differ by .10 instead of .085 deviations).
 inline constexpr double kShortWay = 0.4;
 /// Blur, pixels: half a pixel's own integration up to what still shows cells.
 inline constexpr double kLeastBlur = 0.25, kMostBlur = 12;

@@ -77,9 +77,9 @@ std::size_t QuadrantOfColour(int row, int col) {
 bool BoardFit::BlursWidely(double image_blur_px) const {
   // To levels as they were sampled, edges seem sharper than they are: what other boards of the image show holds.
   double blur_px = std::max(run_->model.blur_px, image_blur_px);
-  // Along a way, a blur is wider than the mean over all directions. (Measured: where that did not count, plain fits with
-  // ways of .45 to .6 cells ended as they were, up to .7 deviations off; poses of knocked frames with and without memory
-  // differed by .113 instead of .094 deviations in one of three streams.)
+  // Along a way, a blur is wider than the mean over all directions. (Measured: where that did not count, plain fits
+  // with ways of .45 to .6 cells ended as they were, up to .7 deviations off; poses of knocked frames with and without
+  // memory differed by .113 instead of .094 deviations in one of three streams.)
   if (run_->terms.may_move) blur_px = std::sqrt(blur_px * blur_px + run_->model.blur_shape.way_px.squaredNorm() / 24);
   const double wide = kWideBlur * FreeOfGain();
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
