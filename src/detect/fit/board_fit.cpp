@@ -308,6 +308,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   // What asks for another fit, which may not be had now, is fitted to as many pixels as that would be.
   UsePixels(run_->terms.wide && !choice.may_look_farther ? StrideFor(kMostPixels) : 1);
   const bool noise_known = start.image || choice.from;
+  if (start.TellsNoise()) PrepareGain(reader, lens);
   bool settled = run_->terms.look_farther ? SettleModel(reader, lens, start, noise_known, choice)
                                           : Settle(lens, start, noise_known);
   if (settled && LiesOffItsPixels()) settled = SettleAnew(reader, lens, start);
@@ -359,9 +360,12 @@ bool BoardFit::FitBesideHidden(const LightReader& reader, const Lens& lens, cons
 void BoardFit::FinishBent(const LightReader& reader, const Lens& lens, const Start& start) {
   Finish(lens);
   // The board that tells the image's traits has told its own.
-  if (!start.TellsNoise() && run_->told.unexplained_shifts > kShiftsOfOtherGain && TellGain()) {
-    if (!Settle(lens, start, true, true)) return;
-    Finish(lens);
+  if (!start.TellsNoise() && run_->told.unexplained_shifts > kShiftsOfOtherGain) {
+    PrepareGain(reader, lens);
+    if (TellGain()) {
+      if (!Settle(lens, start, true, true)) return;
+      Finish(lens);
+    }
   }
   if (!run_->bend.found || run_->bend.taken_out) return;
   flat_ = *run_;

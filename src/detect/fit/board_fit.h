@@ -238,15 +238,19 @@ class BoardFit {
   /// @param anew it had settled before, by other pixels.
   bool Settle(const Lens& lens, const Start& start, bool noise_known, bool anew = false);
   /// Takes the dot gain of least squares, where that counts, with all else as it follows. Whether it is another than
-  /// before. Changes the sums of the last step.
+  /// before. Changes the sums of the last step. PrepareGain() goes before.
   bool TellGain();
+  /// Looks up what SolveGain() needs of what lies beside the board, if TellGain() will ask it.
+  void PrepareGain(const LightReader& reader, const Lens& lens);
   /// The same by a step of the model with all terms, if that has none yet.
   bool TellGainOfModel(const Lens& lens);
-  /// A step of the model with all terms to a dot gain, that is not made.
-  struct GainStep {
+  struct ToldGain {
     double cells = 0, information = 0;
   };
-  std::optional<GainStep> SolveGain(int pixels);
+  /// By a step of the model with all terms from the dot gain that is known, which is not made; around.beside is set.
+  std::optional<ToldGain> SolveGain(int pixels);
+  /// By what the plain model leaves with more and with less of it.
+  std::optional<ToldGain> TryGains();
   /// On the dot gain, if the model's last step had one.
   double InformationOnGain() const;
   /// What counts of a gain by what it explains: nothing of one that noise may be, all of one that it is not.

@@ -40,8 +40,9 @@ constexpr SettleLimits kCloseLimits{.square = 0.01, .shape = 0.001, .shape_follo
 /// of the lens's. Boards that stand seem to have moved by less, behind a sharpening filter too (measured: with 1 to 2
 /// px, poses of fast boards with and without memory differ by 0.07 instead of 0.12 deviations).
 constexpr double kMostMovedOfEdgesPx = 1;
-/// The most estimates of the dot gain before that of the edges; each begins with the one before.
-constexpr int kMostGains = 3;
+/// The most estimates of the dot gain before that of the edges; each begins with the one before. (Of overexposed
+/// boards, the first has half of a strong one, and the fourth all of it.)
+constexpr int kMostGains = 5;
 /// The most passes after each of them, and after that of the edges.
 constexpr int kPassesOfTraits = 6;
 /// Passes until what is done to the light (see board_fit_light.cpp) has settled too, and where it had settled before.
