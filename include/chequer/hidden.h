@@ -14,7 +14,7 @@ enum class Hidden : std::uint8_t {
   kFlat,       ///< a cell that does not stand out from its neighbours as its class should; a corner of little contrast
   kCovered,    ///< a cell of a side without which the border is a marker's
   kMisfit,     ///< a corner whose pixels the model of a board does not explain
-  kBeside,     ///< a corner between hidden cells, or a cell whose corners are hidden
+  kBeside,     ///< a corner of a hidden cell, or a cell whose corners are hidden
   kEnclosed,   ///< a cell between hidden ones
   kLeftOut,    ///< a corner without which the board fits better
   kPulled,     ///< a corner next to hidden ones that disagrees with the others; its cells count

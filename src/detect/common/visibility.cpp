@@ -9,8 +9,11 @@
 namespace chequer {
 namespace {
 
-/// So many hidden cells around a corner leave it one edge at most.
-constexpr int kHiddenAround = 2;
+/// So many hidden cells around a corner take it from the fit: what hides one lies over a quarter of its pixels, and may
+/// end anywhere between it and the next corner. (Measured: with two, which leave it one edge at most, 50 of 11,952
+/// boards with covers have gross errors instead of 31, and poses of boards under hands with and without memory differ
+/// by .124 instead of .070 deviations in one of three streams.)
+constexpr int kHiddenAround = 1;
 
 }  // namespace
 

@@ -40,7 +40,7 @@ class BoardFit {
     /// Light (R, G, B) and saturation of each cell as far as known before the fit, row by row.
     std::span<const Eigen::Vector3f> light;
     std::span<const std::uint8_t> saturated;
-    /// Corners that are hidden in it are left out, and those between hidden cells.
+    /// Corners that are hidden in it are left out, and those of hidden cells.
     Visibility visibility{};
     /// Corners that were found; the geometry may have others pixels off.
     CornerFlags found{};
@@ -131,6 +131,8 @@ class BoardFit {
   /// Of the corners that are used, those beside one that is not which fit worse than others: what hides that may lie on
   /// a part of their cells, too, and takes their edges along.
   CornerFlags Pulled() const;
+  /// Sets FittedBoard::doubtful.
+  void TellDoubt();
   /// Of a cell in the board's middle, along its side.
   double cell_px() const { return run_->told.cell_px; }
   /// Of a corner's pixels, variances; far off where it has none.
@@ -320,6 +322,9 @@ class BoardFit {
   double FarthestMove(const BoardGeometry& from) const;
   /// In the board's middle.
   Eigen::Matrix2d BoardByPixel() const;
+
+  /// The corners that are used and disagree with the model so many times more than the median one of them.
+  CornerFlags OffBy(double ratio) const;
 
   // Levels: board_fit_levels.cpp.
   QuadrantLevels LevelsOf(int corner) const { return LevelsAround(run_->view.size, corner, run_->model.own_levels); }

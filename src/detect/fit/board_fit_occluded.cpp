@@ -134,19 +134,36 @@ void BoardFit::SetWindows() {
   }
 }
 
-CornerFlags BoardFit::Pulled() const {
-  CornerFlags pulled{};
-  if (!AnyUnused()) return pulled;
+CornerFlags BoardFit::OffBy(double ratio) const {
+  CornerFlags off{};
   std::array<double, kMaxCorners> misfits;
   std::ptrdiff_t count = 0;
   for (int corner = 0; corner < corners(); ++corner)
     if (used(corner)) misfits[static_cast<std::size_t>(count++)] = misfit(corner);
-  if (count == 0) return pulled;
+  if (count == 0) return off;
   std::nth_element(misfits.begin(), misfits.begin() + count / 2, misfits.begin() + count);
-  const double most = kPulledRatio * misfits[static_cast<std::size_t>(count / 2)];
+  const double most = ratio * misfits[static_cast<std::size_t>(count / 2)];
   for (int corner = 0; corner < corners(); ++corner)
-    pulled[static_cast<std::size_t>(corner)] = used(corner) && misfit(corner) > most && LiesBesideHidden(corner);
+    off[static_cast<std::size_t>(corner)] = used(corner) && misfit(corner) > most;
+  return off;
+}
+
+CornerFlags BoardFit::Pulled() const {
+  if (!AnyUnused()) return {};
+  CornerFlags pulled = OffBy(kPulledRatio);
+  for (int corner = 0; corner < corners(); ++corner)
+    if (!LiesBesideHidden(corner)) pulled[static_cast<std::size_t>(corner)] = false;
   return pulled;
+}
+
+void BoardFit::TellDoubt() {
+  FittedBoard& result = run_->result;
+  std::array<bool, kMaxCells> seen{};
+  for (int corner = 0; corner < corners(); ++corner)
+    for (const int cell : CellsAround(run_->view.size, corner)) seen[static_cast<std::size_t>(cell)] |= used(corner);
+  result.doubtful = AnyOf(OffBy(kOccludedRatio));
+  for (std::size_t cell = 0; cell < result.visibility.cells().size(); ++cell)
+    result.doubtful |= result.visibility.Shows(cell) && !seen[cell];
 }
 
 }  // namespace chequer

@@ -55,6 +55,7 @@ const FittedBoard* PhotometricFit::FitPlain(const Task& task, bool motion_blurre
   made_.choice.terms.dot_gain = task.start.dot_gain;
   tried_ = {};
   const bool fitted = FitOnce(task);
+  if (fitted) fit_.TellDoubt();
   wants_more_ =
       !fitted || motion_blurred || !fit_.result().flat() || fit_.may_look_farther() || FindNext() < Hypotheses().size();
   return fitted ? &fit_.result() : nullptr;
@@ -107,6 +108,7 @@ const FittedBoard* PhotometricFit::FitFrom(const Task& task, const BlurShape& mo
   if (!fitted) return nullptr;
   LeaveOutPulled(task);
   KeepOffWhatHides(task);
+  fit_.TellDoubt();
   return &fit_.result();
 }
 

@@ -153,7 +153,7 @@ void Identifier::Decide(const FittedBoard& board, Identity& identity) const {
                       identity.saturation_overlap > options_.max_saturation_overlap;
   const bool doubtful = identity.mixed_pixels > 0 || (identity.decoded && identity.decoded->bits_corrected > 0);
   identity.least_margin = !warned ? kLeastMargin : doubtful ? kLeastMarginDoubtful : kLeastMarginWarned;
-  if (CornersLieOff(board)) identity.least_margin = kLeastMarginDoubtful;
+  if (board.doubtful || CornersLieOff(board)) identity.least_margin = kLeastMarginDoubtful;
   identity.id_decided = identity.margin >= identity.least_margin;
 }
 

@@ -48,12 +48,13 @@ TEST(Visibility, HidesWhatHiddenCellsEnclose) {
   EXPECT_EQ(visibility.hidden_cells(), 3);
 }
 
-TEST(Visibility, LeavesCornersBetweenTwoHiddenCells) {
+TEST(Visibility, LeavesCornersOfHiddenCells) {
   Visibility visibility(kSize);
   visibility.Hide(CellAt(0, 0), Hidden::kFlat);
-  EXPECT_FALSE(visibility.LiesBesideHidden(0)) << "one of four cells leaves two edges";
-  visibility.Hide(CellAt(0, 1), Hidden::kFlat);
   EXPECT_TRUE(visibility.LiesBesideHidden(0));
+  EXPECT_FALSE(visibility.LiesBesideHidden(1));
+  visibility.Hide(CellAt(0, 1), Hidden::kFlat);
+  EXPECT_TRUE(visibility.LiesBesideHidden(1));
   EXPECT_FALSE(visibility.LiesBesideHidden(2));
 }
 
