@@ -138,7 +138,7 @@ void BoardFit::PrepareGain(const LightReader& reader, const Lens& lens) {
 }
 
 bool BoardFit::TellGain() {
-  if (run_->model.own_levels) return false;
+  if (run_->model.own_levels || (run_->view.overexposed && run_->model.blur_px < kLeastSeenBlur)) return false;
   const double was = run_->model.dot_gain;
   const KernelInput input = run_->plain_input;
   // What saturated pixels leave is no χ², which trials would compare: a step takes them as it does for other unknowns.

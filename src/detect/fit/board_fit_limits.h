@@ -15,6 +15,9 @@ inline constexpr double kExplained = 2;
 /// Ways of a blur's shape, cells, that the next frame's fit may begin with (measured: with .45, poses of fast boards
 /// with and without memory differ by .10 instead of .085 deviations).
 inline constexpr double kShortWay = 0.4;
+/// Blurs that are less, px, tell no motion, nor a dot gain by saturated pixels: a pixel's own square is 0.29, so they
+/// are drawn, not seen, or sharpened (a guess).
+inline constexpr double kLeastSeenBlur = 0.4;
 /// Blur, pixels: half a pixel's own integration up to what still shows cells.
 inline constexpr double kLeastBlur = 0.25, kMostBlur = 12;
 /// Of a board's pixels, so many at most finish a fit of the model with all terms. What they leave out costs precision

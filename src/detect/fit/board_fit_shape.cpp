@@ -18,8 +18,6 @@ constexpr double kShapeOfFirstStep = 0.05;
 /// places and levels grow towards the rim, too (measured: one of 12 boards behind a sharpening filter seemed to turn by
 /// 2.5 degrees after a step of 0.07 px, and ended so far off that the RMS of all was a quarter more).
 constexpr double kNearForTurnPx = 0.03;
-/// Blurs that are less have none: a pixel's own square is 0.29, so they are drawn, not seen, or sharpened (a guess).
-constexpr double kLeastShaped = 0.4;
 
 }  // namespace
 
@@ -60,7 +58,7 @@ CornerBlurSums<CornerFour::Values> BoardFit::SumBlur(const CornerFour& four, flo
 
 void BoardFit::MoveBlurShape(double blur_px) {
   run_->step.shape_gain = 0;
-  if (run_->model.blur_px < kLeastShaped) {
+  if (run_->model.blur_px < kLeastSeenBlur) {
     // Corners that were placed with one, as after a knock, make blurs seem as small: a step without it has to follow.
     if (!run_->step.placed_shape.round()) run_->step.shape_gain = std::numeric_limits<double>::infinity();
     run_->model.blur_shape = {};
