@@ -249,7 +249,7 @@ class BoardFit {
   struct ToldGain {
     double cells = 0, information = 0;
   };
-  /// By a step of the model with all terms from the dot gain that is known, which is not made; around.beside is set.
+  /// Where a step of the model with all terms leads, which is not made. @pre around.beside is set.
   std::optional<ToldGain> SolveGain(int pixels);
   /// By what the plain model leaves with more and with less of it.
   std::optional<ToldGain> TryGains();
@@ -323,9 +323,6 @@ class BoardFit {
   /// In the board's middle.
   Eigen::Matrix2d BoardByPixel() const;
 
-  /// The corners that are used and disagree with the model so many times more than the median one of them.
-  CornerFlags OffBy(double ratio) const;
-
   // Levels: board_fit_levels.cpp.
   QuadrantLevels LevelsOf(int corner) const { return LevelsAround(run_->view.size, corner, run_->model.own_levels); }
   /// Gives sampled levels the contrast that the motion took.
@@ -363,6 +360,8 @@ class BoardFit {
   LightThere LightOn(int cell) const;
 
   // Corners that something hides: board_fit_occluded.cpp.
+  /// The corners that are used and disagree with the model so many times more than the median one of them.
+  CornerFlags OffBy(double ratio) const;
   /// By what was known of the board, and by which corners have pixels.
   void BeginVisibility(const Visibility& known);
   /// @param may_return corners that were found occluded may be found to be in view again. Whether anything changed.

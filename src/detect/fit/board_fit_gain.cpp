@@ -89,19 +89,19 @@ std::optional<BoardFit::ToldGain> BoardFit::SolveGain(int pixels) {
   SetTerms();
   run_->model.ink = false;
   if (!SolveModel(StrideFor(pixels))) return std::nullopt;
-  return ToldGain{model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGainTerm>()],
-                  InformationOnGain()};
+  const double step = model_equations_.step()[ModelColumns(run_->model_input.terms).of<DotGainTerm>()];
+  return ToldGain{run_->model.dot_gain + step, InformationOnGain()};
 }
 
 std::optional<double> BoardFit::FindDotGain(const LightReader& reader, const Lens& lens, const Start& start) {
   if (!HavePixels(reader, lens, start)) return std::nullopt;
   if (!run_->terms.look_farther) LookBeside(reader, lens);
   const double cell_px = CellPx();
-  const std::optional<ToldGain> step = SolveGain(kPixelsOfInk);
-  if (!step) return std::nullopt;
-  const double size = std::abs(step->cells);
+  const std::optional<ToldGain> told = SolveGain(kPixelsOfInk);
+  if (!told) return std::nullopt;
+  const double size = std::abs(told->cells);
   if (size * cell_px < kLeastInkSpreadPx || size < kLeastInkSpread) return std::nullopt;
-  return step->cells;
+  return told->cells;
 }
 
 double BoardFit::GainForOthers() const {
@@ -114,8 +114,8 @@ bool BoardFit::TellGainOfModel(const Lens& lens) {
   if (run_->model.DotGainTerm::on() || !run_->model.LitEvenly()) return false;
   Finish(lens);
   run_->told.sums_gone = true;
-  const std::optional<ToldGain> step = SolveGain(kPixels);
-  if (step) run_->model.dot_gain = GainThatCounts(step->cells, step->information);
+  const std::optional<ToldGain> told = SolveGain(kPixels);
+  if (told) run_->model.dot_gain = GainThatCounts(told->cells, told->information);
   SetTerms();
   if (run_->model.dot_gain == 0) return false;
   run_->told.sums_gone = false;
@@ -143,8 +143,7 @@ bool BoardFit::TellGain() {
   const KernelInput input = run_->plain_input;
   // What saturated pixels leave is no χ², which trials would compare: a step takes them as it does for other unknowns.
   // Few pixels of such boards tell it, so all are asked.
-  std::optional<ToldGain> told = run_->view.overexposed ? SolveGain(kMostPixels) : TryGains();
-  if (told && run_->view.overexposed) told->cells += was;
+  const std::optional<ToldGain> told = run_->view.overexposed ? SolveGain(kMostPixels) : TryGains();
   run_->plain_input = input;
   SetLanes();
   run_->told.sums_gone = true;

@@ -12,9 +12,6 @@ inline constexpr double kStillFromPrediction = 0.4;
 inline constexpr float kRobustLimit = 4;
 /// The plain model explains a board whose pixels leave fewer variances (a guess).
 inline constexpr double kExplained = 2;
-/// Ways of a blur's shape, cells, that the next frame's fit may begin with (measured: with .45, poses of fast boards
-/// with and without memory differ by .10 instead of .085 deviations).
-inline constexpr double kShortWay = 0.4;
 /// Blurs that are less, px, tell no motion, nor a dot gain by saturated pixels: a pixel's own square is 0.29, so they
 /// are drawn, not seen, or sharpened (a guess).
 inline constexpr double kLeastSeenBlur = 0.4;

@@ -157,13 +157,13 @@ CornerFlags BoardFit::Pulled() const {
 }
 
 void BoardFit::TellDoubt() {
-  FittedBoard& result = run_->result;
-  std::array<bool, kMaxCells> seen{};
-  for (int corner = 0; corner < corners(); ++corner)
-    for (const int cell : CellsAround(run_->view.size, corner)) seen[static_cast<std::size_t>(cell)] |= used(corner);
-  result.doubtful = AnyOf(OffBy(kOccludedRatio));
-  for (std::size_t cell = 0; cell < result.visibility.cells().size(); ++cell)
-    result.doubtful |= result.visibility.Shows(cell) && !seen[cell];
+  const std::span<const Hidden> cells = run_->result.visibility.cells();
+  Visibility seen = run_->visibility;
+  seen.ShowCellsByAnyCorner();
+  bool doubtful = AnyOf(OffBy(kOccludedRatio));
+  for (std::size_t cell = 0; cell < cells.size(); ++cell)
+    doubtful |= cells[cell] == Hidden::kNot && !seen.Shows(cell);
+  run_->result.doubtful = doubtful;
 }
 
 }  // namespace chequer

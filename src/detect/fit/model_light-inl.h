@@ -32,7 +32,8 @@ struct LaneModel {
   V light[kSide][kSide];
   /// The same by differences along both axes: the light of a sum of edges instead of cells.
   V step[kSide][kSide];
-  bool skewed;  ///< some lane has a kSkew that is not 0
+  bool skewed;               ///< some lane has a kSkew that is not 0
+  V variance_x, variance_y;  ///< of a tap's blur, cells²
 
   HWY_INLINE V of(ModelLanes::Parameter which) const { return value[which]; }
   /// Of a term's own.
@@ -46,6 +47,9 @@ void Load(const ModelInput& input, const ModelLanes& model, int first, LaneModel
   const D d;
   for (int i = 0; i < ModelLanes::kLevel00; ++i) m.value[i] = hn::LoadU(d, model.parameter_data(i) + first);
   m.skewed = !hn::AllTrue(d, hn::Eq(m.of(ModelLanes::kSkew), hn::Zero(d)));
+  const V scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY), one = Splat(1);
+  m.variance_x = hn::Div(one, hn::Mul(scale_x, scale_x));
+  m.variance_y = hn::Div(one, hn::Mul(scale_y, scale_y));
   for (int i = 0; i < 3; ++i) {
     const float* h = input.board_from_plane + i;
     m.to_depth[i] = Splat(h[6]);
@@ -296,13 +300,11 @@ HWY_INLINE void Bend(const ModelInput& input, const LaneModel& m, V x, V y, cons
 
 HWY_INLINE ByStretch StretchOf(const ModelInput& input, const LaneModel& m, const Picture& p) {
   // A blur's variances and covariance make light spread by half of its second derivatives, and by that by both.
-  const V scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY), one = Splat(1);
-  const V var_x = hn::Div(one, hn::Mul(scale_x, scale_x)), var_y = hn::Div(one, hn::Mul(scale_y, scale_y)),
-          covariance = m.of(ModelLanes::kCovariance);
-  ByStretch by{hn::MulAdd(p.by_xx, var_x, hn::Mul(p.by_xy, covariance)),
-               hn::MulAdd(p.by_xx, covariance, hn::Mul(p.by_xy, var_y)),
-               hn::MulAdd(p.by_yy, covariance, hn::Mul(p.by_xy, var_x)),
-               hn::MulAdd(p.by_yy, var_y, hn::Mul(p.by_xy, covariance))};
+  const V covariance = m.of(ModelLanes::kCovariance);
+  ByStretch by{hn::MulAdd(p.by_xx, m.variance_x, hn::Mul(p.by_xy, covariance)),
+               hn::MulAdd(p.by_xx, covariance, hn::Mul(p.by_xy, m.variance_y)),
+               hn::MulAdd(p.by_yy, covariance, hn::Mul(p.by_xy, m.variance_x)),
+               hn::MulAdd(p.by_yy, m.variance_y, hn::Mul(p.by_xy, covariance))};
   ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
     if constexpr (requires { OnLanes<Term>::AddStretch(m, p, by); }) OnLanes<Term>::AddStretch(m, p, by);
   });
