@@ -21,7 +21,7 @@ namespace {
 /// A case of the simulator's, and what is changed in it: "jpeg=75,shadow=0.6:4,side=240".
 struct Line {
   std::string text, tag;
-  double blur_px = 0, side_px = 0, ink = -1, motion_px = 0, shadow_takes = 0, shadow_px = 1;
+  double blur_px = 0, side_px = 0, ink = -1, motion_px = 0, margin_cells = 0, shadow_takes = 0, shadow_px = 1;
 };
 
 Line Parse(const std::string& text) {
@@ -34,6 +34,7 @@ Line Parse(const std::string& text) {
     else if (name == "side") line.side_px = std::stod(value);
     else if (name == "ink") line.ink = std::stod(value);
     else if (name == "motion") line.motion_px = std::stod(value);
+    else if (name == "margin") line.margin_cells = std::stod(value);
     else if (name == "shadow") line.shadow_takes = std::stod(value), line.shadow_px = std::stod(value.substr(value.find(':') + 1));
     else line.tag = part;
   }
@@ -48,6 +49,7 @@ StressCase CaseFor(const Line& line, const MarkerCode& code, std::uint64_t seed)
   Random random(7000 + seed);
   if (line.blur_px > 0) stress.options.blur_sigma_px = line.blur_px;
   if (line.ink >= 0) marker.ink_spread_cells = line.ink;
+  if (line.margin_cells > 0) marker.margin_cells = line.margin_cells;
   Eigen::Vector3d& at = marker.camera_from_marker.translation;
   if (line.side_px > 0) at = Eigen::Vector3d(0.1 * at.x(), 0.1 * at.y(), camera.fx * marker.side_m / line.side_px);
   if (line.motion_px > 0) {
@@ -124,7 +126,7 @@ int main(int argc, char** argv) {
   int seeds = 40;
   std::uint64_t first = 1;
   bool bayer = false, each = false;
-  app.add_option("condition", lines, "TAG of a stress case, with blur=PX side=PX ink=CELLS motion=PX shadow=SHARE:PX, comma-separated")->required();
+  app.add_option("condition", lines, "TAG of a stress case, with blur=PX side=PX ink=CELLS motion=PX margin=CELLS shadow=SHARE:PX, comma-separated")->required();
   app.add_option("--seeds", seeds, "Boards a line")->capture_default_str();
   app.add_option("--first", first, "First seed")->capture_default_str();
   app.add_flag("--bayer", bayer, "Raw Bayer frames instead of colour");
