@@ -127,7 +127,6 @@ CaptureLoop::Next CaptureLoop::TakeFrame(Frame frame) {
   frame.sequence = counted.sequence;
   CapturedFrame captured{std::move(frame), last_frame_, 0, source_.expected_rate_hz()};
   report_.Update([&](CaptureReport& report) {
-    ++report.captured;
     report.lost_before += counted.lost;
     report.message.clear();
     captured.dropped_before = report.unusable();

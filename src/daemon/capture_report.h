@@ -12,11 +12,9 @@ struct CaptureReport {
   CameraState state = CameraState::kWaiting;
   std::string source;             ///< FrameSource::Describe
   std::string message;            ///< what is wrong now; empty where nothing is
-  std::uint64_t captured = 0;     ///< usable frames
   std::uint64_t lost_before = 0;  ///< gaps in the camera's count
   std::uint64_t corrupt = 0;      ///< frames that came and could not be used
   std::uint64_t wrong_size = 0;   ///< frames of another size than the calibration's
-  std::uint64_t stopped = 0;      ///< waiting when the pipeline was stopped
 
   /// Frames that never reached the queue.
   std::uint64_t unusable() const { return lost_before + corrupt + wrong_size; }

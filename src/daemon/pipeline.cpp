@@ -61,6 +61,7 @@ struct Pipeline::Impl {
   };
   Shared<Taught> taught;
   Shared<CaptureReport> capture_report;
+  std::atomic<std::uint64_t> abandoned{0};  ///< frames that workers were given up with
   std::atomic<int> workers_left{0};
   std::atomic<bool> look_wanted{true};  ///< by the next frame: one a status is looked at more closely
   std::stop_source stop;
@@ -199,14 +200,12 @@ struct Pipeline::Impl {
   void Stop() {
     stop.request_stop();
     if (source != nullptr) source->Interrupt();
-    const int discarded = queue.CloseAndDiscard();
-    capture_report.Update([&](CaptureReport& report) { report.stopped += static_cast<std::uint64_t>(discarded); });
+    queue.CloseAndDiscard();
     outbox.StopWaiting();
   }
 
   void Abandon() {
-    const int abandoned = progress.busy_workers(clock.monotonic());
-    capture_report.Update([&](CaptureReport& report) { report.stopped += static_cast<std::uint64_t>(abandoned); });
+    abandoned = static_cast<std::uint64_t>(progress.busy_workers(clock.monotonic()));
     finished.Abort();
   }
 
@@ -223,11 +222,7 @@ struct Pipeline::Impl {
   }
 
   void Capture() {
-    const auto pass = [this](CapturedFrame frame) {
-      const bool taken = Pass(std::move(frame));
-      if (!taken) capture_report.Update([](CaptureReport& report) { ++report.stopped; });
-      return taken;
-    };
+    const auto pass = [this](CapturedFrame frame) { return Pass(std::move(frame)); };
     CaptureLoop loop(options.capture, *source, pass, capture_report, state.sequence, progress.capture, clock);
     if (state.source_is_open) loop.TakeOpenSource();
     state.source_is_open = false;  // unless the loop ends well
@@ -240,7 +235,7 @@ struct Pipeline::Impl {
     while (auto taken = queue.Take()) {
       const std::uint64_t ticket = taken->ticket;
       progress.worker(index).Begin(clock.monotonic());
-      Finished result = Detect(detect, taken->item, state.superseded + taken->superseded);
+      Finished result = Detect(detect, taken->item, state.former_queues.superseded + taken->superseded);
       if (result.found.memory) Teach(ticket, *result.found.memory);
       auto viewed = KeptForView(taken->item.frame, result.found.markers);
       taken.reset();  // gives the buffer back to the source before it may have to wait for its turn
@@ -332,6 +327,15 @@ struct Pipeline::Impl {
     TellReady();
   }
 
+  /// Since the daemon started.
+  QueueCounts CountFrames() const {
+    QueueCounts counts = queue.counts();
+    counts.came += state.former_queues.came;
+    counts.superseded += state.former_queues.superseded;
+    counts.discarded += state.former_queues.discarded + abandoned;
+    return counts;
+  }
+
   void PublishStatus() {
     const MonotonicTime now = clock.monotonic();
     // On a grid of whole periods, so that the rate does not drift; a missed one is not made up for.
@@ -339,7 +343,7 @@ struct Pipeline::Impl {
     if (next_status <= now) next_status = now + options.status_period;
     for (const FrameTimes& times : outbox.TakeSent()) statistics.Sent(times);
     const CaptureReport capture = capture_report.Get();
-    StatusMessage status = statistics.Finish(capture, state.superseded + queue.superseded(), queue.depth(), now);
+    StatusMessage status = statistics.Finish(capture, CountFrames(), now);
     status.utc = clock.utc();
     status.publisher = outbox.health();
     status.publisher.sent += state.former_publishers.sent;
@@ -399,7 +403,7 @@ void Pipeline::Join() {
 
 PipelineState Pipeline::TakeState() {
   impl_->state.capture = impl_->capture_report.Get();
-  impl_->state.superseded += impl_->queue.superseded();
+  impl_->state.former_queues = impl_->CountFrames();
   impl_->state.former_publishers.failed += impl_->outbox.dropped();
   impl_->source = nullptr;
   return std::move(impl_->state);

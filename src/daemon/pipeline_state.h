@@ -6,6 +6,7 @@
 
 #include "capture/frame_source.h"
 #include "daemon/capture_report.h"
+#include "daemon/newest_queue.h"
 #include "daemon/sequence_counter.h"
 #include "daemon/statistics.h"
 #include "publish/publisher.h"
@@ -21,7 +22,7 @@ struct PipelineState {
   bool told_ready = false;
   SequenceCounter sequence{};
   CaptureReport capture{};
-  std::uint64_t superseded = 0;         ///< frames that a newer one replaced
+  QueueCounts former_queues{};          ///< the counts of those before
   PublisherHealth former_publishers{};  ///< the counts of those that were replaced
   std::optional<Statistics> statistics{};
 

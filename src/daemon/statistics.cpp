@@ -6,12 +6,12 @@
 namespace chequer {
 namespace {
 
-std::vector<NamedCount> Drops(const CaptureReport& capture, std::uint64_t superseded) {
+std::vector<NamedCount> Drops(const CaptureReport& capture, const QueueCounts& frames) {
   return {{"lost_before", capture.lost_before},
           {"corrupt", capture.corrupt},
           {"wrong_size", capture.wrong_size},
-          {"superseded", superseded},
-          {"stopped", capture.stopped}};
+          {"superseded", frames.superseded},
+          {"stopped", frames.discarded}};
 }
 
 std::vector<NamedCount> Detections(const DetectStats& stats) {
@@ -70,8 +70,7 @@ void Statistics::Sent(const FrameTimes& times) {
   stages_[kTotal].times.Add(times.sent - times.captured);
 }
 
-StatusMessage Statistics::Finish(const CaptureReport& capture, std::uint64_t superseded, int queue_depth,
-                                 MonotonicTime now) {
+StatusMessage Statistics::Finish(const CaptureReport& capture, const QueueCounts& frames, MonotonicTime now) {
   StatusMessage status;
   status.monotonic = now;
   status.uptime = now - start_;
@@ -84,14 +83,14 @@ StatusMessage Statistics::Finish(const CaptureReport& capture, std::uint64_t sup
   const double seconds = std::chrono::duration<double>(status.window).count();
   const std::uint64_t published = published_ - published_before_;
   if (seconds > 0) {
-    status.capture_rate_hz = static_cast<double>(capture.captured - captured_before_) / seconds;
+    status.capture_rate_hz = static_cast<double>(frames.came - captured_before_) / seconds;
     status.publish_rate_hz = static_cast<double>(published) / seconds;
   }
-  status.frames_captured = capture.captured;
+  status.frames_captured = frames.came;
   status.frames_published = published_;
-  status.drops = Drops(capture, superseded);
+  status.drops = Drops(capture, frames);
   for (const NamedCount& drop : status.drops) status.frames_dropped += drop.count;
-  status.queue_depth = queue_depth;
+  status.queue_depth = frames.waiting;
   status.queue_capacity = constants_.queue_capacity;
   status.workers = constants_.workers;
   if (published > 0) {
@@ -107,7 +106,7 @@ StatusMessage Statistics::Finish(const CaptureReport& capture, std::uint64_t sup
 
   window_start_ = now;
   published_before_ = published_;
-  captured_before_ = capture.captured;
+  captured_before_ = frames.came;
   markers_ = 0;
   detect_ = {};
   warnings_ = {};

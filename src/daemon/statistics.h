@@ -10,6 +10,7 @@
 #include "chequer/detector.h"
 #include "daemon/capture_report.h"
 #include "daemon/latency_histogram.h"
+#include "daemon/newest_queue.h"
 #include "publish/messages.h"
 
 namespace chequer {
@@ -45,7 +46,8 @@ class Statistics {
   void Sent(const FrameTimes& times);
 
   /// The status since the last one; a new window begins. Publisher health and UTC are left to the caller.
-  StatusMessage Finish(const CaptureReport& capture, std::uint64_t superseded, int queue_depth, MonotonicTime now);
+  /// @param frames since the start, on their way to the workers
+  StatusMessage Finish(const CaptureReport& capture, const QueueCounts& frames, MonotonicTime now);
 
   std::uint64_t published() const { return published_; }
 

@@ -127,10 +127,9 @@ const StageLatency& Stage(const StatusMessage& status, const std::string& name) 
 
 TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
   Statistics statistics({"1.0", "cam", 1, 2}, AtMs(0));
-  CaptureReport capture;
-  capture.captured = 4;
+  QueueCounts frames{.came = 4, .waiting = 1};
   for (const std::size_t markers : {3u, 5u, 4u}) statistics.Published(std::vector<MarkerPose>(markers), {});
-  StatusMessage status = statistics.Finish(capture, 0, 1, AtMs(2000));
+  StatusMessage status = statistics.Finish({}, frames, AtMs(2000));
   EXPECT_EQ(status.version, "1.0");
   EXPECT_EQ(status.camera, "cam");
   EXPECT_EQ(status.workers, 2);
@@ -142,9 +141,9 @@ TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
   EXPECT_EQ(status.markers_min, 3);
   EXPECT_EQ(status.markers_max, 5);
 
-  capture.captured = 5;
+  frames = {.came = 5};
   statistics.Published(std::vector<MarkerPose>(9), {});
-  status = statistics.Finish(capture, 0, 0, AtMs(3000));
+  status = statistics.Finish({}, frames, AtMs(3000));
   EXPECT_EQ(status.uptime, seconds(3));
   EXPECT_EQ(status.window, seconds(1));
   EXPECT_DOUBLE_EQ(status.capture_rate_hz, 1.0);
@@ -155,8 +154,8 @@ TEST(Statistics, TellsRatesAndMarkersOfTheWindow) {
 TEST(Statistics, TellsOfAWindowWithoutFrames) {
   Statistics statistics({}, AtMs(0));
   statistics.Published(std::vector<MarkerPose>(3), {});
-  statistics.Finish({}, 0, 0, AtMs(1000));
-  const StatusMessage status = statistics.Finish({}, 0, 0, AtMs(2000));
+  statistics.Finish({}, {}, AtMs(1000));
+  const StatusMessage status = statistics.Finish({}, {}, AtMs(2000));
   EXPECT_EQ(status.publish_rate_hz, 0);
   EXPECT_EQ(status.markers_max, 0);
   EXPECT_EQ(Stage(status, "total").frames, 0u);
@@ -165,7 +164,7 @@ TEST(Statistics, TellsOfAWindowWithoutFrames) {
 TEST(Statistics, MeasuresEachStage) {
   Statistics statistics({}, AtMs(0));
   statistics.Sent({AtMs(0), AtMs(1), AtMs(6), AtMs(8), AtMs(9)});
-  const StatusMessage status = statistics.Finish({}, 0, 0, AtMs(1000));
+  const StatusMessage status = statistics.Finish({}, {}, AtMs(1000));
   EXPECT_EQ(Stage(status, "queue").worst, milliseconds(1));
   EXPECT_EQ(Stage(status, "detect").worst, milliseconds(5));
   EXPECT_EQ(Stage(status, "order").worst, milliseconds(2));
@@ -180,11 +179,11 @@ TEST(Statistics, AddsUpDropsByReason) {
   capture.lost_before = 1;
   capture.corrupt = 2;
   capture.wrong_size = 4;
-  capture.stopped = 8;
-  const StatusMessage status = statistics.Finish(capture, 16, 0, AtMs(1000));
+  const StatusMessage status = statistics.Finish(capture, {.superseded = 16, .discarded = 8}, AtMs(1000));
   EXPECT_EQ(status.frames_dropped, 31u);
   EXPECT_EQ(Named(status.drops, "corrupt").count, 2u);
   EXPECT_EQ(Named(status.drops, "superseded").count, 16u);
+  EXPECT_EQ(Named(status.drops, "stopped").count, 8u);
 }
 
 TEST(Statistics, AddsUpWhatTheDetectorSaw) {
@@ -194,10 +193,10 @@ TEST(Statistics, AddsUpWhatTheDetectorSaw) {
   stats.refused_fit = 1;
   statistics.Published(std::vector<MarkerPose>(2), stats);
   statistics.Published(std::vector<MarkerPose>(2), stats);
-  StatusMessage status = statistics.Finish({}, 0, 0, AtMs(1000));
+  StatusMessage status = statistics.Finish({}, {}, AtMs(1000));
   EXPECT_EQ(Named(status.detections, "boards").count, 6u);
   EXPECT_EQ(Named(status.detections, "refused_fit").count, 2u);
-  status = statistics.Finish({}, 0, 0, AtMs(2000));
+  status = statistics.Finish({}, {}, AtMs(2000));
   EXPECT_EQ(Named(status.detections, "boards").count, 0u);
 }
 
@@ -208,11 +207,11 @@ TEST(Statistics, CountsMarkersByTheirWarnings) {
       static_cast<std::uint32_t>(Warning::kPoorIllumination) | static_cast<std::uint32_t>(Warning::kAmbiguous);
   markers[2].warnings = static_cast<std::uint32_t>(Warning::kAmbiguous);
   statistics.Published(markers, {});
-  StatusMessage status = statistics.Finish({}, 0, 0, AtMs(1000));
+  StatusMessage status = statistics.Finish({}, {}, AtMs(1000));
   EXPECT_EQ(Named(status.detections, "warning_poor_illumination").count, 1u);
   EXPECT_EQ(Named(status.detections, "warning_ambiguous_pose").count, 2u);
   EXPECT_EQ(Named(status.detections, "warning_id_undecided").count, 0u);
-  status = statistics.Finish({}, 0, 0, AtMs(2000));
+  status = statistics.Finish({}, {}, AtMs(2000));
   EXPECT_EQ(Named(status.detections, "warning_ambiguous_pose").count, 0u);
 }
 

@@ -501,6 +501,61 @@ TEST_F(PipelineTest, FinishesWhatWorkersHaveBegunWhenStopped) {
   EXPECT_EQ(*leases_, 0);
 }
 
+TEST_F(PipelineTest, CountsTheFrameThatAStopThrowsAwayInTheLastStatusHoweverEarlyThatComes) {
+  // Frame 1 is at the worker, frame 2 waits. The stop throws that away, and is held up there until all has ended.
+  Gate gate;
+  test::Semaphore both_came{0};
+  class WhenItDies final : public FrameLease {
+   public:
+    explicit WhenItDies(std::function<void()> tell) : tell_(std::move(tell)) {}
+    ~WhenItDies() override { tell_(); }
+
+   private:
+    std::function<void()> tell_;
+  };
+  class Watched final : public FrameSource {
+   public:
+    Watched(Gate& gate, test::Semaphore& both_came, std::function<void()> when_second_dies)
+        : gate_(gate), both_came_(both_came), when_second_dies_(std::move(when_second_dies)) {}
+    std::string Open() override { return behind_.Open(); }
+    CaptureResult Next(milliseconds timeout) override {
+      ++calls_;
+      if (calls_ == 3) both_came_.release();
+      EXPECT_TRUE(calls_ != 2 || gate_.WasEntered());
+      CaptureResult result = behind_.Next(timeout);
+      if (calls_ == 2) {
+        result.frame.image = image_.view();
+        result.frame.lease = std::make_unique<WhenItDies>(when_second_dies_);
+      }
+      return result;
+    }
+    void Interrupt() override { behind_.Interrupt(); }
+    std::string Describe() const override { return behind_.Describe(); }
+
+   private:
+    ScriptedSource behind_{Frames(1, 2)};
+    Image image_{PixelFormat::kMono8, 4, 2};
+    Gate& gate_;
+    test::Semaphore& both_came_;
+    std::function<void()> when_second_dies_;
+    int calls_ = 0;
+  };
+  const auto until_all_has_ended = [&] {
+    gate.open.release(10);
+    EXPECT_TRUE(published_->WaitForStatuses(1));
+  };
+  Pipeline pipeline(
+      options_, std::make_unique<Watched>(gate, both_came, until_all_has_ended), [&] { return gate.Detector(); },
+      std::make_unique<RecordingPublisher>(published_), events_, clock_.clock());
+  ASSERT_TRUE(both_came.try_acquire_for(kPatience));
+  pipeline.Stop();
+  pipeline.Join();
+  EXPECT_THAT(PublishedSequences(), ElementsAre(1));
+  EXPECT_EQ(LastStatus().frames_captured, 2u);
+  EXPECT_EQ(LastStatus().frames_published, 1u);
+  EXPECT_EQ(LastStatus().frames_dropped, 1u);
+}
+
 TEST_F(PipelineTest, StopsWhileTheCameraIsSilent) {
   Start(Frames(1, 1));
   EXPECT_TRUE(published_->WaitForPoses(1));

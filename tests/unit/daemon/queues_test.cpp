@@ -20,15 +20,15 @@ using std::chrono::seconds;
 
 TEST(NewestQueue, GivesWhatWasPut) {
   NewestQueue<int> queue;
-  EXPECT_EQ(queue.depth(), 0);
+  EXPECT_EQ(queue.counts().waiting, 0);
   EXPECT_TRUE(queue.Put(7));
-  EXPECT_EQ(queue.depth(), 1);
+  EXPECT_EQ(queue.counts().waiting, 1);
   const auto taken = queue.Take();
   ASSERT_TRUE(taken.has_value());
   EXPECT_EQ(taken->item, 7);
   EXPECT_EQ(taken->ticket, 0u);
   EXPECT_EQ(taken->superseded, 0u);
-  EXPECT_EQ(queue.depth(), 0);
+  EXPECT_EQ(queue.counts().waiting, 0);
 }
 
 TEST(NewestQueue, ReplacesWhatWaitsAndCountsIt) {
@@ -39,7 +39,7 @@ TEST(NewestQueue, ReplacesWhatWaitsAndCountsIt) {
   EXPECT_EQ(taken->item, 4);
   EXPECT_EQ(taken->ticket, 0u);
   EXPECT_EQ(taken->superseded, 4u);
-  EXPECT_EQ(queue.superseded(), 4u);
+  EXPECT_EQ(queue.counts().superseded, 4u);
 }
 
 TEST(NewestQueue, LetsGoOfWhatIsReplacedAtOnce) {
@@ -61,12 +61,22 @@ TEST(NewestQueue, GivesTheLastItemAfterItsClose) {
   EXPECT_FALSE(queue.Take().has_value());
 }
 
-TEST(NewestQueue, TellsWhatItThrewAwayAtItsEnd) {
+TEST(NewestQueue, CountsWhatBecomesOfAllThatComes) {
   NewestQueue<int> queue;
   queue.Put(1);
-  EXPECT_EQ(queue.CloseAndDiscard(), 1);
-  EXPECT_EQ(queue.CloseAndDiscard(), 0);
+  queue.Take();
+  queue.Put(2);
+  queue.Put(3);
+  queue.CloseAndDiscard();
+  queue.CloseAndDiscard();
+  EXPECT_FALSE(queue.Put(4));
+  EXPECT_FALSE(queue.PutWhenFree(5));
   EXPECT_FALSE(queue.Take().has_value());
+  const QueueCounts counts = queue.counts();
+  EXPECT_EQ(counts.came, 5u);
+  EXPECT_EQ(counts.superseded, 1u);
+  EXPECT_EQ(counts.discarded, 3u);
+  EXPECT_EQ(counts.waiting, 0);
 }
 
 TEST(NewestQueue, WaitsUntilThePlaceIsFree) {
@@ -82,7 +92,7 @@ TEST(NewestQueue, WaitsUntilThePlaceIsFree) {
   }
   ASSERT_EQ(taken.size(), 1001u);
   for (int i = 0; i <= 1000; ++i) EXPECT_EQ(taken[static_cast<std::size_t>(i)], i);
-  EXPECT_EQ(queue.superseded(), 0u);
+  EXPECT_EQ(queue.counts().superseded, 0u);
 }
 
 TEST(NewestQueue, ReleasesWhoWaitsForAPlaceWhenItCloses) {
@@ -118,7 +128,7 @@ TEST(NewestQueue, GivesEachTicketOnceAndInTheOrderOfPutting) {
     for (int i = 0; i < kItems; ++i) queue.Put(i);
     queue.Close();
   }
-  EXPECT_EQ(count + queue.superseded(), static_cast<std::uint64_t>(kItems));
+  EXPECT_EQ(count + queue.counts().superseded, static_cast<std::uint64_t>(kItems));
   for (std::size_t ticket = 0; ticket + 1 < count; ++ticket)
     EXPECT_LT(item_of_ticket[ticket], item_of_ticket[ticket + 1]);
   EXPECT_EQ(item_of_ticket[count - 1], kItems - 1);
