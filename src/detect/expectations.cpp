@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -187,6 +188,29 @@ void AgeLearnt(ImageState& frame) {
   for (RememberedBoard& board : frame.expected) board.learnt.light.Age(frame.stream.frames_on, least);
 }
 
+/// What was remembered of a board that was read where none was expected; null: nothing. Where several copies of its
+/// marker were, it is the nearest of those that were not read where they were expected.
+const RememberedBoard* FindBefore(const ImageState& frame, const MemoryState& state, const BoardOutcome& outcome) {
+  const auto is_it = [&](const RememberedBoard& board) {
+    return board.id == *outcome.marker.id && board.family == outcome.marker.family;
+  };
+  const auto was_read = [&](const RememberedBoard& board) {
+    for (std::size_t i = 0; i < frame.expected.size(); ++i)
+      if (frame.WasRead(i) && is_it(frame.expected[i]) && frame.expected[i].plane_from_board == board.plane_from_board)
+        return true;
+    return false;
+  };
+  const auto center = [](const Eigen::Matrix3d& place) -> Eigen::Vector2d { return place.col(2).hnormalized(); };
+  const RememberedBoard* nearest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const RememberedBoard& board : state.boards) {
+    if (!is_it(board) || was_read(board)) continue;
+    const double way = (center(board.plane_from_board) - center(outcome.plane_from_board)).norm();
+    if (way < least) nearest = &board, least = way;
+  }
+  return nearest;
+}
+
 /// What the next frame is to know of a board that was read; of its motion alone nothing yet.
 /// @param before what was known of it; null: nothing.
 void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, const LastPlaces& last_places,
@@ -313,8 +337,7 @@ void Remember(const ImageJob& job, const StreamImage& stream) {
   for (std::size_t i = 0; i < frame.outcomes.size(); ++i) {
     const BoardOutcome& outcome = frame.outcomes[i];
     if (outcome.is_read()) {
-      const RememberedBoard* before =
-          frame.IsExpected(i) ? &frame.expected[i] : state.Find(outcome.marker.family, *outcome.marker.id);
+      const RememberedBoard* before = frame.IsExpected(i) ? &frame.expected[i] : FindBefore(frame, state, outcome);
       RememberedBoard& read = frame.stream.read.emplace_back();
       DescribeRead(job, i, stream.captured, last_places, before, read);
       read.Move(before, before ? last_places.Of(before->plane_from_board) : Eigen::Matrix3d::Identity(),

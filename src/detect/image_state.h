@@ -100,7 +100,8 @@ struct ImageState {
   bool IsExpected(std::size_t board) const { return board < expected.size(); }
   /// Whether that board was read as the one which was expected there.
   bool WasRead(std::size_t board) const { return Reads(outcomes[board], expected[board]); }
-  /// Whether the id of a board that was expected is read elsewhere in the image.
+  /// Whether a board that was expected is read elsewhere in the image: its id, and not of a copy of the marker that was
+  /// expected there.
   bool ReadElsewhere(std::size_t board) const;
   /// Most of what was expected is not there, and as much was found elsewhere.
   bool IsAnotherPicture() const {

@@ -54,13 +54,6 @@ int MemoryState::Continue(FrameTime now, int frame_width, int frame_height) {
   return std::max(1, static_cast<int>(std::lround(passed_s / interval_s)));
 }
 
-const RememberedBoard* MemoryState::Find(int family, std::uint64_t id) const {
-  const auto found = std::find_if(boards.begin(), boards.end(), [&](const RememberedBoard& board) {
-    return board.family == family && board.id == id;
-  });
-  return found == boards.end() ? nullptr : &*found;
-}
-
 bool MemoryState::HasTurn(int band, int bands, int every, int frames_on) const {
   const int turn = (since_start + frames_on) % every;
   if (turn * bands / every == band && turn * bands % every < bands) return true;

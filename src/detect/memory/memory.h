@@ -94,8 +94,6 @@ struct MemoryState {
   /// Forgets everything where this frame does not continue the last one: after a gap, in another size, or with a time
   /// that does not lie ahead. Returns by how many frames it comes after the last one, at least 1.
   int Continue(FrameTime now, int frame_width, int frame_height);
-  /// Null where no such board was read in the last frame.
-  const RememberedBoard* Find(int family, std::uint64_t id) const;
   /// Whether that one of `bands` bands has its turn in the next frame, `frames_on` after the last one. Each has one in
   /// `every` frames. Those between are other workers' who do not tell in time; what they may have dropped is searched
   /// after twice as many.

@@ -766,6 +766,21 @@ TEST(Memory, KeepsApartBoardsThatPassEachOther) {
   }
 }
 
+TEST(Memory, FollowsCopiesOfAMarkerEachByItself) {
+  // Three of one id and one of another go each its own way, from rest, and are read in every frame.
+  const Ids ids{3, 3, 1234, 3};
+  Follower follower(OptionsFor(Row(ids)));
+  for (int i = 0; i < 14; ++i) {
+    test::KnownFrame frame = Row(ids, {0.004 * i, 0.004 * i, -0.004 * i, -0.004 * i});
+    for (std::size_t k = 0; k < ids.size(); ++k)
+      frame.scene.markers[k].camera_from_marker.translation.y() += (k % 2 == 0 ? 0.007 : -0.005) * i;
+    const Detected& found = follower.Next(frame.Draw().view());
+    EXPECT_EQ(WrongIds(found, frame), 0) << i;
+    EXPECT_EQ(IdsOf(found).size(), ids.size()) << i;
+  }
+  EXPECT_EQ(follower.memory().boards(), ids.size());
+}
+
 TEST(Memory, FollowsABoardThatIsPutDownElsewhere) {
   test::KnownFrame frame = Row({3, 1234});
   Follower follower(OptionsFor(frame));
