@@ -49,9 +49,14 @@ bool MayBeGivenUp(const ImageState& frame, const FitOrder& order) {
   return frame.IsExpected(order.board) && !frame.stream.postponed[order.board] && !first_of_knocked;
 }
 
-/// Whether a board is thought to lie next to where it is expected.
+/// Whether a board is thought to lie next to where it is expected, or was found near there: one in plain view by its
+/// edges, which motion blur would show elsewhere.
 bool LiesNear(const ImageState& frame, std::size_t board) {
-  return frame.IsExpected(board) && !frame.stream.IsKnocked() && frame.expected[board].lay_near();
+  if (!frame.IsExpected(board)) return false;
+  const AnchoredBoard& anchored = frame.boards[board];
+  if (anchored.found_near == FoundNear::kByCellsAndEdges && ShowsAllCorners(anchored) && !ShowsMotion(frame))
+    return true;
+  return !frame.stream.IsKnocked() && frame.expected[board].lay_near();
 }
 
 PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {

@@ -10,9 +10,9 @@
 
 #include "core/median.h"
 #include "detect/camera_motion.h"
+#include "detect/expected_places.h"
 #include "detect/identity/marker_description.h"
 #include "detect/memory/common_shift.h"
-#include "detect/memory/edge_follow.h"
 #include "detect/region_choice.h"
 
 namespace chequer {
@@ -25,32 +25,9 @@ constexpr double kContrastKept = 0.9;
 /// shutter was open shows more, and is missed by the plain fit alone. (With half or more, which would spare boards of
 /// 3 px cells fits that begin a third of a cell off, 2 to 5 % less are read in knocks.)
 constexpr double kContrastThatIsThere = 0.25;
-/// Cost of that search for one board, in units of WorkStep::kPlace (measured, of 10 px cells).
-constexpr std::uint64_t kPlacesOfShift = 10;
-/// The same of the search for the shift of one board by itself.
-constexpr std::uint64_t kPlacesOfOwnShift = 2;
-/// Boards of small cells that show less of their contrast are followed: they lie a quarter of a cell or more from where
-/// they are expected (measured), and a fit from there would take two to five steps more.
-constexpr double kContrastAtPlace = 0.9;
-/// Share of the remaining budget that the search for a common shift may take (a guess; a search of the image takes
-/// less).
-constexpr double kMostOfBudgetForShift = 0.25;
-
 /// Boards in plain view show this share of the contrast of the clearest one, each relative to its own in the last frame
 /// (a guess).
 constexpr double kClearAmongAll = 0.8;
-
-/// Whether the motion of most boards is known.
-bool MostAreFollowed(const ImageState& frame) {
-  const auto followed = std::count_if(frame.expected.begin(), frame.expected.end(),
-                                      [](const RememberedBoard& board) { return board.is_followed(); });
-  return 2 * static_cast<std::size_t>(followed) > frame.expected.size();
-}
-
-/// Whether so much of a board's contrast in the last frame shows where it is expected.
-bool ShowsShare(const ImageState& frame, std::size_t board, double share) {
-  return SampledContrast(frame.boards[board]) >= share * frame.expected[board].contrast;
-}
 
 /// Whether some of a board's contrast shows where it was expected.
 bool Shows(const ImageState& frame, std::size_t board) {
@@ -81,82 +58,6 @@ void LeadWithClearest(ImageState& frame) {
   if (first == 0) return;
   std::swap(frame.boards[0], frame.boards[first]);
   std::swap(frame.expected[0], frame.expected[first]);
-}
-
-/// Boards that are asked for the common shift, by what is left of the budget; 0: too few.
-std::size_t AskedForShift(const ImageState& frame) {
-  const double left = kMostOfBudgetForShift * static_cast<double>(frame.plan.Left(frame.work.units())),
-               of_a_board =
-                   kPlacesOfShift * WorkMeter::Instructions(WorkStep::kPlace) / WorkMeter::kInstructionsPerUnit;
-  const std::size_t asked =
-      static_cast<std::size_t>(std::min(left / of_a_board, static_cast<double>(kMostAskedForShift)));
-  return asked < kFewestAskedForShift ? 0 : asked;
-}
-
-/// Where most of the boards do not show where they are expected, moves all by the shift that they share.
-void FollowShift(const ImageJob& job) {
-  ImageState& frame = job.frame;
-  std::vector<float>& shares = frame.stream.shares;
-  for (std::size_t i = 0; i < frame.expected.size(); ++i)
-    shares.push_back(static_cast<float>(SampledContrast(frame.boards[i]) / frame.expected[i].contrast));
-  if (shares.empty()) return;
-  frame.stream.contrast_share = MedianInPlace(shares);
-  // What has moved by itself since it was found does not tell how a camera moved.
-  if (!frame.stream.MayBeShifted() || !MostAreFollowed(frame)) return;
-  const std::size_t asked = AskedForShift(frame);
-  if (asked == 0) return;
-  frame.stream.shift_px = FindCommonShift(frame.boards, asked, job.reader, job.lens, shares);
-  frame.work.Add(WorkStep::kPlace, kPlacesOfShift * std::min(frame.boards.size(), asked));
-  if (frame.stream.shift_px.isZero()) return;
-  for (std::size_t i = 0; i < frame.expected.size();) {
-    const Eigen::Matrix3d shifted = Shifted(frame.boards[i].plane_from_board, frame.stream.shift_px, job.lens);
-    if (job.expected_boards.Expect(frame.expected[i], shifted, job.reader, job.lens, frame.boards[i])) {
-      ++i;
-      continue;
-    }
-    const std::ptrdiff_t out = static_cast<std::ptrdiff_t>(i);
-    frame.boards.erase(frame.boards.begin() + out);
-    frame.expected.erase(frame.expected.begin() + out);
-  }
-}
-
-/// Boards that went as far since the frame before may have turned off since the last one, px: others lie where they are
-/// expected (a guess).
-constexpr double kMayTurnOffPx = 0.5;
-
-/// Whether a board may have turned off since the last frame: it does not lie where it did, nor as expected.
-bool MayHaveTurnedOff(const ImageJob& job, std::size_t board) {
-  const RememberedBoard& expected = job.frame.expected[board];
-  if (!expected.is_followed() || expected.lay_near() || job.frame.stream.IsKnocked()) return false;
-  const auto pixel = [&](const Eigen::Matrix3d& place) { return job.lens.ToImage(place.col(2).hnormalized()); };
-  return (pixel(job.frame.boards[board].plane_from_board) - pixel(expected.plane_from_board)).norm() >= kMayTurnOffPx;
-}
-
-/// Where a board lies that is near to where it is expected, but not there; nothing where it shows nothing of that.
-std::optional<Eigen::Matrix3d> FollowNear(const ImageJob& job, std::size_t board) {
-  ImageState& frame = job.frame;
-  const AnchoredBoard& anchored = frame.boards[board];
-  if (HasEdgesToFollow(anchored, job.lens)) {
-    if (!MayHaveTurnedOff(job, board)) return std::nullopt;
-    frame.work.Add(WorkStep::kCellSample, anchored.light.size());
-    return FollowEdges(anchored, job.reader, job.lens);
-  }
-  if (ShowsShare(frame, board, kContrastAtPlace)) return std::nullopt;
-  frame.work.Add(WorkStep::kPlace, kPlacesOfOwnShift);
-  const Eigen::Vector2d shift_px = FindOwnShift(anchored, job.reader, job.lens, frame.stream.shares);
-  if (shift_px.isZero()) return std::nullopt;
-  return Shifted(anchored.plane_from_board, shift_px, job.lens);
-}
-
-/// Moves boards that are near to where they are expected, but not there, as driving robots are that steer or brake.
-void FollowOwnWays(const ImageJob& job) {
-  ImageState& frame = job.frame;
-  for (std::size_t i = 0; i < frame.expected.size(); ++i) {
-    const std::optional<Eigen::Matrix3d> place = FollowNear(job, i);
-    AnchoredBoard moved;
-    if (place && job.expected_boards.Expect(frame.expected[i], *place, job.reader, job.lens, moved))
-      frame.boards[i] = moved;
-  }
 }
 
 /// Refuses a board whose word contradicts the remembered one: it is another board, or none, and may lie otherwise.
@@ -258,8 +159,7 @@ void ExpectBoards(const ImageJob& job, const StreamImage& stream) {
   frame.stats.expected = static_cast<int>(frame.expected.size());
   frame.stream.learns = job.options.learn_levels;
   if (frame.stream.learns) AgeLearnt(frame);
-  FollowShift(job);
-  FollowOwnWays(job);
+  FollowPlaces(job);
   const bool sharp = frame.stream.IsSharp();
   for (std::size_t i = 0; i < frame.expected.size(); ++i)
     job.expected_boards.HideWhatDoesNotShow(frame.expected[i], sharp, frame.boards[i]);

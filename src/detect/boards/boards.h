@@ -27,6 +27,9 @@
 
 namespace chequer {
 
+/// How a board that did not show where it was expected was found near there.
+enum class FoundNear : std::uint8_t { kNot, kByCells, kByCellsAndEdges };
+
 /// A board whose place and orientation are known from its border.
 struct AnchoredBoard {
   MarkerSize size;
@@ -38,6 +41,7 @@ struct AnchoredBoard {
   float scale = 1;              ///< image pixels per pixel of the coarsest level its corners came from (median)
   PixelBox box;                 ///< where it lies in the image, roughly
   bool motion_blurred = false;  ///< found in a view that undoes motion blur
+  FoundNear found_near = FoundNear::kNot;
   /// Of its inner corners, row by row: those that were found. The others lie where these have them.
   std::array<bool, kMaxCorners> found{};
 };

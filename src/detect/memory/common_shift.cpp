@@ -10,8 +10,9 @@ namespace {
 
 /// How far it is looked for, in steps of first some, then one pixel; and there, how far around the best one.
 constexpr int kReachPx = 16, kCoarsePx = 2, kReachAroundPx = 4;
-/// The same for a board by itself, which is not asked among others.
-constexpr int kOwnReachPx = 4;
+/// The same for a board by itself, which is not asked among others: in steps of a pixel; of larger cells, two.
+constexpr int kOwnReach = 4;
+constexpr double kLargeCellPx = 9;
 /// Distance of the sampled points from the middle of their cell, cells. A wrong shift moves some of them to another
 /// cell, so that the best shift is known to a fraction of a cell.
 constexpr double kFromMiddle = 0.3;
@@ -136,6 +137,25 @@ class ShiftContrasts {
   Contrasts contrasts_ = Contrasts::Zero();  ///< by shifts along x and y
 };
 
+template <int kStepPx>
+Eigen::Vector2d OwnShiftInStepsOf(const AnchoredBoard& board, const LightReader& reader, const Lens& lens,
+                                  std::vector<float>& cells) {
+  Points points;
+  ShiftContrasts<kOwnReach, kStepPx> around(reader, {0, 0}, cells);
+  around.Add(PlacePoints(board, reader, lens, points));
+  const Eigen::Vector2i best = around.Best();
+  const float most = around.At(best);
+  if (around.At({0, 0}) >= static_cast<float>(kNearlyBest) * most || best.cwiseAbs().maxCoeff() == kOwnReach * kStepPx)
+    return Eigen::Vector2d::Zero();
+  Eigen::Vector2d shift = best.cast<double>();
+  for (const int axis : {0, 1}) {
+    const Eigen::Vector2i step = kStepPx * Eigen::Vector2i::Unit(axis);
+    const double before = around.At(best - step), after = around.At(best + step), bend = before + after - 2.0 * most;
+    if (bend < 0) shift[axis] += 0.5 * kStepPx * (before - after) / bend;
+  }
+  return shift;
+}
+
 }  // namespace
 
 Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size_t asked, const LightReader& reader,
@@ -165,20 +185,10 @@ Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size
 
 Eigen::Vector2d FindOwnShift(const AnchoredBoard& board, const LightReader& reader, const Lens& lens,
                              std::vector<float>& cells) {
-  Points points;
-  ShiftContrasts<kOwnReachPx, 1> around(reader, {0, 0}, cells);
-  around.Add(PlacePoints(board, reader, lens, points));
-  const Eigen::Vector2i best = around.Best();
-  const float most = around.At(best);
-  if (around.At({0, 0}) >= static_cast<float>(kNearlyBest) * most || best.cwiseAbs().maxCoeff() == kOwnReachPx)
-    return Eigen::Vector2d::Zero();
-  Eigen::Vector2d shift = best.cast<double>();
-  for (const int axis : {0, 1}) {
-    const Eigen::Vector2i step = Eigen::Vector2i::Unit(axis);
-    const double before = around.At(best - step), after = around.At(best + step), bend = before + after - 2.0 * most;
-    if (bend < 0) shift[axis] += 0.5 * (before - after) / bend;
-  }
-  return shift;
+  const BoardPoint middle(BoardGeometry(board.plane_from_board), lens);
+  return middle.pixel_by_board.colwise().norm().minCoeff() < kLargeCellPx
+             ? OwnShiftInStepsOf<1>(board, reader, lens, cells)
+             : OwnShiftInStepsOf<2>(board, reader, lens, cells);
 }
 
 double SampledContrast(const AnchoredBoard& board) {

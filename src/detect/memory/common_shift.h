@@ -24,10 +24,10 @@ inline constexpr std::size_t kFewestAskedForShift = 3;
 Eigen::Vector2d FindCommonShift(std::span<const AnchoredBoard> boards, std::size_t asked, const LightReader& reader,
                                 const Lens& lens, std::vector<float>& cells);
 
-/// How far one board lies from where it is expected, image pixels: the shift of at most 4 px along each axis at which
+/// How far one board lies from where it is expected, image pixels: the shift of less than 4 px along each axis at which
 /// its light cells stand out most from the dark ones, found as FindCommonShift() finds the one of all boards, and
-/// finer. Zero where none is clearly better than none. Takes 84,000 instructions for 36 cells (measured). @param cells
-/// workspace
+/// finer; of cells of 9 px and more, less than 8 px, to 2 px. Zero where none is clearly better than none. Takes 84,000
+/// instructions for 36 cells (measured). @param cells workspace
 Eigen::Vector2d FindOwnShift(const AnchoredBoard& board, const LightReader& reader, const Lens& lens,
                              std::vector<float>& cells);
 

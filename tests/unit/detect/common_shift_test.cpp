@@ -132,6 +132,21 @@ TEST(OwnShift, IsFoundToTwoFifthsOfAPixelOfSmallCells) {
       }
 }
 
+TEST(OwnShift, IsFoundFartherOffOfLargeCells) {
+  const std::vector<Eigen::Matrix3d> places = Places();
+  for (const PixelFormat format : {PixelFormat::kMono8, PixelFormat::kBgr8, PixelFormat::kBayerRg8})
+    for (const Eigen::Vector2d& shift : {Eigen::Vector2d(1.6, -0.8), {-5.3, 3.4}, {0.3, 5.7}})
+      for (const int motion_px : {0, 4}) {
+        const Image image = Draw(format, places, shift, motion_px);
+        for (const Eigen::Matrix3d& place : places) {
+          const Eigen::Vector2d found = OwnShiftOf(image, place);
+          EXPECT_LT((found - shift).norm(), 2)
+              << PixelFormatName(format) << ", shift " << shift.transpose() << ", motion " << motion_px << " px, at "
+              << place.col(2).transpose() << ", found " << found.transpose();
+        }
+      }
+}
+
 TEST(OwnShift, IsNoneWhereTheBoardLiesAsExpectedOrTooFarOff) {
   const std::vector<Eigen::Matrix3d> places = Places(4);
   for (const Eigen::Vector2d& shift : {Eigen::Vector2d(0.2, -0.1), {40, 40}})

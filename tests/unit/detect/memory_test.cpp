@@ -250,6 +250,33 @@ TEST(Memory, ABoardThatTurnedOffCostsNoMoreThanASearch) {
   }
 }
 
+TEST(Memory, FramesThatComeTwiceTakeLittleMoreThanWithoutIt) {
+  // As a camera in poor light may deliver them: robots halt and jump by turns, up to half a cell from where their
+  // motion takes them, each its own way.
+  const test::StreamFrames stream(
+      "seed = 8\n[camera]\nsize = \"640x480\"\nfocal_px = 600\ndistance = 1.0\nfps = 30\nexposure_ms = 4\n"
+      "[swarm]\nrobots = 8\nside = 0.1\nspeed = 0.25\n[[phase]]\nkind = \"calm\"\nframes = 24\n");
+  constexpr std::size_t kUntilTheyDrive = 8;
+  Follower follower(stream.Options());
+  Detector cold(stream.Options());
+  std::uint64_t with_memory = 0, without = 0;
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const test::StreamFrame frame = stream.Frame(i);
+    cold.Detect(frame.image.view());
+    for (const int again : {0, 1}) {
+      const Detected& found = follower.Next(frame.image.view());
+      const test::StreamScore score = test::ScoreFrame(found.markers, frame.truth);
+      EXPECT_EQ(score.read, score.expected) << "frame " << i << ", " << again;
+      EXPECT_EQ(score.wrong + score.twice, 0) << "frame " << i << ", " << again;
+      if (i < kUntilTheyDrive) continue;
+      with_memory += found.stats.work;
+      without += cold.stats().work;
+    }
+  }
+  // Where boards of such cells were not followed, it was 1.6 times.
+  EXPECT_LT(with_memory, without * 7 / 5);
+}
+
 TEST(Memory, SearchesForBoardsThatRanAwayBeforeItFitsThemWhereTheyWere) {
   const test::StreamFrames stream(Rushing(640, 1.2, 6, 2));
   Follower follower(stream.Options());
