@@ -127,13 +127,14 @@ void TellContrastShare(ImageState& frame) {
   if (!shares.empty()) frame.stream.contrast_share = MedianInPlace(shares);
 }
 
-/// Where most of the boards do not show where they are expected, moves all by the shift that they share.
-void FollowShift(const ImageJob& job) {
+/// Where most of the boards do not show where they are expected, moves all by the shift that they share. False where
+/// most do not show near there either, which motion blur hides.
+bool FollowShift(const ImageJob& job) {
   ImageState& frame = job.frame;
   // What has moved by itself since it was found does not tell how a camera moved.
-  if (frame.expected.empty() || !frame.stream.MayBeShifted() || !MostAreFollowed(frame)) return;
+  if (frame.expected.empty() || !frame.stream.MayBeShifted() || !MostAreFollowed(frame)) return true;
   const std::size_t asked = AskedForShift(frame);
-  if (asked == 0) return;
+  if (asked == 0) return true;
   const std::optional<Eigen::Vector2d> of_near = SharedShiftOfNear(job, asked);
   if (of_near) {
     frame.stream.shift_px = *of_near;
@@ -143,7 +144,7 @@ void FollowShift(const ImageJob& job) {
     frame.stream.shift_px = FindCommonShift(frame.boards, asked, job.reader, job.lens, frame.stream.shares);
     frame.work.Add(WorkStep::kPlace, kPlacesOfShift * std::min(frame.boards.size(), asked));
   }
-  if (frame.stream.shift_px.isZero()) return;
+  if (frame.stream.shift_px.isZero()) return of_near.has_value();
   for (std::size_t i = 0; i < frame.expected.size();) {
     if (Place(job, i, Shifted(AheadOf(frame, i), frame.stream.shift_px, job.lens), FoundNear::kNot)) {
       ++i;
@@ -153,6 +154,7 @@ void FollowShift(const ImageJob& job) {
     frame.boards.erase(frame.boards.begin() + out);
     frame.expected.erase(frame.expected.begin() + out);
   }
+  return of_near.has_value();
 }
 
 /// Whether a board may have turned off since the last frame: it does not lie where it did, nor as expected.
@@ -163,13 +165,14 @@ bool MayHaveTurnedOff(const ImageJob& job, std::size_t board) {
              .norm() >= kMayTurnOffPx;
 }
 
-/// Moves boards that are near to where they are expected, but not there.
-void FollowOwnWays(const ImageJob& job) {
+/// Moves boards that are near to where they are expected, but not there. @param all also those that a fit finds as well
+void FollowOwnWays(const ImageJob& job, bool all) {
   ImageState& frame = job.frame;
   for (std::size_t i = 0; i < frame.expected.size(); ++i) {
-    if (!ShowsShare(frame, i, kContrastAtPlace)) FollowCells(job, i);
+    const bool has_edges = HasEdgesToFollow(frame.boards[i], job.lens);
+    if ((all || !has_edges) && !ShowsShare(frame, i, kContrastAtPlace)) FollowCells(job, i);
     const bool is_near = frame.boards[i].found_near == FoundNear::kByCells || MayHaveTurnedOff(job, i);
-    if (is_near && HasEdgesToFollow(frame.boards[i], job.lens)) FollowItsEdges(job, i);
+    if (is_near && has_edges) FollowItsEdges(job, i);
   }
 }
 
@@ -188,8 +191,8 @@ bool MostAreFollowed(const ImageState& frame) {
 void FollowPlaces(const ImageJob& job) {
   ImageState& frame = job.frame;
   TellContrastShare(frame);
-  FollowShift(job);
-  FollowOwnWays(job);
+  const bool lie_near = FollowShift(job);
+  FollowOwnWays(job, lie_near);
   // Boards that went each its own way are as sharp as they were.
   if (frame.stream.shift_px.isZero()) TellContrastShare(frame);
 }
