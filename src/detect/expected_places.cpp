@@ -165,7 +165,8 @@ bool MayHaveTurnedOff(const ImageJob& job, std::size_t board) {
              .norm() >= kMayTurnOffPx;
 }
 
-/// Moves boards that are near to where they are expected, but not there. @param all also those that a fit finds as well
+/// Moves boards that are near to where they are expected, but not there. @param all also those whose cells are large
+/// enough for edges, which a fit mostly finds by itself
 void FollowOwnWays(const ImageJob& job, bool all) {
   ImageState& frame = job.frame;
   for (std::size_t i = 0; i < frame.expected.size(); ++i) {
