@@ -95,6 +95,7 @@ const RememberedBoard* FindBefore(const ImageState& frame, const MemoryState& st
   const auto is_it = [&](const RememberedBoard& board) {
     return board.id == *outcome.marker.id && board.family == outcome.marker.family;
   };
+  // Expected boards are copies of the remembered ones, in another order.
   const auto was_read = [&](const RememberedBoard& board) {
     for (std::size_t i = 0; i < frame.expected.size(); ++i)
       if (frame.WasRead(i) && is_it(frame.expected[i]) && frame.expected[i].plane_from_board == board.plane_from_board)

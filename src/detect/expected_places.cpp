@@ -21,8 +21,9 @@ constexpr std::uint64_t kPlacesOfOwnShift = 2;
 /// Boards that show less of their contrast are followed: they lie a quarter of a cell or more from where they are
 /// expected (measured), and a fit from there would take two to five steps more.
 constexpr double kContrastAtPlace = 0.9;
-/// They are where they show so much of it: one that was taken for its neighbours, a cell off both ways, shows 25 of 36
-/// cells. Cells without room for edges show less where they lie between pixels.
+/// A board of cells with room for edges was found if it shows this share of its contrast there (a guess). A shift by
+/// one cell along both axes matches 25 of 36 cells, and shows less. Smaller cells are not asked: sampled between
+/// pixels, they show less where they were found, too.
 constexpr double kContrastFollowed = 0.85;
 /// Share of the remaining budget that the search for a common shift may take (a guess; a search of the image takes
 /// less).

@@ -117,34 +117,28 @@ TEST(CommonShift, AsksNoPixelBeyondTheImage) {
     EXPECT_TRUE(ShiftOf(Draw(format, {}, {0, 0}, 0), far, kMostAskedForShift).allFinite());
 }
 
-TEST(OwnShift, IsFoundToTwoFifthsOfAPixelOfSmallCells) {
-  const std::vector<Eigen::Matrix3d> places = Places(4);
+/// Shifts of boards of such cells are found to `most_px`, sharp and blurred by a motion, in all kinds of images.
+void ExpectOwnShifts(double cell_px, const std::vector<Eigen::Vector2d>& shifts, int blurred_px, double most_px) {
+  const std::vector<Eigen::Matrix3d> places = Places(cell_px);
   for (const PixelFormat format : {PixelFormat::kMono8, PixelFormat::kBgr8, PixelFormat::kBayerRg8})
-    for (const Eigen::Vector2d& shift : {Eigen::Vector2d(1.6, -0.8), {-2.3, 1.4}, {0.3, 2.7}})
-      for (const int motion_px : {0, 2}) {
+    for (const Eigen::Vector2d& shift : shifts)
+      for (const int motion_px : {0, blurred_px}) {
         const Image image = Draw(format, places, shift, motion_px);
         for (const Eigen::Matrix3d& place : places) {
           const Eigen::Vector2d found = OwnShiftOf(image, place);
-          EXPECT_LT((found - shift).norm(), 0.4)
+          EXPECT_LT((found - shift).norm(), most_px)
               << PixelFormatName(format) << ", shift " << shift.transpose() << ", motion " << motion_px << " px, at "
               << place.col(2).transpose() << ", found " << found.transpose();
         }
       }
 }
 
+TEST(OwnShift, IsFoundToTwoFifthsOfAPixelOfSmallCells) {
+  ExpectOwnShifts(4, {{1.6, -0.8}, {-2.3, 1.4}, {0.3, 2.7}}, 2, 0.4);
+}
+
 TEST(OwnShift, IsFoundFartherOffOfLargeCells) {
-  const std::vector<Eigen::Matrix3d> places = Places();
-  for (const PixelFormat format : {PixelFormat::kMono8, PixelFormat::kBgr8, PixelFormat::kBayerRg8})
-    for (const Eigen::Vector2d& shift : {Eigen::Vector2d(1.6, -0.8), {-5.3, 3.4}, {0.3, 5.7}})
-      for (const int motion_px : {0, 4}) {
-        const Image image = Draw(format, places, shift, motion_px);
-        for (const Eigen::Matrix3d& place : places) {
-          const Eigen::Vector2d found = OwnShiftOf(image, place);
-          EXPECT_LT((found - shift).norm(), 2)
-              << PixelFormatName(format) << ", shift " << shift.transpose() << ", motion " << motion_px << " px, at "
-              << place.col(2).transpose() << ", found " << found.transpose();
-        }
-      }
+  ExpectOwnShifts(kCellPx, {{1.6, -0.8}, {-5.3, 3.4}, {0.3, 5.7}}, 4, 2);
 }
 
 TEST(OwnShift, IsNoneWhereTheBoardLiesAsExpectedOrTooFarOff) {
