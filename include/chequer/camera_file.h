@@ -25,9 +25,10 @@ struct CalibrationRecord {
 /// "fisheye") and distortion (brown_conrady: k1 k2 p1 p2 and, if wanted, k3; fisheye: k1 k2 k3 k4; pinhole: none).
 /// It may have the curve of the camera's values, where that was measured: gamma (0.2 to 5; left out: sRGB) and
 /// gamma_bends (ToneCurve::Bends, seven numbers). It may have the covariance of fx fy cx cy and the coefficients: its
-/// lower triangle, row by row. It may also say how the calibration came about: date, rms (pixels), views, and
-/// uncertainty (standard deviations of fx fy cx cy and of the coefficients), which are checked and change nothing.
-/// Throws std::runtime_error naming file, line, key, value and what would be right.
+/// lower triangle, row by row; and rows_read_ms (0 to 1000; CameraModel::rows_read_ms). It may also say how the
+/// calibration came about: date, rms (pixels), views, and uncertainty (standard deviations of fx fy cx cy and of the
+/// coefficients), which are checked and change nothing. Throws std::runtime_error naming file, line, key, value and
+/// what would be right.
 CameraModel LoadCamera(const std::filesystem::path& path);
 
 /// The same from a text. @param name stands for the file in messages.

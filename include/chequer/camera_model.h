@@ -19,7 +19,7 @@ using LensCovariance = Eigen::Matrix<double, 9, 9>;
 struct CameraModel {
   enum class Kind { kPinhole, kBrownConrady, kFisheye };
 
-  int width = 0;   ///< of the images it was calibrated for, pixels
+  int width = 0;  ///< of the images it was calibrated for, pixels
   int height = 0;
   double fx = 1, fy = 1;  ///< pixels
   double cx = 0, cy = 0;  ///< pixels
@@ -31,6 +31,9 @@ struct CameraModel {
   /// How far the calibration may be off, the same in all images: it goes into the poses' covariances. Zero: nothing is
   /// known of it, and poses are as exact as images tell.
   LensCovariance covariance = LensCovariance::Zero();
+  /// By how many milliseconds a frame's last row is exposed later than its first: a rolling shutter; 0: all are exposed
+  /// at once. It shears boards that move, which the detector undoes where a memory tells how they do.
+  double rows_read_ms = 0;
 
   /// Pixel of a point in the camera frame. @pre z > 0.
   Eigen::Vector2d Project(const Eigen::Vector3d& x_in_camera) const;

@@ -26,6 +26,7 @@ constexpr NumberRange kCoefficient{-1e6, 1e6};
 constexpr NumberRange kGamma{0.2, 5};
 constexpr NumberRange kBend{-0.9, 0.9};
 constexpr NumberRange kCovariance{-1e12, 1e12};
+constexpr NumberRange kRowsReadMs{0, 1000};
 
 constexpr int kLensNumbers = LensCovariance::RowsAtCompileTime;
 /// What rounding may leave of the least eigenvalue of correlations; of those that files hold, 1e-15.
@@ -135,6 +136,7 @@ Calibration ReadCalibration(TomlFile file) {
   ReadDistortion(table, camera);
   ReadToneCurve(table, camera);
   ReadCovariance(table, camera);
+  table.Read("rows_read_ms", camera.rows_read_ms, kRowsReadMs);
   calibration.record = ReadRecord(table, camera);
   file.CheckAllKeysRead();
   return calibration;
@@ -200,6 +202,8 @@ std::string FormatCamera(const CameraModel& camera, const CalibrationRecord* rec
             (count == 5 ? " # k1 k2 p1 p2 k3\n" : " # k1 k2 k3 k4\n");
   if (camera.tone_curve) text += FormatToneCurve(*camera.tone_curve);
   if (!camera.covariance.isZero(0)) text += FormatCovariance(camera.covariance, count);
+  if (camera.rows_read_ms != 0)
+    text += "rows_read_ms = " + ExactText(camera.rows_read_ms) + " # by which the last row is later than the first\n";
   if (record != nullptr) text += FormatRecord(*record, count);
   return text;
 }

@@ -1,6 +1,7 @@
 #include "detect/board_reading.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -8,6 +9,7 @@
 #include "detect/camera_motion.h"
 #include "detect/identity/marker_description.h"
 #include "detect/pose/plane_pose.h"
+#include "detect/pose/rolling_shutter.h"
 
 namespace chequer {
 namespace {
@@ -109,6 +111,43 @@ Eigen::Vector2d CellOf(const ImageJob& job, const Identity& identity, std::size_
   return job.options.families[static_cast<std::size_t>(expected.family)].CellM(expected.id);
 }
 
+/// What the memory has of a board: of the one that was expected there, or of its marker, where no copies of that were
+/// expected and it went no farther than a copy could come. Null: nothing.
+const RememberedBoard* LastOf(const ImageState& frame, std::size_t board, const Identity& identity,
+                              const BoardGeometry& now) {
+  if (frame.IsExpected(board)) return &frame.expected[board];
+  const RememberedBoard* last = nullptr;
+  for (const RememberedBoard& expected : frame.expected) {
+    if (!identity.id_decided || expected.id != identity.decoded->id || expected.family != identity.family) continue;
+    if (last) return nullptr;
+    last = &expected;
+  }
+  const double side = now.CellSide() * std::min(frame.boards[board].size.rows, frame.boards[board].size.cols);
+  return last && (BoardGeometry(last->plane_from_board).ToPlane({0, 0}) - now.ToPlane({0, 0})).norm() < side ? last
+                                                                                                             : nullptr;
+}
+
+/// Where the last frames showed a board. @param last what the memory has of it; null: nothing.
+RecentPlaces PlacesOf(const RememberedBoard* last, double ahead_s, const Eigen::Matrix3d& now) {
+  if (!last) return {};
+  BoardMotion motion;
+  motion.Learn(last->motion, last->plane_from_board, ahead_s, now);
+  return {.last = last->plane_from_board,
+          .last_s = ahead_s,
+          .before = last->motion.before,
+          .before_s = last->motion.before_s,
+          .off = std::sqrt(BoardMotion::MeanOf(motion.off[BoardMotion::kChanging])),
+          .turned_off = std::sqrt(BoardMotion::MeanOf(motion.turned_off[BoardMotion::kTurnChanges]))};
+}
+
+/// Undoes what a rolling shutter does to a board of a stream.
+void UndoRollingShutter(const ImageJob& job, std::size_t board, const Identity& identity, BoardMeasurement& measured) {
+  if (job.lens.row_s() == 0 || !job.frame.stream.is_one) return;
+  const RememberedBoard* last = LastOf(job.frame, board, identity, BoardGeometry(measured.plane_from_board));
+  UndoRollingShutter(PlacesOf(last, job.frame.stream.ahead_s, measured.plane_from_board), job.frame.boards[board].size,
+                     job.lens, measured);
+}
+
 /// Makes the pose better by what was learnt of the board, nothing else: all that is found in a stream is the same
 /// without it. Whether it does.
 bool UseLearntLevels(const ImageJob& job, std::size_t board, const FittedBoard& fitted, PhotometricFit& fit,
@@ -158,6 +197,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   if (job.lens.calibrated()) {
     const Eigen::Vector2d cell_m = CellOf(job, identity, index, outcome.expected.agrees);
     measured = MeasurementOf(*fitted, size, cell_m, job.options.print_tolerance, job.lens);
+    UndoRollingShutter(job, index, identity, measured);
     poses = PosesOf(measured);
     if (!poses) return refuse(Refusal::kNoPose);
   }

@@ -146,6 +146,7 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
 void ExpectBoards(const ImageJob& job, const StreamImage& stream) {
   ImageState& frame = job.frame;
   MemoryState& state = stream.memory;
+  frame.stream.is_one = true;
   frame.stream.frames_on = state.Continue(stream.captured, job.image.width(), job.image.height());
   const double ahead_s = frame.stream.ahead_s = Seconds(stream.captured - state.captured);
   frame.stream.last_captured = state.captured;

@@ -53,6 +53,7 @@ struct BoardOutcome {
 
 /// What the memory of a stream makes of a frame.
 struct StreamState {
+  bool is_one = false;  ///< the frame is of a stream
   bool learns = false;  ///< DetectorOptions::learn_levels
   int frames_on = 1;    ///< since the last frame of the stream
   FrameTime last_captured{};

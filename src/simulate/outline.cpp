@@ -24,7 +24,8 @@ Layer EmptyLayer() {
 /// Draws rectangles of one marker's plane.
 class Projector {
  public:
-  Projector(const SceneMarker& marker, const CameraModel& camera) : marker_(marker), camera_(camera) {}
+  Projector(const SceneMarker& marker, const CameraModel& camera, const MotionByRow& by_row = {})
+      : marker_(marker), camera_(camera), by_row_(by_row), still_(by_row.step.isZero() && by_row.turn.isZero()) {}
 
   Layer Draw(const std::vector<Rectangle>& rectangles) const {
     Layer layer = EmptyLayer();
@@ -42,7 +43,19 @@ class Projector {
 
  private:
   Eigen::Vector2d Pixel(const Eigen::Vector2d& cell) const {
-    return camera_.Project(marker_.camera_from_marker * marker_.PointAt(cell.x(), cell.y()));
+    const RigidTransform& pose = marker_.camera_from_marker;
+    const Eigen::Vector3d point = marker_.PointAt(cell.x(), cell.y());
+    Eigen::Vector2d pixel = camera_.Project(pose * point);
+    if (still_) return pixel;
+    // It is seen in the row that is exposed when it gets there. Boards go a part of a row from a row to the next: each
+    // round leaves a twentieth of the error at most.
+    constexpr int kRounds = 5;
+    for (int round = 0; round < kRounds; ++round) {
+      const double rows = pixel.y() - by_row_.row;
+      pixel = camera_.Project(RotationFromVector(rows * by_row_.turn) * (pose.rotation * point) + pose.translation +
+                              rows * by_row_.step);
+    }
+    return pixel;
   }
 
   void AddRectangle(const Rectangle& r, Layer& layer) const {
@@ -81,6 +94,8 @@ class Projector {
 
   const SceneMarker& marker_;
   const CameraModel& camera_;
+  const MotionByRow by_row_;
+  const bool still_;
 };
 
 void SetGradient(const SceneMarker& marker, const CameraModel& camera, Layer& layer) {
@@ -150,7 +165,7 @@ std::vector<Layer> MakeMovingLayers(const std::vector<MovingMarker>& markers, co
     if (IsDrawable(marker, camera)) SetGlow(marker, camera, layer);
     for (const RigidTransform& pose : moving.camera_from_marker) {
       marker.camera_from_marker = pose;
-      if (IsDrawable(marker, camera)) Projector(marker, camera).Add(seen, share, layer);
+      if (IsDrawable(marker, camera)) Projector(marker, camera, moving.by_row).Add(seen, share, layer);
     }
     if (!layer.edges.empty()) layers.push_back(std::move(layer));
   }

@@ -35,10 +35,18 @@ struct Layer {
 /// The layers of markers from below to above. Markers that are not drawable are left out.
 std::vector<Layer> MakeLayers(const std::vector<SceneMarker>& markers, const CameraModel& camera);
 
+/// How a marker goes on while a rolling shutter exposes one row after the other, as far as it lies in them: evenly.
+struct MotionByRow {
+  double row = 0;                                  ///< of which the poses are, pixels
+  Eigen::Vector3d step = Eigen::Vector3d::Zero();  ///< of its middle from a row to the next, metres
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();  ///< rotation vector, camera frame, from a row to the next
+};
+
 /// A marker that moves while the shutter is open.
 struct MovingMarker {
   SceneMarker marker;                              ///< without a gradient
   std::vector<RigidTransform> camera_from_marker;  ///< at instants that are spread evenly over the exposure, at least 1
+  MotionByRow by_row{};
 };
 
 /// One layer a marker: the mean of what is seen at all instants. Coverage adds up as light does, so the mean is as

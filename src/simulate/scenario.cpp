@@ -91,7 +91,7 @@ void ReadCamera(TomlTable table, const std::filesystem::path& folder, std::uint6
   const double frame_ms = 1000 / camera.fps;
   if (camera.exposure_ms > frame_ms) table.Fail("exposure_ms", "must be at most a frame's time, 1000 / fps");
   table.ReadLength("distance", camera.distance_m, NumberRange{0.01, 1000});
-  table.Read("rows_read_ms", camera.rows_read_ms, NumberRange{0, frame_ms});
+  table.Read("rows_read_ms", camera.render.camera.rows_read_ms, NumberRange{0, frame_ms});
   if (!table.Has("auto_exposure")) return;
   TomlTable automatic = table.Table("auto_exposure");
   AutoExposure exposure{.longest_ms = frame_ms};

@@ -58,9 +58,8 @@ struct ScenarioCamera {
   RenderOptions render;  ///< its camera model, blur, lighting, sensor and format
   Background background;
   double fps = 60;
-  double exposure_ms = 4;   ///< boards move during it
-  double distance_m = 3;    ///< of the floor
-  double rows_read_ms = 0;  ///< from the first to the last row of a rolling shutter; of flicker alone
+  double exposure_ms = 4;  ///< boards move during it
+  double distance_m = 3;   ///< of the floor
   std::optional<AutoExposure> auto_exposure;
 };
 

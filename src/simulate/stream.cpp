@@ -52,11 +52,15 @@ void SetShares(const SceneMarker& marker, const CameraModel& camera, TrueMarker&
   truth.visible = static_cast<double>(visible) / (kSteps * kSteps);
 }
 
-void Flicker(const FramePlan& plan, double rows_read_s, LinearImage& light) {
+/// By how much later than its middle row a frame's row is exposed.
+double RowLaterS(const CameraModel& camera, double row) {
+  return camera.rows_read_ms / 1000 * ((row + 0.5) / camera.height - 0.5);
+}
+
+void Flicker(const FramePlan& plan, const CameraModel& camera, LinearImage& light) {
   if (plan.flicker.amplitude == 0) return;
   for (int y = 0; y < light.height; ++y) {
-    const double later_s = rows_read_s * ((y + 0.5) / light.height - 0.5);
-    const auto factor = static_cast<float>(plan.flicker.At(later_s));
+    const auto factor = static_cast<float>(plan.flicker.At(RowLaterS(camera, y)));
     float* row = light.Pixel(0, y);
     for (int i = 0; i < 3 * light.width; ++i) row[i] *= factor;
   }
@@ -75,11 +79,39 @@ struct Stream::Impl {
 
   const CameraModel& camera() const { return options.camera; }
 
-  /// At a share of a frame's exposure.
-  RigidTransform PoseAt(const FramePlan& plan, std::size_t robot, double share) const {
-    const RigidTransform level = robots.PoseAt(robot, plan.time_s + (share - 0.5) * plan.exposure_s);
+  /// At a share of a frame's exposure, so much later than the middle row's. A camera that is shaken stands still from
+  /// row to row.
+  RigidTransform PoseAt(const FramePlan& plan, std::size_t robot, double share, double later_s) const {
+    const RigidTransform level = robots.PoseAt(robot, plan.time_s + later_s + (share - 0.5) * plan.exposure_s);
     const RigidTransform turned{plan.CameraAt(share), Eigen::Vector3d::Zero()};
     return turned * level;
+  }
+  RigidTransform PoseAt(const FramePlan& plan, std::size_t robot, double share) const {
+    return PoseAt(plan, robot, share, RowLaterS(camera(), MiddleRow(plan, robot)));
+  }
+
+  /// The row in which a robot's middle is exposed.
+  double MiddleRow(const FramePlan& plan, std::size_t robot) const {
+    double row = 0.5 * camera().height;
+    if (camera().rows_read_ms == 0) return row;
+    constexpr int kRounds = 5;  // as where outlines are drawn
+    for (int round = 0; round < kRounds; ++round) {
+      const Eigen::Vector3d middle = PoseAt(plan, robot, 0.5, RowLaterS(camera(), row)).translation;
+      if (middle.z() > 0) row = std::clamp(camera().Project(middle).y(), 0.0, camera().height - 1.0);
+    }
+    return row;
+  }
+
+  MotionByRow ByRow(const FramePlan& plan, std::size_t robot) const {
+    MotionByRow by_row;
+    if (camera().rows_read_ms == 0) return by_row;
+    by_row.row = MiddleRow(plan, robot);
+    constexpr double kRows = 20;  // about as many as a board has
+    const RigidTransform before = PoseAt(plan, robot, 0.5, RowLaterS(camera(), by_row.row - kRows)),
+                         after = PoseAt(plan, robot, 0.5, RowLaterS(camera(), by_row.row + kRows));
+    by_row.step = (after.translation - before.translation) / (2 * kRows);
+    by_row.turn = VectorFromRotation((after.rotation * before.rotation.conjugate()).normalized()) / (2 * kRows);
+    return by_row;
   }
 
   /// The mean over a frame's exposure: what a picture can show. Where a robot brakes, it is some micrometres from the
@@ -116,7 +148,7 @@ struct Stream::Impl {
       if (!IsDrawable(marker, camera())) continue;
       const double motion_px = MotionOf(plan, marker, robot);
       const int instants = motion_px < kAtRestPx ? 1 : std::max(4, static_cast<int>(std::ceil(motion_px / kInstantPx)));
-      MovingMarker entry{std::move(marker), {}};
+      MovingMarker entry{std::move(marker), {}, ByRow(plan, robot)};
       for (int i = 0; i < instants; ++i) entry.camera_from_marker.push_back(PoseAt(plan, robot, (i + 0.5) / instants));
       moving.push_back(std::move(entry));
     }
@@ -168,7 +200,7 @@ LinearImage Stream::Light(std::size_t index) const {
   SeenBackground seen = impl_->background.At(plan);
   DrawLayers(*seen.drawn, impl_->background.rim(), MakeMovingLayers(impl_->MovingMarkers(plan), impl_->camera()),
              impl_->spread, plan.shadow, seen.light);
-  Flicker(plan, impl_->scenario.camera.rows_read_ms / 1000, seen.light);
+  Flicker(plan, impl_->camera(), seen.light);
   return std::move(seen.light);
 }
 

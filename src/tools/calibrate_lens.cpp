@@ -283,6 +283,19 @@ void PrintResult(const LensCalibration& calibration, const Coverage& coverage) {
                100 * coverage.Share());
 }
 
+/// What the camera file that is replaced says and no calibration measures, if it is of frames as large.
+void KeepRowsRead(const std::filesystem::path& replaced, CameraModel& camera) {
+  if (!std::filesystem::exists(replaced)) return;
+  try {
+    const CameraModel before = LoadCamera(replaced);
+    if (before.width != camera.width || before.height != camera.height || before.rows_read_ms == 0) return;
+    camera.rows_read_ms = before.rows_read_ms;
+    fmt::print("kept from the file before: rows_read_ms = {}\n", before.rows_read_ms);
+  } catch (const std::runtime_error&) {
+    // What cannot be read says nothing, and is replaced.
+  }
+}
+
 void RunLens(LensRequest& request) {
   ParseModel(request.model);
   if (request.views < 4 || request.views > 500) throw CLI::ValidationError("--views", "must be from 4 to 500");
@@ -299,7 +312,8 @@ void RunLens(LensRequest& request) {
   const std::unique_ptr<LensTarget> target = MakeTarget(request);
   FrameFeed feed(request.feed, request.setup, nullptr);
   LensProgress shown(request.setup, ParseModel(request.model));
-  const auto [collector, calibration, stated] = CollectAndCalibrate(request, *target, feed, shown);
+  auto [collector, calibration, stated] = CollectAndCalibrate(request, *target, feed, shown);
+  KeepRowsRead(out, calibration.camera);
   PrintResult(calibration, collector.coverage());
   if (calibration.camera.tone_curve) PrintTone(*calibration.camera.tone_curve, stated);
   WriteCalibration(out, FormatCamera(calibration.camera, &calibration.record));

@@ -53,15 +53,19 @@ TEST(CalibrateLensCommand, TakesPhotographsOfAChessboard) {
   EXPECT_TRUE(fs::exists(directory.path() / "camera.png"));
 }
 
-TEST(CalibrateLensCommand, TakesTheCameraOfAConfigurationAndEndsWithIt) {
+TEST(CalibrateLensCommand, TakesTheCameraOfAConfigurationAndKeepsWhatItDoesNotMeasure) {
   const TemporaryDirectory directory;
   const fs::path config = directory.path() / "chequerd.toml", out = directory.path() / "camera.toml";
+  const CameraModel before{.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240, .rows_read_ms = 20};
+  WriteCamera(out, before);
   std::ofstream(config) << "[camera]\nname = \"any\"\n[capture]\npath = \"" << (kData / "chessboard").string()
                         << "\"\npace = \"unlimited\"\n";
   const RunResult result = Calibrate({"lens", "--chessboard", "9x6", "--config", config, "--seconds", "50", "--out",
-                                      out, "--picture", directory.path() / "picture.png"});
+                                      out, "--picture", directory.path() / "picture.png", "--force"});
   ASSERT_EQ(result.status, 0) << result.output;
-  EXPECT_TRUE(fs::exists(out));
+  EXPECT_THAT(result.output, HasSubstr("kept from the file before: rows_read_ms = 20"));
+  EXPECT_EQ(LoadCamera(out).rows_read_ms, 20);
+  EXPECT_NE(LoadCamera(out).fx, before.fx);
   EXPECT_TRUE(fs::exists(directory.path() / "picture.png"));
 }
 

@@ -31,6 +31,11 @@ class Lens {
   /// With the derivative of the image point by the plane point.
   Eigen::Vector2d ToImage(const Eigen::Vector2d& plane, Eigen::Matrix2d* jacobian) const;
 
+  /// By how much later its last row is exposed than its first, seconds; 0 without a rolling shutter. And a row than the
+  /// one above it.
+  double rows_read_s() const { return calibrated_ ? camera_.rows_read_ms / 1000 : 0; }
+  double row_s() const { return rows_read_s() / camera_.height; }
+
   /// Whether the calibration says how far it may be off.
   bool uncertain() const { return uncertain_; }
   /// How far the plane point that is seen at a fixed pixel lies from where the calibration has it: columns of one

@@ -11,8 +11,6 @@ namespace {
 
 /// Predictions reach no farther ahead than so many times the way they were taken from.
 constexpr double kMostAhead = 4;
-/// What a frame's error counts a frame later (a guess).
-constexpr double kOffKept = 0.5;
 
 /// A homography by the board's middle: its place, its derivative there, and its third row.
 struct AroundMiddle {

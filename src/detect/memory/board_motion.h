@@ -22,9 +22,15 @@ struct BoardMotion {
   /// How much farther its centre went than in the time before that, plane units.
   Eigen::Vector2d drift = Eigen::Vector2d::Zero();
   double spin = 0;  ///< and how much farther it turned, rad
-  /// How far each way led off lately: squares, plane units, a frame's counting half of the next one's. And each turn.
+  /// What a frame's error counts a frame later (a guess).
+  static constexpr double kOffKept = 0.5;
+  /// How far each way led off lately: squares, plane units, a frame's counting kOffKept of the next one's. And each
+  /// turn.
   std::array<double, kWays> off{};
   std::array<double, kTurns> turned_off{};
+
+  /// The mean of such a sum.
+  static double MeanOf(double off_square) { return (1 - kOffKept) * off_square; }
 
   /// Where a board that lies at `now` will lie `ahead_s` later; it goes on growing as before.
   Eigen::Matrix3d Predict(const Eigen::Matrix3d& now, double ahead_s) const;

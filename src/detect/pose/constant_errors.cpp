@@ -1,4 +1,4 @@
-#include "core/small_cholesky.h"
+#include "detect/pose/homography_moves.h"
 #include "detect/pose/plane_pose.h"
 
 namespace chequer {
@@ -23,18 +23,8 @@ LensCovariance UsualLensCovariance(const CameraModel& camera) {
 }
 
 CameraColumns HomographyByCamera(const BoardGeometry& geometry, MarkerSize size, const Lens& lens) {
-  // What a lens does is smooth over a board: nine points tell it, the middle and those of the rim of its corners.
-  constexpr int kRows = 18;
-  const Eigen::Vector2d reach(0.5 * size.cols - 1, 0.5 * size.rows - 1);
-  Eigen::Matrix<double, kRows, BoardGeometry::kParameters> by_parameters;
-  Eigen::Matrix<double, kRows, 9> moves;
-  for (int point = 0; point < 9; ++point) {
-    const Eigen::Vector2d board(reach.x() * (point % 3 - 1), reach.y() * (point / 3 - 1));
-    by_parameters.middleRows<2>(2 * point) = geometry.PlaneByParameters(board);
-    moves.middleRows<2>(2 * point) = lens.PlaneByCalibration(geometry.ToPlane(board));
-  }
-  const SmallCholesky<BoardGeometry::kParameters> factor(by_parameters.transpose() * by_parameters);
-  return factor.SolveEach(by_parameters.transpose() * moves);
+  return HomographyByMoves<9>(
+      geometry, size, [&](const Eigen::Vector2d& board) { return lens.PlaneByCalibration(geometry.ToPlane(board)); });
 }
 
 Matrix6d ConstantCovariance(const PlanePose& pose, const BoardMeasurement& measured) {

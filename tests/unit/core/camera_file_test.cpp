@@ -16,6 +16,7 @@ namespace chequer {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr const char* kGood = R"([camera]
 width = 640
@@ -78,6 +79,17 @@ TEST(CameraFile, ReadsAndWritesAToneCurve) {
   EXPECT_THAT(ErrorOfCamera(std::string(kGood) + "gamma = 7\n"), HasSubstr("camera.gamma = 7: must be from 0.2 to 5"));
   EXPECT_THAT(ErrorOfCamera(kGood + std::string("gamma_bends = [0, 0]\n")), HasSubstr("camera.gamma_bends"));
   EXPECT_THAT(ErrorOfCamera(kGood + std::string("gamma_bends = [0, 0, 0.2, 0, 0, 0, 0]\n")), HasSubstr("rising"));
+}
+
+TEST(CameraFile, ReadsAndWritesHowLongRowsTakeToBeRead) {
+  EXPECT_EQ(ParseCamera(kGood, "cam.toml").rows_read_ms, 0);
+  EXPECT_THAT(FormatCamera(ParseCamera(kGood, "cam.toml")), Not(HasSubstr("rows_read_ms")));
+  const CameraModel camera = ParseCamera(std::string(kGood) + "rows_read_ms = 28.3\n", "cam.toml");
+  EXPECT_EQ(camera.rows_read_ms, 28.3);
+  EXPECT_EQ(ParseCamera(FormatCamera(camera), "again.toml").rows_read_ms, 28.3);
+  for (const std::string number : {"-1", "1001", "nan"})
+    EXPECT_THAT(ErrorOfCamera(std::string(kGood) + "rows_read_ms = " + number + "\n"),
+                HasSubstr("cam.toml:10: camera.rows_read_ms = " + number + ": must be from 0 to 1000"));
 }
 
 TEST(CameraFile, RefusesWhatNoCameraCanHave) {

@@ -88,9 +88,45 @@ TEST(MovingLayers, BlurAnEdgeAsABoxDoes) {
   }
 }
 
+TEST(MovingLayers, AreShearedByARollingShutter) {
+  MovingMarker moving{OneBoard(0), {FacingPose({0, 0, 1}, 0)}};
+  const Layer still = MakeMovingLayers({moving}, kSmallCamera)[0];
+  moving.by_row = {.row = 50, .step = {0.0001, 0, 0}};
+  const Layer sheared = MakeMovingLayers({moving}, kSmallCamera)[0];
+  ASSERT_EQ(sheared.edges.size(), still.edges.size());
+  // 0.1 mm from a row to the next are 0.03 px.
+  for (std::size_t i = 0; i < still.edges.size(); ++i) {
+    EXPECT_NEAR(sheared.edges[i].from.y(), still.edges[i].from.y(), 1e-9);
+    EXPECT_NEAR(sheared.edges[i].from.x(), still.edges[i].from.x() + 0.03 * (still.edges[i].from.y() - 50), 1e-6);
+  }
+  // One that goes down with the rows by a tenth of one is longer by a ninth.
+  moving.by_row = {.row = 50, .step = {0, 0.1 / 300, 0}};
+  const Layer longer = MakeMovingLayers({moving}, kSmallCamera)[0];
+  EXPECT_NEAR(longer.high.y() - longer.low.y(), (still.high.y() - still.low.y()) / 0.9, 1e-3);
+}
+
+TEST(Stream, TruthIsThatOfTheMomentWhenTheRowOfABoardsMiddleIsExposed) {
+  const std::string swarm = kFour + "speed = 0.5\n" + StreamPhase("calm", 20);
+  const Stream global = StreamOf(kSmall + swarm), rolling = StreamOf(kSmall + "rows_read_ms = 20\n" + swarm);
+  constexpr std::size_t kDriving = 15;
+  const FrameTruth before = global.Truth(kDriving - 1), now = global.Truth(kDriving),
+                   later = global.Truth(kDriving + 1), shown = rolling.Truth(kDriving);
+  ASSERT_EQ(shown.markers.size(), now.markers.size());
+  for (std::size_t i = 0; i < now.markers.size(); ++i) {
+    const auto place = [&](const FrameTruth& truth) { return truth.markers[i].camera_from_marker.translation; };
+    const double row = rolling.scenario().camera.render.camera.Project(place(shown)).y();
+    const double frames = 0.02 * ((row + 0.5) / 240 - 0.5) * 50;
+    const Eigen::Vector3d velocity = 0.5 * (place(later) - place(before)),
+                          change = place(later) - 2 * place(now) + place(before);
+    const Eigen::Vector3d expected = place(now) + frames * velocity + 0.5 * frames * frames * change;
+    EXPECT_LT((place(shown) - expected).norm(), 2e-4) << i;
+    EXPECT_GT((place(shown) - place(now)).norm(), 5e-4) << i;
+  }
+}
+
 TEST(Stream, GivesTheSameBytesInAnyOrder) {
-  const std::string text = kSmall + "background = \"wood\"\n" + kFour + StreamPhase("calm", 2) + StreamPhase("knock", 2) +
-                           StreamPhase("shadow", 2) + StreamPhase("turn", 2);
+  const std::string text = kSmall + "background = \"wood\"\n" + kFour + StreamPhase("calm", 2) +
+                           StreamPhase("knock", 2) + StreamPhase("shadow", 2) + StreamPhase("turn", 2);
   const Stream a = StreamOf(text), b = StreamOf(text);
   std::vector<Image> forwards;
   for (std::size_t i = 0; i < a.size(); ++i) forwards.push_back(a.Draw(i));

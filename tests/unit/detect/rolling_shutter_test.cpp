@@ -1,0 +1,199 @@
+#include "detect/pose/rolling_shutter.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "detect/pose/plane_pose.h"
+#include "simulate/scene.h"
+#include "support/pose_errors.h"
+#include "support/stream_frames.h"
+
+namespace chequer {
+namespace {
+
+const CameraModel kCamera{.width = 640,
+                          .height = 480,
+                          .fx = 600,
+                          .fy = 600,
+                          .cx = 319.5,
+                          .cy = 239.5,
+                          .kind = CameraModel::Kind::kBrownConrady,
+                          .distortion = {-0.1, 0.02, 0, 0, 0},
+                          .rows_read_ms = 30};
+constexpr MarkerSize kSize{6, 6};
+constexpr double kCellM = 0.1 / 6;
+
+/// A board that drives on a curve, seen by kCamera.
+struct Driver {
+  Eigen::Vector2d speed_m_s{0.3, 0.2}, acceleration_m_s2{0, 0};
+  double spin_rad_s = 0.5;
+
+  RigidTransform At(double time_s) const {
+    const Eigen::Vector2d place = time_s * speed_m_s + 0.5 * time_s * time_s * acceleration_m_s2;
+    return {RotationFromVector({0, 0, 0.6 + spin_rad_s * time_s}) * RotationFromVector({0.3, 0.2, 0}),
+            {0.1 + place.x(), -0.05 + place.y(), 1}};
+  }
+
+  /// Where the shutter shows it whose first row is exposed at `first_row_s`: by its corners.
+  BoardGeometry Seen(double first_row_s, const Lens& lens) const {
+    const auto seen = [&](const Eigen::Vector2d& board) {
+      double row = 0;
+      Eigen::Vector2d pixel;
+      for (int round = 0; round < 20; ++round) {
+        const Eigen::Vector3d at =
+            At(first_row_s + row * lens.row_s()) * Eigen::Vector3d(board.x() * kCellM, board.y() * kCellM, 0);
+        pixel = kCamera.Project(at);
+        row = pixel.y();
+      }
+      return pixel;
+    };
+    // Gauss-Newton from the pose at the middle row.
+    BoardGeometry geometry = True(first_row_s, lens);
+    for (int round = 0; round < 5; ++round) {
+      Eigen::Matrix<double, 8, 8> information = Eigen::Matrix<double, 8, 8>::Zero();
+      Eigen::Matrix<double, 8, 1> right = Eigen::Matrix<double, 8, 1>::Zero();
+      for (int row = -2; row <= 2; ++row)
+        for (int col = -2; col <= 2; ++col) {
+          const Eigen::Vector2d board(col, row);
+          const auto derivative = geometry.PlaneByParameters(board);
+          information += derivative.transpose() * derivative;
+          right += derivative.transpose() * (*lens.ToPlane(seen(board)) - geometry.ToPlane(board));
+        }
+      geometry.Add(information.ldlt().solve(right));
+    }
+    return geometry;
+  }
+
+  /// When the row of its middle is exposed.
+  double MiddleS(double first_row_s, const Lens& lens) const {
+    double row = 0;
+    for (int round = 0; round < 20; ++round)
+      row = kCamera.Project(At(first_row_s + row * lens.row_s()).translation).y();
+    return first_row_s + row * lens.row_s();
+  }
+  BoardGeometry True(double first_row_s, const Lens& lens) const {
+    const RigidTransform pose = At(MiddleS(first_row_s, lens));
+    return BoardGeometry(PlaneFromBoard(pose, lens.focal()));
+  }
+  static Eigen::Matrix3d PlaneFromBoard(const RigidTransform& pose, double focal) {
+    Eigen::Matrix3d h;
+    const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
+    h << rotation.leftCols<2>() * kCellM, pose.translation;
+    h.topRows<2>() *= focal;
+    return h;
+  }
+};
+
+/// Largest distance between corners of two places, px.
+double FarthestOff(const BoardGeometry& a, const BoardGeometry& b) {
+  double most = 0;
+  for (const double x : {-2, 0, 2})
+    for (const double y : {-2, 0, 2}) most = std::max(most, (a.ToPlane({x, y}) - b.ToPlane({x, y})).norm());
+  return most;
+}
+
+constexpr double kFrameS = 1.0 / 30;
+
+/// What the detector makes of three frames of a driver.
+BoardMeasurement Undone(const Driver& driver, double before_s, double off) {
+  const Lens lens(kCamera);
+  BoardMeasurement measured;
+  measured.plane_from_board = driver.Seen(0, lens).plane_from_board();
+  measured.information.setIdentity();
+  measured.information *= 1e6;
+  UndoRollingShutter({.last = driver.Seen(-kFrameS, lens).plane_from_board(),
+                      .last_s = kFrameS,
+                      .before = driver.Seen(-kFrameS - before_s, lens).plane_from_board(),
+                      .before_s = before_s,
+                      .off = off},
+                     kSize, lens, measured);
+  return measured;
+}
+
+TEST(RollingShutterUndone, LeavesABoardThatDrivesWhereItIsWhenItsMiddleIsExposed) {
+  const Lens lens(kCamera);
+  for (const Driver& driver : {Driver{}, Driver{.speed_m_s = {-0.5, 0.1}, .acceleration_m_s2 = {3, 2}},
+                               Driver{.speed_m_s = {0, 0}, .spin_rad_s = 3}}) {
+    const BoardGeometry truth = driver.True(0, lens);
+    EXPECT_GT(FarthestOff(driver.Seen(0, lens), truth), 0.2);
+    EXPECT_LT(FarthestOff(BoardGeometry(Undone(driver, kFrameS, 0).plane_from_board), truth), 0.02);
+    EXPECT_LT(FarthestOff(BoardGeometry(Undone(driver, 2 * kFrameS, 0).plane_from_board), truth), 0.02)
+        << "a frame was lost";
+  }
+}
+
+TEST(RollingShutterUndone, ChangesNothingOfABoardThatStands) {
+  const Lens lens(kCamera);
+  const Driver driver{.speed_m_s = {0, 0}, .spin_rad_s = 0};
+  EXPECT_LT(FarthestOff(BoardGeometry(Undone(driver, kFrameS, 0).plane_from_board), driver.True(0, lens)), 1e-9);
+}
+
+TEST(RollingShutterUndone, TellsHowSurelyTheSpeedIsKnown) {
+  const auto variance = [](const BoardMeasurement& measured) { return measured.information.inverse()(1, 1); };
+  const Driver driver;
+  const double sure = variance(Undone(driver, kFrameS, 0));
+  EXPECT_NEAR(sure, 1e-6, 1e-12);
+  EXPECT_GT(variance(Undone(driver, kFrameS, 1)), 1.5 * sure) << "it goes on as it never did";
+  EXPECT_GT(variance(Undone(driver, 0, 0)), 10 * sure) << "its speed may have changed since it was first seen";
+  const Lens lens(kCamera);
+  BoardMeasurement seen_once;
+  seen_once.plane_from_board = driver.Seen(0, lens).plane_from_board();
+  seen_once.information = 1e6 * BoardGeometry::Information::Identity();
+  const Eigen::Matrix3d before = seen_once.plane_from_board;
+  UndoRollingShutter({}, kSize, lens, seen_once);
+  EXPECT_TRUE(seen_once.plane_from_board.isApprox(before)) << "where it goes is not known";
+  EXPECT_GT(variance(seen_once), 10 * sure);
+}
+
+/// Of boards that drive before a rolling shutter, from their first frame on.
+/// @param known whether the calibration says that it is one.
+test::PoseErrors ErrorsOf(const test::StreamFrames& frames, bool known) {
+  DetectorOptions options = frames.Options();
+  if (!known) options.camera->rows_read_ms = 0;
+  Detector detector(options);
+  DetectorMemory memory;
+  test::PoseErrors errors;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const test::StreamFrame frame = frames.Frame(i);
+    std::vector<MarkerPose> markers;
+    detector.Detect(frame.image.view(), std::chrono::nanoseconds(std::llround(frame.truth.time_s * 1e9)), memory,
+                    markers);
+    errors.AddDifferences(markers, frame.truth.markers);
+  }
+  return errors;
+}
+
+TEST(RollingShutterOfAStream, PosesAreHonestOfRobotsThatDrive) {
+  const test::StreamFrames frames(R"(
+seed = 11
+[camera]
+size = "640x480"
+focal_px = 900
+distance = 1.5
+fps = 30
+exposure_ms = 3
+rows_read_ms = 28
+[swarm]
+robots = 6
+size = "6x6"
+variant = "secded"
+side = 0.1
+speed = 0.4
+acceleration = 2
+[[phase]]
+kind = "calm"
+frames = 40
+)");
+  const test::PoseErrors undone = ErrorsOf(frames, true), left = ErrorsOf(frames, false);
+  EXPECT_GE(undone.poses(), 6 * 40 * 19 / 20);
+  for (const double mean : {undone.position(), undone.orientation()}) {
+    EXPECT_GT(mean, 0.5);
+    EXPECT_LT(mean, 1.5);
+  }
+  EXPECT_GT(left.position(), 20) << "there is something to undo";
+}
+
+}  // namespace
+}  // namespace chequer
