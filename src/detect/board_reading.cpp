@@ -61,6 +61,21 @@ bool LiesNear(const ImageState& frame, std::size_t board) {
   return !frame.stream.IsKnocked() && frame.expected[board].lay_near();
 }
 
+/// Whether a board turns so much while a rolling shutter reads its rows that its edges are bent: at its rim by so many
+/// pixels or more, which is what bends of paper begin to count from (a guess). One that is new in a stream may.
+bool TurnsOverRows(const ImageJob& job, std::size_t board) {
+  constexpr double kBentPx = 0.01;
+  if (job.lens.row_s() == 0 || !job.frame.stream.is_one) return false;
+  if (!job.frame.IsExpected(board) || !job.frame.expected[board].is_followed()) return true;
+  const RememberedBoard& last = job.frame.expected[board];
+  const double spin = TurnBetween(last.motion.before, last.plane_from_board) / last.motion.before_s;
+  const AnchoredBoard& anchored = job.frame.boards[board];
+  const double rim_px =
+      0.5 * std::max(anchored.size.rows, anchored.size.cols) *
+      std::sqrt(std::abs(BoardPoint(BoardGeometry(anchored.plane_from_board), job.lens).pixel_by_board.determinant()));
+  return std::abs(spin) * job.lens.row_s() * rim_px * rim_px > kBentPx;
+}
+
 PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
   const AnchoredBoard& board = job.frame.boards[order.board];
   PhotometricFit::Start start{
@@ -75,6 +90,7 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
                 .predicted = job.frame.IsExpected(order.board),
                 .near = LiesNear(job.frame, order.board),
                 .register_cells = RegisterOf(board.size, job.options),
+                .turns_over_rows = TurnsOverRows(job, order.board),
                 .blur_shape =
                     job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_shape : BlurShape{},
                 .image = order.image,

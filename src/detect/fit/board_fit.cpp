@@ -49,6 +49,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->view.size = start.size;
   run_->view.cell_ratio = start.cell_ratio;
   run_->inks.register_cells = start.register_cells;
+  run_->bend.turns_over_rows = start.turns_over_rows;
   run_->view.overexposed = IsOverexposed(start);
   run_->view.channels = reader.channels();
   run_->view.red_phase = reader.mosaic() ? reader.mosaic()->red_x + 2 * reader.mosaic()->red_y : -1;

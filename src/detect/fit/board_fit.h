@@ -52,6 +52,8 @@ class BoardFit {
     /// How far the blue ink may lie off the black one, along the board's axes, cells: standard deviations. Where they
     /// are not zero, that is fitted too.
     Eigen::Vector2d register_cells = Eigen::Vector2d::Zero();
+    /// Its edges may be bent by something else than the paper, so it is not asked whether that bends.
+    bool turns_over_rows = false;
     /// Of the board's blur in the last frame, if it was known then.
     BlurShape blur_shape{};
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.

@@ -35,10 +35,12 @@ SeenCorner BoardFit::SeenAt(const ShiftedCorner& corner) const {
 }
 
 std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_square) const {
-  // What inks, lights, motions and some of the pixels leave of the corners' places is not the paper's.
+  // What inks, lights, motions, a rolling shutter and some of the pixels leave of the corners' places is not the
+  // paper's.
   const bool may_bend = run_->bend.taken_out || run_->told.unexplained_shifts > kOffByBend;
-  if (!may_bend || MayBeOutOfRegister() || !lens.calibrated() || static_cast<int>(shifted_.size()) < kFewestOfBend ||
-      run_->terms.rough || run_->model.own_levels || run_->model.shadow || !run_->model.motion_px.isZero())
+  if (!may_bend || run_->bend.turns_over_rows || MayBeOutOfRegister() || !lens.calibrated() ||
+      static_cast<int>(shifted_.size()) < kFewestOfBend || run_->terms.rough || run_->model.own_levels ||
+      run_->model.shadow || !run_->model.motion_px.isZero())
     return std::nullopt;
   const BoardView view{run_->model.geometry, lens.focal(), run_->view.cell_ratio,
                        run_->bend.taken_out ? &*run_->bend.taken_out : nullptr};

@@ -114,6 +114,7 @@ struct BoardRun {
   struct Bend {
     std::optional<BentPaper> found;      ///< by the last fit
     std::optional<BentPaper> taken_out;  ///< of the pixels
+    bool turns_over_rows = false;        ///< of the start
   };
   /// Where inks may lie out of register; else empty.
   struct Inks {

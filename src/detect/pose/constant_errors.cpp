@@ -23,7 +23,7 @@ LensCovariance UsualLensCovariance(const CameraModel& camera) {
 }
 
 CameraColumns HomographyByCamera(const BoardGeometry& geometry, MarkerSize size, const Lens& lens) {
-  return HomographyByMoves<9>(
+  return HomographyByMoves<9, 3>(
       geometry, size, [&](const Eigen::Vector2d& board) { return lens.PlaneByCalibration(geometry.ToPlane(board)); });
 }
 

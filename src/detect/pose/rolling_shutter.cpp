@@ -14,6 +14,9 @@ constexpr double kSpeedOfTwoPlaces = 0.5;
 /// Of one that was not seen before, while a frame's rows are read: cells, and rad (guesses).
 constexpr double kSpeedOfOnePlace = 1, kSpinOfOnePlace = 0.1;
 
+/// Of a side of most boards.
+constexpr int kCorners = 5;
+
 /// A board's points, and the times when they were there.
 class Path {
  public:
@@ -80,7 +83,7 @@ void UndoRollingShutter(const RecentPlaces& places, MarkerSize size, const Lens&
   };
   const Doubt doubt = DoubtOf(path, places, turning, geometry.CellSide(), lens);
   // The way that is undone, and one standard deviation of it right, down, and turning.
-  const auto by_moves = HomographyByMoves<4>(geometry, size, [&](const Eigen::Vector2d& board) {
+  const auto by_moves = HomographyByMoves<4, kCorners>(geometry, size, [&](const Eigen::Vector2d& board) {
     Eigen::Matrix<double, 2, 4> moves;
     moves << -path.Velocity(board), Eigen::Matrix2d::Identity() * doubt.speed, turning(board) * doubt.spin;
     return Eigen::Matrix<double, 2, 4>(path.LaterS(board) * moves);

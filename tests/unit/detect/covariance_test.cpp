@@ -134,6 +134,7 @@ robots = 4
 size = "6x6"
 variant = "secded"
 side = 0.1
+speed = 0
 [[phase]]
 kind = "flicker"
 light = 0.5
