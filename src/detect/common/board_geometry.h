@@ -34,7 +34,7 @@ class Lens {
   /// By how much later its last row is exposed than its first, seconds; 0 without a rolling shutter. And a row than the
   /// one above it.
   double rows_read_s() const { return calibrated_ ? camera_.rows_read_ms / 1000 : 0; }
-  double row_s() const { return rows_read_s() / camera_.height; }
+  double row_s() const { return calibrated_ ? rows_read_s() / camera_.height : 0; }
 
   /// Whether the calibration says how far it may be off.
   bool uncertain() const { return uncertain_; }

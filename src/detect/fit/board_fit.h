@@ -52,7 +52,7 @@ class BoardFit {
     /// How far the blue ink may lie off the black one, along the board's axes, cells: standard deviations. Where they
     /// are not zero, that is fitted too.
     Eigen::Vector2d register_cells = Eigen::Vector2d::Zero();
-    /// Its edges may be bent by something else than the paper, so it is not asked whether that bends.
+    /// It may turn while a rolling shutter reads its rows, which bends its edges: whether its paper bends is not asked.
     bool turns_over_rows = false;
     /// Of the board's blur in the last frame, if it was known then.
     BlurShape blur_shape{};

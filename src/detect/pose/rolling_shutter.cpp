@@ -14,7 +14,7 @@ constexpr double kSpeedOfTwoPlaces = 0.5;
 /// Of one that was not seen before, while a frame's rows are read: cells, and rad (guesses).
 constexpr double kSpeedOfOnePlace = 1, kSpinOfOnePlace = 0.1;
 
-/// Of a side of most boards.
+/// On a side of most boards.
 constexpr int kCorners = 5;
 
 /// A board's points, and the times when they were there.
