@@ -30,6 +30,7 @@ struct CaptureCost {
 };
 
 /// Takes frames as the daemon does, with a worker that gives each back at once. @pre the source is open.
-CaptureCost MeasureCapture(FrameSource& source, int frames);
+/// @param most_lost so many may come incomplete beside them: those of a network whose reader waits for a processor.
+CaptureCost MeasureCapture(FrameSource& source, int frames, int most_lost = 0);
 
 }  // namespace chequer::test

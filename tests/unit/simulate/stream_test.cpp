@@ -112,6 +112,7 @@ TEST(Stream, TruthIsThatOfTheMomentWhenTheRowOfABoardsMiddleIsExposed) {
   const FrameTruth before = global.Truth(kDriving - 1), now = global.Truth(kDriving),
                    later = global.Truth(kDriving + 1), shown = rolling.Truth(kDriving);
   ASSERT_EQ(shown.markers.size(), now.markers.size());
+  double farthest_m = 0;
   for (std::size_t i = 0; i < now.markers.size(); ++i) {
     const auto place = [&](const FrameTruth& truth) { return truth.markers[i].camera_from_marker.translation; };
     const double row = rolling.scenario().camera.render.camera.Project(place(shown)).y();
@@ -120,8 +121,9 @@ TEST(Stream, TruthIsThatOfTheMomentWhenTheRowOfABoardsMiddleIsExposed) {
                           change = place(later) - 2 * place(now) + place(before);
     const Eigen::Vector3d expected = place(now) + frames * velocity + 0.5 * frames * frames * change;
     EXPECT_LT((place(shown) - expected).norm(), 2e-4) << i;
-    EXPECT_GT((place(shown) - place(now)).norm(), 5e-4) << i;
+    farthest_m = std::max(farthest_m, (place(shown) - place(now)).norm());
   }
+  EXPECT_GT(farthest_m, 1e-3);
 }
 
 TEST(Stream, GivesTheSameBytesInAnyOrder) {
