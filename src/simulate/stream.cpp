@@ -86,9 +86,6 @@ struct Stream::Impl {
     const RigidTransform turned{plan.CameraAt(share), Eigen::Vector3d::Zero()};
     return turned * level;
   }
-  RigidTransform PoseAt(const FramePlan& plan, std::size_t robot, double share) const {
-    return PoseAt(plan, robot, share, RowLaterS(camera(), MiddleRow(plan, robot)));
-  }
 
   /// The row in which a robot's middle is exposed.
   double MiddleRow(const FramePlan& plan, std::size_t robot) const {
@@ -101,6 +98,7 @@ struct Stream::Impl {
     }
     return row;
   }
+  double LaterS(const FramePlan& plan, std::size_t robot) const { return RowLaterS(camera(), MiddleRow(plan, robot)); }
 
   MotionByRow ByRow(const FramePlan& plan, std::size_t robot) const {
     MotionByRow by_row;
@@ -118,10 +116,11 @@ struct Stream::Impl {
   /// pose at the exposure's middle, which is more than the error of a large board.
   RigidTransform MeanPose(const FramePlan& plan, std::size_t robot) const {
     constexpr int kInstants = 16;
-    const Eigen::Quaterniond middle = PoseAt(plan, robot, 0.5).rotation;
+    const double later_s = LaterS(plan, robot);
+    const Eigen::Quaterniond middle = PoseAt(plan, robot, 0.5, later_s).rotation;
     Eigen::Vector3d position(0, 0, 0), turned(0, 0, 0);
     for (int i = 0; i < kInstants; ++i) {
-      const RigidTransform pose = PoseAt(plan, robot, (i + 0.5) / kInstants);
+      const RigidTransform pose = PoseAt(plan, robot, (i + 0.5) / kInstants, later_s);
       position += pose.translation / kInstants;
       turned += VectorFromRotation(pose.rotation * middle.conjugate()) / kInstants;
     }
@@ -137,7 +136,8 @@ struct Stream::Impl {
 
   double MotionOf(const FramePlan& plan, const SceneMarker& marker, std::size_t robot) const {
     std::vector<RigidTransform> poses;
-    for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) poses.push_back(PoseAt(plan, robot, share));
+    const double later_s = LaterS(plan, robot);
+    for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) poses.push_back(PoseAt(plan, robot, share, later_s));
     return MotionPx(marker, poses, camera());
   }
 
@@ -149,7 +149,9 @@ struct Stream::Impl {
       const double motion_px = MotionOf(plan, marker, robot);
       const int instants = motion_px < kAtRestPx ? 1 : std::max(4, static_cast<int>(std::ceil(motion_px / kInstantPx)));
       MovingMarker entry{std::move(marker), {}, ByRow(plan, robot)};
-      for (int i = 0; i < instants; ++i) entry.camera_from_marker.push_back(PoseAt(plan, robot, (i + 0.5) / instants));
+      const double later_s = LaterS(plan, robot);
+      for (int i = 0; i < instants; ++i)
+        entry.camera_from_marker.push_back(PoseAt(plan, robot, (i + 0.5) / instants, later_s));
       moving.push_back(std::move(entry));
     }
     return moving;
