@@ -61,11 +61,14 @@ bool LiesNear(const ImageState& frame, std::size_t board) {
   return !frame.stream.IsKnocked() && frame.expected[board].lay_near();
 }
 
+/// Whether boards that move are sheared, and memories may tell how: a rolling shutter's frames of a stream.
+bool ShearsBoards(const ImageJob& job) { return job.lens.row_s() > 0 && job.frame.stream.is_one; }
+
 /// Whether a board turns so much while a rolling shutter reads its rows that its edges are bent: at its rim by so many
 /// pixels or more, which is what bends of paper begin to count from (a guess). One that is new in a stream may.
 bool TurnsOverRows(const ImageJob& job, std::size_t board) {
   constexpr double kBentPx = 0.01;
-  if (job.lens.row_s() == 0 || !job.frame.stream.is_one) return false;
+  if (!ShearsBoards(job)) return false;
   if (!job.frame.IsExpected(board) || !job.frame.expected[board].is_followed()) return true;
   const RememberedBoard& last = job.frame.expected[board];
   const double spin = TurnBetween(last.motion.before, last.plane_from_board) / last.motion.before_s;
@@ -158,7 +161,7 @@ RecentPlaces PlacesOf(const RememberedBoard* last, double ahead_s, const Eigen::
 
 /// Undoes what a rolling shutter does to a board of a stream.
 void UndoRollingShutter(const ImageJob& job, std::size_t board, const Identity& identity, BoardMeasurement& measured) {
-  if (job.lens.row_s() == 0 || !job.frame.stream.is_one) return;
+  if (!ShearsBoards(job)) return;
   const RememberedBoard* last = LastOf(job.frame, board, identity, BoardGeometry(measured.plane_from_board));
   UndoRollingShutter(PlacesOf(last, job.frame.stream.ahead_s, measured.plane_from_board), job.frame.boards[board].size,
                      job.lens, measured);

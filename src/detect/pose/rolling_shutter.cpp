@@ -31,6 +31,13 @@ class Path {
   bool has_two_places() const { return last_s_ > 0; }
   bool has_three_places() const { return before_s_ > 0; }
   double last_s() const { return last_s_; }
+  double Cell() const { return now_.CellSide(); }
+
+  /// By which a point moves for each rad that the board turns about its middle.
+  Eigen::Vector2d Turning(const Eigen::Vector2d& board) const {
+    const Eigen::Vector2d arm = now_.ToPlane(board) - now_.ToPlane({0, 0});
+    return {-arm.y(), arm.x()};
+  }
 
   /// By how much later than the middle a point is exposed.
   double LaterS(const Eigen::Vector2d& board) const { return lens_.row_s() * (RowOf(now_, board) - middle_row_); }
@@ -59,16 +66,14 @@ struct Doubt {
   double spin = 0;   ///< rad/s
 };
 
-/// @param turning by which a point moves, per rad that the board turns.
-template <class Turning>
-Doubt DoubtOf(const Path& path, const RecentPlaces& places, const Turning& turning, double cell, const Lens& lens) {
+Doubt DoubtOf(const Path& path, const RecentPlaces& places, const Lens& lens) {
   if (path.has_three_places())
     return {kSpeedByMiss * places.off / path.last_s(), kSpeedByMiss * places.turned_off / path.last_s()};
   if (!path.has_two_places())
-    return {kSpeedOfOnePlace * cell / lens.rows_read_s(), kSpinOfOnePlace / lens.rows_read_s()};
+    return {kSpeedOfOnePlace * path.Cell() / lens.rows_read_s(), kSpinOfOnePlace / lens.rows_read_s()};
   const Eigen::Vector2d middle(0, 0), right(1, 0);
   return {kSpeedOfTwoPlaces * path.Velocity(middle).norm(),
-          kSpeedOfTwoPlaces * (path.Velocity(right) - path.Velocity(middle)).norm() / turning(right).norm()};
+          kSpeedOfTwoPlaces * (path.Velocity(right) - path.Velocity(middle)).norm() / path.Turning(right).norm()};
 }
 
 }  // namespace
@@ -76,16 +81,11 @@ Doubt DoubtOf(const Path& path, const RecentPlaces& places, const Turning& turni
 void UndoRollingShutter(const RecentPlaces& places, MarkerSize size, const Lens& lens, BoardMeasurement& measured) {
   BoardGeometry geometry(measured.plane_from_board);
   const Path path(geometry, places, lens);
-  const Eigen::Vector2d middle = geometry.ToPlane({0, 0});
-  const auto turning = [&](const Eigen::Vector2d& board) -> Eigen::Vector2d {
-    const Eigen::Vector2d arm = geometry.ToPlane(board) - middle;
-    return {-arm.y(), arm.x()};
-  };
-  const Doubt doubt = DoubtOf(path, places, turning, geometry.CellSide(), lens);
+  const Doubt doubt = DoubtOf(path, places, lens);
   // The way that is undone, and one standard deviation of it right, down, and turning.
   const auto by_moves = HomographyByMoves<4, kCorners>(geometry, size, [&](const Eigen::Vector2d& board) {
     Eigen::Matrix<double, 2, 4> moves;
-    moves << -path.Velocity(board), Eigen::Matrix2d::Identity() * doubt.speed, turning(board) * doubt.spin;
+    moves << -path.Velocity(board), Eigen::Matrix2d::Identity() * doubt.speed, path.Turning(board) * doubt.spin;
     return Eigen::Matrix<double, 2, 4>(path.LaterS(board) * moves);
   });
   geometry.Add(by_moves.col(0));
