@@ -9,6 +9,7 @@
 #include "chequer/detector.h"
 #include "simulate/random.h"
 #include "simulate/render.h"
+#include "support/board_places.h"
 #include "support/pose_errors.h"
 
 namespace chequer {
@@ -111,11 +112,9 @@ std::vector<SeenCorner> SeenCorners(const RigidTransform& camera_from_board, dou
 
 /// The homography that the corners would have on flat paper, roughly: of that pose, a little off.
 BoardGeometry FlatGeometry(const RigidTransform& camera_from_board, const Eigen::Vector2d& cell_m) {
-  Eigen::Matrix3d h = (RotationFromVector({0.03, -0.02, 0.01}) * camera_from_board.rotation).toRotationMatrix();
-  h.col(0) *= cell_m.x(), h.col(1) *= cell_m.y();
-  h.col(2) = camera_from_board.translation + Eigen::Vector3d(0, 0, 0.002);
-  h.topRows<2>() *= kCamera.fx;
-  return BoardGeometry(h);
+  return test::PlaceOf({RotationFromVector({0.03, -0.02, 0.01}) * camera_from_board.rotation,
+                        camera_from_board.translation + Eigen::Vector3d(0, 0, 0.002)},
+                       cell_m, kCamera.fx);
 }
 
 // A bend looks like a tilt the other way but for perspective: whichever way the board is tilted and bent, the pose is

@@ -5,6 +5,8 @@
 #include <Eigen/Cholesky>
 #include <random>
 
+#include "support/board_places.h"
+
 namespace chequer {
 namespace {
 
@@ -20,17 +22,8 @@ RigidTransform RandomPose(std::mt19937& random, double least_tilt, double distan
 
 /// The homography of a pose, and the information of 25 corners that are known to kDeviationPx.
 MeasuredHomography Seen(const RigidTransform& camera_from_board) {
-  Eigen::Matrix3d h;
-  const Eigen::Matrix3d rotation = camera_from_board.rotation.toRotationMatrix();
-  h << kCell * rotation.leftCols<2>(), camera_from_board.translation;
-  h.topRows<2>() *= kFocal;
-  MeasuredHomography measured{BoardGeometry(h), BoardGeometry::Information::Zero()};
-  for (int y = -2; y <= 2; ++y)
-    for (int x = -2; x <= 2; ++x) {
-      const BoardGeometry::Derivative by = measured.geometry.PlaneByParameters(Eigen::Vector2d(x, y));
-      measured.information += by.transpose() * by / (kDeviationPx * kDeviationPx);
-    }
-  return measured;
+  const BoardGeometry geometry = test::PlaceOf(camera_from_board, {kCell, kCell}, kFocal);
+  return {geometry, test::InformationOfCorners(geometry, kDeviationPx)};
 }
 
 MeasuredHomography WithNoise(MeasuredHomography measured, std::mt19937& random) {

@@ -2,11 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <string>
+#include <vector>
 
-#include "detect/pose/plane_pose.h"
-#include "simulate/scene.h"
+#include "detect/common/homography.h"
+#include "support/board_places.h"
 #include "support/pose_errors.h"
 #include "support/stream_frames.h"
 
@@ -38,51 +39,29 @@ struct Driver {
 
   /// Where the shutter shows it whose first row is exposed at `first_row_s`: by its corners.
   BoardGeometry Seen(double first_row_s, const Lens& lens) const {
-    const auto seen = [&](const Eigen::Vector2d& board) {
-      double row = 0;
-      Eigen::Vector2d pixel;
-      for (int round = 0; round < 20; ++round) {
-        const Eigen::Vector3d at =
-            At(first_row_s + row * lens.row_s()) * Eigen::Vector3d(board.x() * kCellM, board.y() * kCellM, 0);
-        pixel = kShutterCamera.Project(at);
-        row = pixel.y();
+    std::vector<PointPair> corners;
+    for (int row = -2; row <= 2; ++row)
+      for (int col = -2; col <= 2; ++col) {
+        const Eigen::Vector2d board(col, row);
+        const double then_s = ExposedS(board, first_row_s, lens);
+        corners.push_back({board, *lens.ToPlane(PixelAt(board, then_s))});
       }
-      return pixel;
-    };
-    // Gauss-Newton from the pose at the middle row.
-    BoardGeometry geometry = True(first_row_s, lens);
-    for (int round = 0; round < 5; ++round) {
-      Eigen::Matrix<double, 8, 8> information = Eigen::Matrix<double, 8, 8>::Zero();
-      Eigen::Matrix<double, 8, 1> right = Eigen::Matrix<double, 8, 1>::Zero();
-      for (int row = -2; row <= 2; ++row)
-        for (int col = -2; col <= 2; ++col) {
-          const Eigen::Vector2d board(col, row);
-          const auto derivative = geometry.PlaneByParameters(board);
-          information += derivative.transpose() * derivative;
-          right += derivative.transpose() * (*lens.ToPlane(seen(board)) - geometry.ToPlane(board));
-        }
-      geometry.Add(information.ldlt().solve(right));
-    }
-    return geometry;
+    return BoardGeometry(*FitHomography(corners));
+  }
+  /// Where it is when the row of its middle is exposed.
+  BoardGeometry True(double first_row_s, const Lens& lens) const {
+    return test::PlaceOf(At(ExposedS({0, 0}, first_row_s, lens)), {kCellM, kCellM}, lens.focal());
   }
 
-  /// When the row of its middle is exposed.
-  double MiddleS(double first_row_s, const Lens& lens) const {
-    double row = 0;
-    for (int round = 0; round < 20; ++round)
-      row = kShutterCamera.Project(At(first_row_s + row * lens.row_s()).translation).y();
-    return first_row_s + row * lens.row_s();
+ private:
+  Eigen::Vector2d PixelAt(const Eigen::Vector2d& board, double time_s) const {
+    return kShutterCamera.Project(At(time_s) * Eigen::Vector3d(board.x() * kCellM, board.y() * kCellM, 0));
   }
-  BoardGeometry True(double first_row_s, const Lens& lens) const {
-    const RigidTransform pose = At(MiddleS(first_row_s, lens));
-    return BoardGeometry(PlaneFromBoard(pose, lens.focal()));
-  }
-  static Eigen::Matrix3d PlaneFromBoard(const RigidTransform& pose, double focal) {
-    Eigen::Matrix3d h;
-    const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
-    h << rotation.leftCols<2>() * kCellM, pose.translation;
-    h.topRows<2>() *= focal;
-    return h;
+  /// When the row of a board point is exposed.
+  double ExposedS(const Eigen::Vector2d& board, double first_row_s, const Lens& lens) const {
+    double then_s = first_row_s;
+    for (int round = 0; round < 20; ++round) then_s = first_row_s + PixelAt(board, then_s).y() * lens.row_s();
+    return then_s;
   }
 };
 

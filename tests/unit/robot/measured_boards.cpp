@@ -5,6 +5,7 @@
 
 #include "chequer/check.h"
 #include "detect/pose/plane_pose.h"
+#include "support/board_places.h"
 
 namespace chequer::test {
 
@@ -16,17 +17,8 @@ RigidTransform WorldFromCamera() {
 BoardMeasurement Measure(const RigidTransform& camera_from_marker, std::mt19937_64* random) {
   const RigidTransform camera_from_board =
       camera_from_marker * RigidTransform{Eigen::Quaterniond(0, 1, 0, 0), {0, 0, 0}};
-  Eigen::Matrix3d plane_from_board;
-  plane_from_board << kCellM * camera_from_board.rotation.toRotationMatrix().leftCols<2>(),
-      camera_from_board.translation;
-  plane_from_board.topRows<2>() *= kFocalPx;
-  BoardGeometry geometry(plane_from_board);
-  BoardGeometry::Information information = BoardGeometry::Information::Zero();
-  for (int y = -2; y <= 2; ++y)
-    for (int x = -2; x <= 2; ++x) {
-      const BoardGeometry::Derivative by = geometry.PlaneByParameters(Eigen::Vector2d(x, y));
-      information += by.transpose() * by / (kCornerPx * kCornerPx);
-    }
+  BoardGeometry geometry = PlaceOf(camera_from_board, {kCellM, kCellM}, kFocalPx);
+  const BoardGeometry::Information information = InformationOfCorners(geometry, kCornerPx);
   if (random != nullptr) {
     std::normal_distribution<double> normal;
     BoardGeometry::Parameters white;
