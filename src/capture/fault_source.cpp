@@ -4,17 +4,13 @@
 #include <random>
 #include <utility>
 
+#include "capture/owned_pixels.h"
 #include "core/convert.h"
 
 namespace chequer {
 namespace {
 
 using std::chrono::milliseconds;
-
-struct OwnedPixels final : FrameLease {
-  explicit OwnedPixels(Image pixels) : image(std::move(pixels)) {}
-  Image image;
-};
 
 /// A copy whose middle third is noise; the same for the same seed.
 Image WithNoise(const ImageView& view, std::uint64_t seed) {
@@ -89,9 +85,7 @@ CaptureResult FaultSource::Spoil(const Fault& fault, CaptureResult result) const
             Named(frame) + ": only " + std::to_string(bytes / 2) + " of " + std::to_string(bytes) +
                 " bytes came (scripted fault)"};
   }
-  auto pixels = std::make_unique<OwnedPixels>(WithNoise(frame.image, fault.frame));
-  frame.image = pixels->image.view();
-  frame.lease = std::move(pixels);
+  GiveOwnPixels(WithNoise(frame.image, fault.frame), frame);
   return result;
 }
 

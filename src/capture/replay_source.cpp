@@ -5,18 +5,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "capture/owned_pixels.h"
 #include "core/number_text.h"
 
 namespace chequer {
 namespace {
 
 using std::chrono::microseconds;
-
-/// Owns the pixels of a frame that was decoded for it alone.
-struct OwnedPixels final : FrameLease {
-  explicit OwnedPixels(Image pixels) : image(std::move(pixels)) {}
-  Image image;
-};
 
 /// Keeps the preloaded frames.
 struct SharedPixels final : FrameLease {
@@ -146,9 +141,7 @@ Frame ReplaySource::MakeFrame(MonotonicTime due) {
     frame.image = (*preloaded_)[index].image.view();
     frame.lease = std::make_unique<SharedPixels>(preloaded_);
   } else {
-    auto pixels = std::make_unique<OwnedPixels>(std::move(waiting_->image));
-    frame.image = pixels->image.view();
-    frame.lease = std::move(pixels);
+    GiveOwnPixels(std::move(waiting_->image), frame);
   }
   if (options_.times == ReplayTimes::kPlayed) {
     frame.captured_monotonic = due;

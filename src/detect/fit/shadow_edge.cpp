@@ -35,12 +35,12 @@ ShadowEdge Widened(ShadowEdge::Parameters values) {
 }
 
 /// The light of both inks, then the edge.
-constexpr int kUnknowns = 2 + ShadowEdge::kParameters;
-using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
+constexpr int kLightUnknowns = 2 + ShadowEdge::kParameters;
+using Unknowns = Eigen::Matrix<double, kLightUnknowns, 1>;
 
 /// Σ of the squares that are left, with the normal equations if they are wanted.
-double SquaresOf(std::span<const LitPart> parts, const Unknowns& x, Eigen::Matrix<double, kUnknowns, kUnknowns>* normal,
-                 Unknowns* gradient) {
+double SquaresOf(std::span<const LitPart> parts, const Unknowns& x,
+                 Eigen::Matrix<double, kLightUnknowns, kLightUnknowns>* normal, Unknowns* gradient) {
   const ShadowEdge::Parameters values = x.tail<ShadowEdge::kParameters>();
   const ShadowEdge edge = Widened(values);
   // The width shows the less the more of it is the parts' own.
@@ -69,13 +69,13 @@ Unknowns KeptWithinBounds(Unknowns x) {
 
 /// Levenberg and Marquardt's steps. Returns the squares that are left.
 double Refine(std::span<const LitPart> parts, Unknowns& x) {
-  Eigen::Matrix<double, kUnknowns, kUnknowns> normal;
+  Eigen::Matrix<double, kLightUnknowns, kLightUnknowns> normal;
   Unknowns gradient;
   double squares = SquaresOf(parts, x, &normal, &gradient), damping = 0.01;
   for (int step = 0; step < kEdgeSteps; ++step) {
-    Eigen::Matrix<double, kUnknowns, kUnknowns> damped = normal;
+    Eigen::Matrix<double, kLightUnknowns, kLightUnknowns> damped = normal;
     damped.diagonal() = (1 + damping) * normal.diagonal().array() + 1e-9 * normal.diagonal().maxCoeff();
-    const Unknowns tried = KeptWithinBounds(x + SmallCholesky<kUnknowns>(damped).Solve(gradient));
+    const Unknowns tried = KeptWithinBounds(x + SmallCholesky<kLightUnknowns>(damped).Solve(gradient));
     const double left = tried.allFinite() ? SquaresOf(parts, tried, nullptr, nullptr) : 2 * squares;
     damping *= left < squares ? 0.2 : 10;
     if (left >= squares) continue;

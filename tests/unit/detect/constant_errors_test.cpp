@@ -20,7 +20,7 @@
 namespace chequer {
 namespace {
 
-const MarkerCode kSecded({6, 6}, Variant::kSecded);
+const MarkerCode kPrintedCode({6, 6}, Variant::kSecded);
 constexpr double kSideM = 0.08, kDistanceM = 1.2, kFocalPx = 990;  // cells of 11 px
 
 /// What a camera sees of four prints that lie beside each other, tilted by up to 30°.
@@ -33,7 +33,7 @@ test::KnownFrame FourPrints(const PrintQuality& quality, std::uint64_t seed) {
     const double x = (i % 2 * 2 - 1) * 0.16 + random.Uniform(-0.05, 0.05), y = (i / 2 * 2 - 1) * 0.13;
     const double heading = random.Uniform(0, 2 * M_PI), tilt = random.Uniform(0, 0.5),
                  axis = random.Uniform(0, 2 * M_PI);
-    SceneMarker marker = test::MarkerOf(kSecded, static_cast<std::uint64_t>(random.Below(2048)),
+    SceneMarker marker = test::MarkerOf(kPrintedCode, static_cast<std::uint64_t>(random.Below(2048)),
                                         FacingPose({x, y, kDistanceM}, heading, tilt, axis), kSideM);
     marker.margin_cells = 1;
     Print(quality, random.Bits(), marker);
@@ -60,7 +60,7 @@ Errors ErrorsOf(const PrintQuality& quality, const PrintTolerance& tolerance, in
     frame.options.motion_angle_rad = static_cast<double>(seed);
     DetectorOptions options;
     options.camera = frame.options.camera;
-    options.families = {{.code = kSecded, .side_m = kSideM, .roster = {}}};
+    options.families = {{.code = kPrintedCode, .side_m = kSideM, .roster = {}}};
     if (!printed_m.isZero()) {
       EXPECT_TRUE(options.families[0].SetPrinted(printed_m));
     }
@@ -90,7 +90,7 @@ TEST(PrintOfOneMarker, IsOfItsIdAlone) {
   odd.print.scale = {1.02, 0.99};
   DetectorOptions options;
   options.camera = frame.options.camera;
-  options.families = {{.code = kSecded, .side_m = kSideM, .roster = {}}};
+  options.families = {{.code = kPrintedCode, .side_m = kSideM, .roster = {}}};
   options.families[0].printed_by_id_m[odd.board.id] = kSideM * odd.print.scale;
   const std::vector<MarkerPose> poses = Detector(options).Detect(frame.Draw().view());
   ASSERT_EQ(poses.size(), 4u);
@@ -248,7 +248,7 @@ TEST(CalibrationEffect, IsThatOfTheCalibrationAtFixedPixels) {
 TEST(CalibrationEffect, IsTheUsualOneWithAToleranceWhereTheCameraStatesNone) {
   const test::KnownFrame frame = FourPrints({}, 600);
   DetectorOptions options;
-  options.families = {{.code = kSecded, .side_m = kSideM, .roster = {}}};
+  options.families = {{.code = kPrintedCode, .side_m = kSideM, .roster = {}}};
   options.camera = frame.options.camera;
   const Image image = frame.Draw();
   const std::vector<MarkerPose> exact = Detector(options).Detect(image.view());
@@ -290,7 +290,7 @@ TEST(CalibrationEffect, PosesAreHonestWithACalibrationThatIsOff) {
     for (int i = 0; i < 9; ++i) LensParameter(truth, i) += root.row(i) * white;
     frame.options.camera = truth;
     DetectorOptions options;
-    options.families = {{.code = kSecded, .side_m = kSideM, .roster = {}}};
+    options.families = {{.code = kPrintedCode, .side_m = kSideM, .roster = {}}};
     const Image image = frame.Draw();
     for (test::PoseErrors* errors : {&with, &without}) {
       options.camera = camera;

@@ -107,7 +107,7 @@ std::vector<Occluder> Stickers(Random&) {
 }
 
 /// A band along columns, or rows, that is narrower than a cell.
-std::vector<Occluder> Band(Random& random) {
+std::vector<Occluder> BandOver(Random& random) {
   const double from = random.Uniform(0.1, 0.85), to = from + random.Uniform(0.05, 0.12);
   const Eigen::Vector3f colour = AnyColour(random);
   if (random.Uniform() < 0.5) return {{.from = {from, -0.1}, .to = {to, 1.1}, .colour = colour}};
@@ -180,7 +180,7 @@ TEST(CoveredBoards, HaveNoWrongIdUnderAStripAcrossThem) {
 
 TEST(CoveredBoards, HaveNoWrongIdUnderABandAlongCells) {
   // One of these ids was wrong, by corners that the band had pulled, while their cells counted as those of others.
-  const Readings readings = ReadFrames(Band, 50);
+  const Readings readings = ReadFrames(BandOver, 50);
   EXPECT_GT(readings.decided, readings.boards * 6 / 10);
 }
 
