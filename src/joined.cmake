@@ -1,8 +1,6 @@
 # Files that are compiled together where CMAKE_UNITY_BUILD asks for it. CMake would deal them out in the order of their
 # list, so that after a new file all others had to be compiled anew.
 
-set(chequer_most_joined 16)
-
 # chequer_join(TARGET [PATTERN...]): a target's files go with those of the first pattern that they match; the others where
 # their names' hash puts them.
 function(chequer_join target)
@@ -10,8 +8,9 @@ function(chequer_join target)
     return()
   endif()
   get_target_property(sources ${target} SOURCES)
+  get_target_property(most_joined ${target} UNITY_BUILD_BATCH_SIZE)
   list(LENGTH sources count)
-  math(EXPR batches "(${count} + ${chequer_most_joined} - 1) / ${chequer_most_joined}")
+  math(EXPR batches "(${count} + ${most_joined} - 1) / ${most_joined}")
   foreach(source IN LISTS sources)
     string(REPLACE "${PROJECT_SOURCE_DIR}/" "" name ${source})
     string(MD5 hash ${name})
