@@ -98,6 +98,7 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
                     job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_shape : BlurShape{},
                 .image = order.image,
                 .dot_gain = order.image ? order.image->dot_gain : job.frame.dot_gain,
+                .edge_tally = job.frame.edge_tally,
                 .noise_may_differ = !job.frame.traits},
       .motion_blurred = board.motion_blurred,
       .most_units = order.most_units,
@@ -224,6 +225,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   if (identity.id_decided) outcome.kernel = identity.decoded->kernel;
   outcome.image = fitted->image;
   outcome.motion = fitted->motion;
+  outcome.edge_tally = fitted->edge_tally;
   outcome.blur_shape = fitted->blur_shape;
   outcome.moved_square = fitted->moved_square;
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);

@@ -133,6 +133,7 @@ void Detector::Impl::FindBoards(const ImageJob& job, const StreamImage* stream) 
     ExpectBoards(job, *stream);
     // It may have forgotten what it knew.
     frame->dot_gain = stream->memory.dot_gain;
+    frame->edge_tally = stream->memory.edge_tally;
   }
   const std::size_t expected = frame->expected.size();
   if (expected > 0) {

@@ -28,6 +28,9 @@ constexpr double kContrastThatIsThere = 0.25;
 /// Boards in plain view show this share of the contrast of the clearest one, each relative to its own in the last frame
 /// (a guess).
 constexpr double kClearAmongAll = 0.8;
+/// Of what earlier frames said of edges that follow the pixels, so much counts beside what this one says: some hundred
+/// frames, as the light, and with it what noise hides, may change (a guess).
+constexpr double kEdgesKept = 0.99;
 
 /// Whether some of a board's contrast shows where it was expected.
 bool Shows(const ImageState& frame, std::size_t board) {
@@ -262,6 +265,9 @@ void Remember(const ImageJob& job, const StreamImage& stream) {
   state.Learn(lesson, frame.stream.read);
   // What moves hides what ink does.
   if (frame.traits && frame.traits->motion_px.isZero()) state.dot_gain = frame.traits->dot_gain;
+  state.edge_tally.Forget(kEdgesKept);
+  for (const BoardOutcome& outcome : frame.outcomes)
+    if (outcome.accepted) state.edge_tally.Add(outcome.edge_tally);
 }
 
 }  // namespace chequer

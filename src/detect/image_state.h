@@ -35,6 +35,7 @@ struct BoardOutcome {
   std::uint64_t kernel = 0;      ///< that the id was read from
   BlurShape motion, blur_shape;  ///< of FittedBoard
   double moved_square = std::numeric_limits<double>::infinity();
+  EdgeTally edge_tally;  ///< of FittedBoard
   /// Of a board that was expected.
   struct Expected {
     bool agrees = false;           ///< its identity is not decided; what shows is the remembered one's
@@ -97,6 +98,7 @@ struct ImageState {
   std::vector<PixelBox> cut;          ///< grids at the ends of regions, which may go on beyond them
   std::optional<ImageTraits> traits;  ///< once a board has told them
   double dot_gain = 0;                ///< of an earlier image (MemoryState::dot_gain)
+  EdgeTally edge_tally;               ///< of earlier images (MemoryState::edge_tally)
 
   bool IsExpected(std::size_t board) const { return board < expected.size(); }
   /// Whether that board was read as the one which was expected there.

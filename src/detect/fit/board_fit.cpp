@@ -48,6 +48,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->terms.look_farther = !BoardModel::IsPlain(choice.terms) || (choice.from && choice.from->terms.look_farther);
   run_->view.size = start.size;
   run_->view.cell_ratio = start.cell_ratio;
+  run_->view.edge_tally = start.edge_tally;
   run_->inks.register_cells = start.register_cells;
   run_->bend.turns_over_rows = start.turns_over_rows;
   run_->view.overexposed = IsOverexposed(start);

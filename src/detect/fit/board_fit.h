@@ -58,7 +58,8 @@ class BoardFit {
     BlurShape blur_shape{};
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
-    double dot_gain = 0;  ///< of prints, as they or earlier images have told, cells
+    double dot_gain = 0;     ///< of prints, as they or earlier images have told, cells
+    EdgeTally edge_tally{};  ///< of the boards of earlier images
     /// They are the last image's, or another fit's of this board: so its pixels tell the noise anew.
     bool noise_may_differ = false;
     /// A fit with all terms that is not near its end once so many units (work_meter.h) were spent on the board fails.

@@ -10,9 +10,10 @@ namespace {
 /// Edges that leave their row or column of pixels by less along a cell may have errors that are alike (measured: JPEG
 /// of quality 90 makes squared errors of 10 to 20 at 0.4 px or less; none at 0.4 to 0.8 px).
 constexpr double kAlongPixels = 0.5;
-/// The variance of such errors over what the fit leaves of it in the residuals, as it follows a part of them (measured:
-/// JPEG of quality 50 to 90).
-constexpr double kOfThoseLeft = 2;
+/// The variance of such errors over what fits leave of it in the residuals, as they follow a part of them: where a
+/// board has its own alone, and that of others (measured: JPEG of quality 50 to 90; JPEG of 75 to 95, sharpening,
+/// demosaicing).
+constexpr double kOfOwnLeft = 2, kOfOthersLeft = 1.2;
 
 }  // namespace
 
@@ -40,14 +41,22 @@ bool BoardFit::GroupAlikeEdges(AlikeEdges& x, AlikeEdges& y) const {
 
 std::optional<BoardGeometry::Information> BoardFit::CovarianceAlongEdges(const BoardGeometry::Information& in_pixels) {
   using Parameters = BoardGeometry::Parameters;
+  EdgeTally& own = run_->result.edge_tally;
+  own = {};
   AlikeEdges edges[2];
-  if (run_->terms.look_farther || !GroupAlikeEdges(edges[0], edges[1])) return std::nullopt;
-  const LaneBlock& lanes = pixels_.lanes();
-  if (lanes.is_folded())
-    for (AlikeEdges& of_axis : edges) lanes.SpreadFolded(of_axis.group_of_lane.data());
-  AddEdgeErrors(run_->plain_input, lanes, edges[0], edges[1]);
-  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(pixels_.pixels() / AlikeEdges::kStride));
-  const double more = MoreAlongEdges(edges[0], edges[1], run_->told.pixel_variance);
+  if (!GroupAlikeEdges(edges[0], edges[1])) return std::nullopt;
+  // The plain model alone is asked for its own.
+  if (!run_->terms.look_farther) {
+    const LaneBlock& lanes = pixels_.lanes();
+    if (lanes.is_folded())
+      for (AlikeEdges& of_axis : edges) lanes.SpreadFolded(of_axis.group_of_lane.data());
+    AddEdgeErrors(run_->plain_input, lanes, edges[0], edges[1]);
+    work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(pixels_.pixels() / AlikeEdges::kStride));
+    for (const AlikeEdges& of_axis : edges) own.Add(of_axis, run_->told.pixel_variance);
+  }
+  EdgeTally all = run_->view.edge_tally;
+  all.Add(own);
+  const double more = all.More();
   if (more == 0) return std::nullopt;
   // Each group has one error that all its edges share.
   std::array<std::array<Parameters, AlikeEdges::kBlockPx>, 2> moves;
@@ -70,7 +79,9 @@ std::optional<BoardGeometry::Information> BoardFit::CovarianceAlongEdges(const B
       const Parameters move = factor.Solve(moves[axis][group]);
       covariance += move * move.transpose() / information[axis][group];
     }
-  return kOfThoseLeft * more * run_->told.pixel_variance * covariance;
+  const double own_share = own.information / all.information;
+  const double of_those_left = kOfOthersLeft + own_share * (kOfOwnLeft - kOfOthersLeft);
+  return of_those_left * more * run_->told.pixel_variance * covariance;
 }
 
 }  // namespace chequer

@@ -59,6 +59,7 @@ struct BoardRun {
     int channels = 1;
     int red_phase = -1;
     std::array<int, 4> channel_of_phase{};
+    EdgeTally edge_tally;  ///< of others that the camera has shown
   };
   /// Which model is fitted, and which may be.
   struct TermsOn {

@@ -79,38 +79,12 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
-#include <algorithm>
-
 namespace chequer {
-namespace {
 
 HWY_EXPORT(AddErrors);
 
-/// Of what may be chance, so many deviations are left out: of boards whose errors are noise, one in 20 would have more
-/// (a guess).
-constexpr double kDeviationsOfChance = 2;
-
-}  // namespace
-
 void AddEdgeErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y) {
   HWY_DYNAMIC_DISPATCH(AddErrors)(input, block, x, y);
-}
-
-double MoreAlongEdges(const AlikeEdges& x, const AlikeEdges& y, double pixel_variance) {
-  double scores = 0, information = 0, squares = 0;
-  for (const AlikeEdges* edges : {&x, &y})
-    for (const AlikeEdges::Group& group : edges->errors)
-      for (const EdgeErrors& errors : group) {
-        scores += double{errors.score} * double{errors.score};
-        information += double{errors.information};
-        squares += double{errors.information} * double{errors.information};
-      }
-  const double more = scores / std::max(information * pixel_variance, 1e-300) - 1;
-  if (!(more > 0)) return 0;
-  // The square of a normal deviate has a variance of 2.
-  const double of_chance = kDeviationsOfChance * kDeviationsOfChance * 2 * squares / (information * information);
-  // What pixels share grows with their number.
-  return AlikeEdges::kStride * std::max(more - of_chance / more, 0.0);
 }
 
 }  // namespace chequer

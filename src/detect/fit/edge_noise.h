@@ -33,10 +33,4 @@ struct AlikeEdges {
 /// Adds up the errors of all groups. @param input as the lanes were last evaluated with.
 void AddEdgeErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y);
 
-/// How many times as much the places of groups of edges vary as the noise of their pixels tells, beside that: 0 where
-/// errors are noise, as the square of each distance's score is its information then, in the mean (a covariance of
-/// clusters: Cameron, Gelbach, Miller, "Robust inference with multiway clustering", 2011). What chance makes of that is
-/// left out, steadily.
-double MoreAlongEdges(const AlikeEdges& x, const AlikeEdges& y, double pixel_variance);
-
 }  // namespace chequer

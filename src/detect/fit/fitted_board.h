@@ -10,6 +10,7 @@
 #include "detect/common/visibility.h"
 #include "detect/fit/blur_shape.h"
 #include "detect/fit/edge_spread.h"
+#include "detect/fit/edge_tally.h"
 #include "detect/fit/fit_choice.h"
 #include "detect/fit/ink_register.h"
 #include "detect/fit/noise_model.h"
@@ -55,6 +56,8 @@ struct FittedBoard {
   BlurShape blur_shape;
   /// How far it lies from where the fit began, square of standard deviations; infinite after others than plain fits.
   double moved_square = std::numeric_limits<double>::infinity();
+  /// Of its edges that follow the pixels; empty where none do, or the plain model does not serve.
+  EdgeTally edge_tally;
   /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.
   double signal_to_noise = 0;
   Explained explained;

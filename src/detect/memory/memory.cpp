@@ -40,6 +40,7 @@ void MemoryState::Clear() {
   boards.clear();
   open.clear();
   dot_gain = 0;
+  edge_tally = {};
 }
 
 int MemoryState::Continue(FrameTime now, int frame_width, int frame_height) {

@@ -79,6 +79,8 @@ struct MemoryState {
   /// Of the boards of the last image that could tell, cells; 0: none. It is the printer's, so the next ones have it
   /// too: a fit that knows it takes half as much as one that finds it.
   double dot_gain = 0;
+  /// Of the boards of the last frames.
+  EdgeTally edge_tally;
 
   /// What a frame taught.
   struct Lesson {

@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "chequer/detector.h"
+#include "chequer/detector_memory.h"
 #include "support/pose_errors.h"
 #include "support/stream_frames.h"
 #include "support/stress_frames.h"
@@ -270,6 +274,43 @@ INSTANTIATE_TEST_SUITE_P(Stress, HonestCovarianceOfEdgesAlongPixels,
                            std::replace(name.begin(), name.end(), '=', '_');
                            return name;
                          });
+
+TEST(HonestCovarianceOfSharpenedEdges, OtherFramesTellWhatAllEdgesOfABoardShare) {
+  // A webcam's sharpening moves edges by where they lie between pixels: where cells are 6 px wide, all of a board's
+  // alike, which its fit follows. By its own edges alone, squared errors were 5.7 times what the covariances say.
+  constexpr int kFrames = 60;
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  std::optional<Detector> detector;
+  DetectorMemory memory;
+  test::PoseErrors with, without;
+  for (int i = 0; i < kFrames; ++i) {
+    const std::uint64_t seed = kFirstSeed + static_cast<std::uint64_t>(i);
+    StressCase stress = test::CaseOf("side_px=36", code, seed);
+    FollowPixels(stress);
+    stress.options.processing.sharpening = 1;
+    stress.scene.markers[0].camera_from_marker.translation *= 0.85 + 0.3 * i / kFrames;
+    if (!detector) {
+      DetectorOptions options;
+      options.families = {{.code = code, .side_m = stress.scene.markers[0].side_m, .roster = {}}};
+      options.camera = stress.options.camera;
+      detector.emplace(options);
+    }
+    const Image image = Render(stress.scene, stress.options, seed);
+    std::vector<MarkerPose> markers;
+    for (test::PoseErrors* errors : {&with, &without}) {
+      if (errors == &with)
+        detector->Detect(image.view(), std::chrono::milliseconds(33 * (i + 1)), memory, markers);
+      else
+        detector->Detect(image.view(), markers);
+      for (const MarkerPose& marker : markers) errors->Add(stress.scene.markers[0].camera_from_marker, marker);
+    }
+  }
+  EXPECT_EQ(with.poses(), kFrames);
+  EXPECT_GT(with.position(), 0.7);
+  EXPECT_LT(with.position(), 1.8);
+  EXPECT_LT(with.orientation(), 1.5);
+  EXPECT_GT(without.position(), 2 * with.position()) << "a still that is alone does not tell";
+}
 
 std::string ConditionName(const testing::TestParamInfo<Condition>& condition) {
   std::string name = condition.param.tag;

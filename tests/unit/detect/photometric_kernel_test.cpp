@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "detect/fit/edge_noise.h"
+#include "detect/fit/edge_tally.h"
 #include "support/edge_terms.h"
 
 namespace chequer {
@@ -175,26 +176,53 @@ TEST_F(Kernel, ErrorsAlongEdgesAreThoseOfThePixelsAtEachDistance) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
-TEST(ErrorsAlongEdges, CountWhereTheyAreMoreThanNoise) {
-  std::mt19937 random(3);
+/// Of two groups along each axis, five pixels across their edges: as many times what noise would be.
+EdgeTally DrawTally(std::mt19937& random, float times) {
+  constexpr float kInformation = 40, kVariance = 1.5f;
   std::normal_distribution<float> normal;
-  // Two groups along each axis, five pixels across their edges.
-  const auto draw = [&](float times) {
+  EdgeTally tally;
+  for (int axis = 0; axis < 2; ++axis) {
     AlikeEdges edges;
     for (std::size_t group = 0; group < 2; ++group)
       for (std::size_t distance = 5; distance < 10; ++distance)
-        edges.errors[group][distance] = {std::sqrt(40 * 1.5f * times) * normal(random), 40};
-    return edges;
-  };
+        edges.errors[group][distance] = {std::sqrt(kInformation * kVariance * times) * normal(random), kInformation};
+    tally.Add(edges, double{kVariance});
+  }
+  return tally;
+}
+
+TEST(ErrorsAlongEdges, CountWhereTheyAreMoreThanNoise) {
+  std::mt19937 random(3);
   constexpr int kDraws = 300;
   double of_noise = 0, of_errors = 0;
   for (int i = 0; i < kDraws; ++i) {
-    of_noise += MoreAlongEdges(draw(1), draw(1), 1.5) / kDraws;
-    of_errors += MoreAlongEdges(draw(11), draw(11), 1.5) / kDraws;
+    of_noise += DrawTally(random, 1).More() / kDraws;
+    of_errors += DrawTally(random, 11).More() / kDraws;
   }
   EXPECT_LT(of_noise / AlikeEdges::kStride, 0.1);
   EXPECT_NEAR(of_errors / AlikeEdges::kStride, 10, 1);
-  EXPECT_EQ(MoreAlongEdges({}, {}, 1), 0) << "nothing follows the pixels";
+  EXPECT_EQ(EdgeTally().More(), 0) << "nothing follows the pixels";
+}
+
+TEST(ErrorsAlongEdges, ThatAreFewCountWhereManyBoardsHaveThem) {
+  std::mt19937 random(4);
+  constexpr int kBoards = 1000;
+  constexpr float kTimes = 1.3f;
+  double of_each = 0;
+  EdgeTally all;
+  for (int i = 0; i < kBoards; ++i) {
+    const EdgeTally own = DrawTally(random, kTimes);
+    of_each += own.More() / kBoards;
+    all.Add(own);
+  }
+  EXPECT_LT(of_each / AlikeEdges::kStride, 0.2) << "one board may have them by chance";
+  EXPECT_NEAR(all.More() / AlikeEdges::kStride, double{kTimes} - 1, 0.1);
+  EdgeTally faded = all;
+  faded.Forget(0.001);
+  const EdgeTally other = DrawTally(random, 11);
+  faded.Add(other);
+  all.Add(other);
+  EXPECT_GT(faded.More(), 10 * all.More());
 }
 
 TEST_F(Kernel, EdgesAndCornersAreAsTold) {

@@ -1,0 +1,44 @@
+#include "detect/fit/edge_tally.h"
+
+#include <algorithm>
+
+namespace chequer {
+namespace {
+
+/// Of what may be chance, so many deviations are left out: of boards whose errors are noise, one in 20 would have more
+/// (a guess).
+constexpr double kDeviationsOfChance = 2;
+
+}  // namespace
+
+void EdgeTally::Add(const AlikeEdges& edges, double pixel_variance) {
+  for (const AlikeEdges::Group& group : edges.errors)
+    for (const EdgeErrors& errors : group) {
+      scores += double{errors.score} * double{errors.score} / pixel_variance;
+      information += double{errors.information};
+      squares += double{errors.information} * double{errors.information};
+    }
+}
+
+void EdgeTally::Add(const EdgeTally& other) {
+  scores += other.scores;
+  information += other.information;
+  squares += other.squares;
+}
+
+void EdgeTally::Forget(double share_left) {
+  scores *= share_left;
+  information *= share_left;
+  squares *= share_left * share_left;
+}
+
+double EdgeTally::More() const {
+  const double more = scores / std::max(information, 1e-300) - 1;
+  if (!(more > 0)) return 0;
+  // The square of a normal deviate has a variance of 2.
+  const double of_chance = kDeviationsOfChance * kDeviationsOfChance * 2 * squares / (information * information);
+  // What pixels share grows with their number.
+  return AlikeEdges::kStride * std::max(more - of_chance / more, 0.0);
+}
+
+}  // namespace chequer
