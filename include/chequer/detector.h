@@ -272,8 +272,9 @@ class Detector {
 
   /// The markers of the next frame of a stream: boards that the last frames taught are expected where their motion
   /// takes them and fitted there; the rest of the frame is searched in turns (DetectorOptions::search_every). A pose
-  /// is that of its frame alone, as Detect(image) gives it: nothing is filtered. Depends on the image, the memory and
-  /// the options alone.
+  /// is that of its frame alone, as Detect(image) gives it: nothing is filtered. How far off it may be, the last frames
+  /// tell, too, where a board's edges follow the pixels: what a camera's sharpening or JPEG does to them all, one board
+  /// does not show. Depends on the image, the memory and the options alone.
   /// @param captured when the frame was taken, on any clock that runs on evenly.
   /// @param memory of the frames before; becomes that for the next. After a gap of more than 0.25 s, or in another
   ///   image size, it begins anew.
