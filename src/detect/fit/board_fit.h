@@ -279,8 +279,10 @@ class BoardFit {
   /// By corner, in which groups the edges through it are that follow the image's pixels (see edge_noise.h). Whether any
   /// do.
   bool GroupAlikeEdges(AlikeEdges& x, AlikeEdges& y) const;
+  /// After the last step of the plain model, the only one that is asked.
+  void TellEdgeTally();
   /// What the covariance of the moves has beside the pixels' noise, where errors along edges are alike.
-  std::optional<BoardGeometry::Information> CovarianceAlongEdges(const BoardGeometry::Information& in_pixels);
+  std::optional<BoardGeometry::Information> CovarianceAlongEdges(const BoardGeometry::Information& in_pixels) const;
   /// Of the residuals there that fit.
   struct PixelSums {
     double square, count;

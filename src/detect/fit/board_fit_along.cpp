@@ -39,25 +39,28 @@ bool BoardFit::GroupAlikeEdges(AlikeEdges& x, AlikeEdges& y) const {
   return true;
 }
 
-std::optional<BoardGeometry::Information> BoardFit::CovarianceAlongEdges(const BoardGeometry::Information& in_pixels) {
-  using Parameters = BoardGeometry::Parameters;
-  EdgeTally& own = run_->result.edge_tally;
-  own = {};
+void BoardFit::TellEdgeTally() {
+  EdgeTally& tally = run_->result.edge_tally;
+  tally = {};
   AlikeEdges edges[2];
-  if (!GroupAlikeEdges(edges[0], edges[1])) return std::nullopt;
-  // The plain model alone is asked for its own.
-  if (!run_->terms.look_farther) {
-    const LaneBlock& lanes = pixels_.lanes();
-    if (lanes.is_folded())
-      for (AlikeEdges& of_axis : edges) lanes.SpreadFolded(of_axis.group_of_lane.data());
-    AddEdgeErrors(run_->plain_input, lanes, edges[0], edges[1]);
-    work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(pixels_.pixels() / AlikeEdges::kStride));
-    for (const AlikeEdges& of_axis : edges) own.Add(of_axis, run_->told.pixel_variance);
-  }
+  if (run_->terms.look_farther || !GroupAlikeEdges(edges[0], edges[1])) return;
+  const LaneBlock& lanes = pixels_.lanes();
+  if (lanes.is_folded())
+    for (AlikeEdges& of_axis : edges) lanes.SpreadFolded(of_axis.group_of_lane.data());
+  AddEdgeErrors(run_->plain_input, lanes, edges[0], edges[1]);
+  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(pixels_.pixels() / AlikeEdges::kStride));
+  for (const AlikeEdges& of_axis : edges) tally.Add(of_axis, run_->told.pixel_variance);
+}
+
+std::optional<BoardGeometry::Information> BoardFit::CovarianceAlongEdges(
+    const BoardGeometry::Information& in_pixels) const {
+  using Parameters = BoardGeometry::Parameters;
+  const EdgeTally& own = run_->result.edge_tally;
   EdgeTally all = run_->view.edge_tally;
   all.Add(own);
   const double more = all.More();
-  if (more == 0) return std::nullopt;
+  AlikeEdges edges[2];
+  if (more == 0 || !GroupAlikeEdges(edges[0], edges[1])) return std::nullopt;
   // Each group has one error that all its edges share.
   std::array<std::array<Parameters, AlikeEdges::kBlockPx>, 2> moves;
   for (auto& of_axis : moves) of_axis.fill(Parameters::Zero());

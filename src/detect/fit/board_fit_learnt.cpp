@@ -216,10 +216,7 @@ bool BoardFit::UseLearntLevels(LearntBoard& learnt) {
   if (!used) return false;
   run_->model.geometry.MoveCoordinates(step.moves.head<kGeometry>());
   run_->result.geometry = run_->model.geometry;
-  // What others take over is the same as without the option.
-  const EdgeTally edge_tally = run_->result.edge_tally;
   TellInformation(InverseOf<kGeometry>(step.covariance.topLeftCorner<kGeometry, kGeometry>()), run_->told.variance);
-  run_->result.edge_tally = edge_tally;
   return true;
 }
 

@@ -146,6 +146,7 @@ void BoardFit::Finish(const Lens& lens) {
   run_->result.reprojection_rms_px = std::sqrt(shifts.square_px / n);
   run_->told.pixel_variance = std::max(chi_square_per_pixel, 1e-9);
   run_->told.variance = variance;
+  TellEdgeTally();
   TellInformation(InformationOnMoves(), variance);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
                         GainForOthers()};
