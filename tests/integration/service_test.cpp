@@ -55,11 +55,12 @@ bool SeesMarkers(Subscriber& subscriber, std::ptrdiff_t count) {
       [&](const Received& got) { return !got.poses.empty() && Identified(got.poses.back()) == count; });
 }
 
+// The camera waits for workers that are busy: a frame that is lost is lost by the change.
 TEST(Service, TakesAChangedConfigurationOnSighup) {
   const Workspace workspace;
   ServiceManager manager(workspace.path() / "notify");
   Subscriber subscriber;
-  const std::string config = workspace.Configure("loop = true");
+  const std::string config = workspace.Configure("loop = true", "[pipeline]\nwhen_busy = \"wait\"");
   Process daemon({CHEQUERD, "--config", config}, {manager.variable()});
   ASSERT_TRUE(SeesMarkers(subscriber, 8)) << daemon.output();
   EXPECT_EQ(manager.WaitFor("READY"), "READY=1");

@@ -99,12 +99,17 @@ std::optional<int> Process::Wait(milliseconds timeout) {
     int status = 0;
     waitpid(pid_, &status, 0);
     status_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    while (reads) {
-      const std::size_t before = output_.size();
-      reads = Read(milliseconds(0)) && output_.size() > before;
-    }
+    output();
   }
   return status_;
+}
+
+const std::string& Process::output() {
+  for (bool reads = true; reads;) {
+    const std::size_t before = output_.size();
+    reads = Read(milliseconds(0)) && output_.size() > before;
+  }
+  return output_;
 }
 
 RunResult RunToEnd(std::vector<std::string> arguments) {

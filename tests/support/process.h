@@ -30,7 +30,7 @@ class Process {
   std::optional<int> Wait(std::chrono::milliseconds timeout = std::chrono::seconds(60));
 
   /// All it has printed so far; complete after Wait.
-  const std::string& output() const { return output_; }
+  const std::string& output();
   bool IsRunning() { return !Wait(std::chrono::milliseconds(0)); }
 
  private:
