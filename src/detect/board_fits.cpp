@@ -258,7 +258,7 @@ void BoardFits::Refine(const ImageJob& job) {
   }
   for (const FitTask& task : std::span(tasks).subspan(done)) {
     BoardOutcome& outcome = frame.outcomes[task.board];
-    if (outcome.accepted) outcome.marker.covariance *= kPlainCovariance;
+    outcome.plain_covariance = true;
     DeferTask(job, task);
   }
 }

@@ -212,27 +212,23 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   }
   outcome.plane_from_board = fitted->geometry.plane_from_board();
   const bool learnt = UseLearntLevels(job, index, *fitted, reader.fit, outcome);
-  std::optional<std::array<PlanePose, 2>> poses;
-  BoardMeasurement measured;
   if (job.lens.calibrated()) {
     const Eigen::Vector2d cell_m = CellOf(job, identity, index, outcome.expected.agrees);
-    measured = MeasurementOf(*fitted, size, cell_m, job.options.print_tolerance, job.lens);
+    BoardMeasurement measured = MeasurementOf(*fitted, size, cell_m, job.options.print_tolerance, job.lens);
     UndoRollingShutter(job, index, identity, measured);
-    poses = PosesOf(measured);
-    if (!poses) return refuse(Refusal::kNoPose);
+    outcome.poses = PosesOf(measured);
+    if (!outcome.poses) return refuse(Refusal::kNoPose);
   }
   outcome.accepted = true;
   if (identity.id_decided) outcome.kernel = identity.decoded->kernel;
   outcome.image = fitted->image;
   outcome.motion = fitted->motion;
-  outcome.edge_tally = fitted->edge_tally;
+  outcome.along_edges = fitted->along_edges;
   outcome.blur_shape = fitted->blur_shape;
   outcome.moved_square = fitted->moved_square;
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);
-  if (!poses) return outcome;
-  DescribePose(*poses, measured, outcome.marker);
-  if (learnt) Set(outcome.marker, Warning::kLevelsLearnt);
-  if (reader.fit.cut_short()) outcome.marker.covariance *= kPlainCovariance;
+  if (learnt && outcome.poses) Set(outcome.marker, Warning::kLevelsLearnt);
+  outcome.plain_covariance = reader.fit.cut_short();
   return outcome;
 }
 

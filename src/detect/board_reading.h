@@ -24,12 +24,7 @@ struct FitOrder {
   std::uint64_t most_units = 0;
 };
 
-/// The covariance of a pose by the plain fit where another would explain the board better, over what that fit says.
-/// With it, squared errors over the covariance are 0.6 to 1.1 in the mean, measured on robots that move, knocks and
-/// hands.
-inline constexpr double kPlainCovariance = 4;
-
-/// Fits a board, reads its identity and tells its pose. Changes nothing of the frame, so that threads may read
+/// Fits a board, reads its identity and finds its poses. Changes nothing of the frame, so that threads may read
 /// different boards at once.
 BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& reader);
 

@@ -7,6 +7,7 @@
 #include "chequer/check.h"
 #include "chequer/tone_curve.h"
 #include "detect/board_fits.h"
+#include "detect/board_poses.h"
 #include "detect/board_search.h"
 #include "detect/boards/boards.h"
 #include "detect/expectations.h"
@@ -155,6 +156,7 @@ void Detector::Impl::FindBoards(const ImageJob& job, const StreamImage* stream) 
   job.tracer.EndSearch();
   if (stream) DecideExpected(job, *stream);
   RefuseTwins(job);
+  DescribePoses(*frame);
 }
 
 void Detector::Impl::Detect(const ImageView& image, std::vector<MarkerPose>& markers, DetectTrace* trace,

@@ -15,6 +15,7 @@
 #include "detect/common/work_meter.h"
 #include "detect/deferred_places.h"
 #include "detect/fit/fit.h"
+#include "detect/identity/marker_description.h"
 #include "detect/memory/common_motion.h"
 #include "detect/memory/expected_boards.h"
 #include "detect/memory/memory.h"
@@ -35,7 +36,9 @@ struct BoardOutcome {
   std::uint64_t kernel = 0;      ///< that the id was read from
   BlurShape motion, blur_shape;  ///< of FittedBoard
   double moved_square = std::numeric_limits<double>::infinity();
-  EdgeTally edge_tally;  ///< of FittedBoard
+  SharedEdgeErrors along_edges;     ///< of FittedBoard
+  std::optional<BoardPoses> poses;  ///< with a calibration
+  bool plain_covariance = false;    ///< only the plain fit tells the poses' covariance, of a board that needs another
   /// Of a board that was expected.
   struct Expected {
     bool agrees = false;           ///< its identity is not decided; what shows is the remembered one's

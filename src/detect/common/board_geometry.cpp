@@ -95,6 +95,20 @@ void BoardGeometry::MoveCoordinates(const Parameters& m) {
   plane_from_board_ /= plane_from_board_(2, 2);
 }
 
+BoardGeometry::Information BoardGeometry::ParametersByMoves() const {
+  Information by_moves;
+  for (int i = 0; i < kParameters; ++i) {
+    const Parameters m = Parameters::Unit(i);
+    // As in MoveCoordinates: the homography H becomes H (I − A), to first order, its last entry 1 again.
+    Eigen::Matrix3d a;
+    a << m[1], m[2], m[0], m[4], m[5], m[3], -m[6], -m[7], 0;
+    const Eigen::Matrix3d moved = plane_from_board_ * a;
+    const Eigen::Matrix3d change = moved(2, 2) * plane_from_board_ - moved;
+    by_moves.col(i) << change.row(0).transpose(), change.row(1).transpose(), change(2, 0), change(2, 1);
+  }
+  return by_moves;
+}
+
 BoardGeometry::Information BoardGeometry::FromMoves(const Information& of_moves) const {
   // A change δH of the homography H is the move A = μ I − H⁻¹ δH, with the μ that leaves A's last entry 0.
   const Eigen::Matrix3d inverse = plane_from_board_.inverse();

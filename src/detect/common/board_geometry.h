@@ -125,6 +125,8 @@ class BoardGeometry {
   }
   /// Moves the coordinates of all points of the plane, to first order.
   void MoveCoordinates(const Parameters& moves);
+  /// The derivative of parameters() by moves.
+  Information ParametersByMoves() const;
   /// The information on parameters() that information on moves is.
   Information FromMoves(const Information& of_moves) const;
 

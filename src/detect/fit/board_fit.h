@@ -281,8 +281,12 @@ class BoardFit {
   bool GroupAlikeEdges(AlikeEdges& x, AlikeEdges& y) const;
   /// After the last step of the plain model, the only one that is asked.
   void TellEdgeTally();
-  /// What the covariance of the moves has beside the pixels' noise, where errors along edges are alike.
+  /// What the covariance of the moves has beside the pixels' noise, for each unit of EdgeTally::MoreOf. Nothing where no
+  /// edges follow the image's pixels.
   std::optional<BoardGeometry::Information> CovarianceAlongEdges(const BoardGeometry::Information& in_pixels) const;
+  /// Information on moves with that, as far as this board's edges and those of earlier images show such errors.
+  BoardGeometry::Information CountAlongEdges(const BoardGeometry::Information& in_pixels,
+                                             const BoardGeometry::Information& of_moves);
   /// Of the residuals there that fit.
   struct PixelSums {
     double square, count;

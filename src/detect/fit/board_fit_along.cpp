@@ -10,10 +10,6 @@ namespace {
 /// Edges that leave their row or column of pixels by less along a cell may have errors that are alike (measured: JPEG
 /// of quality 90 makes squared errors of 10 to 20 at 0.4 px or less; none at 0.4 to 0.8 px).
 constexpr double kAlongPixels = 0.5;
-/// The variance of such errors over what fits leave of it in the residuals, as they follow a part of them: where a
-/// board has its own alone, and that of others (measured: JPEG of quality 50 to 90; JPEG of 75 to 95, sharpening,
-/// demosaicing).
-constexpr double kOfOwnLeft = 2, kOfOthersLeft = 1.2;
 
 }  // namespace
 
@@ -40,8 +36,8 @@ bool BoardFit::GroupAlikeEdges(AlikeEdges& x, AlikeEdges& y) const {
 }
 
 void BoardFit::TellEdgeTally() {
-  EdgeTally& tally = run_->result.edge_tally;
-  tally = {};
+  run_->result.along_edges = {};
+  EdgeTally& tally = run_->result.along_edges.own;
   AlikeEdges edges[2];
   if (run_->terms.look_farther || !GroupAlikeEdges(edges[0], edges[1])) return;
   const LaneBlock& lanes = pixels_.lanes();
@@ -55,12 +51,8 @@ void BoardFit::TellEdgeTally() {
 std::optional<BoardGeometry::Information> BoardFit::CovarianceAlongEdges(
     const BoardGeometry::Information& in_pixels) const {
   using Parameters = BoardGeometry::Parameters;
-  const EdgeTally& own = run_->result.edge_tally;
-  EdgeTally all = run_->view.edge_tally;
-  all.Add(own);
-  const double more = all.More();
   AlikeEdges edges[2];
-  if (more == 0 || !GroupAlikeEdges(edges[0], edges[1])) return std::nullopt;
+  if (!GroupAlikeEdges(edges[0], edges[1])) return std::nullopt;
   // Each group has one error that all its edges share.
   std::array<std::array<Parameters, AlikeEdges::kBlockPx>, 2> moves;
   for (auto& of_axis : moves) of_axis.fill(Parameters::Zero());
@@ -82,9 +74,21 @@ std::optional<BoardGeometry::Information> BoardFit::CovarianceAlongEdges(
       const Parameters move = factor.Solve(moves[axis][group]);
       covariance += move * move.transpose() / information[axis][group];
     }
-  const double own_share = own.information / all.information;
-  const double of_those_left = kOfOthersLeft + own_share * (kOfOwnLeft - kOfOthersLeft);
-  return of_those_left * more * run_->told.pixel_variance * covariance;
+  return run_->told.pixel_variance * covariance;
+}
+
+BoardGeometry::Information BoardFit::CountAlongEdges(const BoardGeometry::Information& in_pixels,
+                                                     const BoardGeometry::Information& of_moves) {
+  SharedEdgeErrors& along = run_->result.along_edges;
+  const std::optional<BoardGeometry::Information> of_unit = CovarianceAlongEdges(in_pixels);
+  if (!of_unit) return of_moves;
+  const BoardGeometry::Information by_moves = run_->result.geometry.ParametersByMoves();
+  along.covariance = by_moves * *of_unit * by_moves.transpose();
+  EdgeTally all = run_->view.edge_tally;
+  all.Add(along.own);
+  along.counted = all.MoreOf(along.own);
+  if (along.counted == 0) return of_moves;
+  return InverseOf<BoardGeometry::kParameters>(InverseOf(of_moves) + along.counted * *of_unit);
 }
 
 }  // namespace chequer

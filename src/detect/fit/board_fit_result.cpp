@@ -174,8 +174,7 @@ void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, doub
   }
   if (run_->light.shading.size() > 0 || run_->model.shaded) of_moves = Widened<2>(of_moves, MovedByShading());
   if (run_->model.shadow) of_moves = Widened<1>(of_moves, MovedByShadow(in_pixels));
-  if (const auto more = CovarianceAlongEdges(in_pixels))
-    of_moves = InverseOf<BoardGeometry::kParameters>(InverseOf(of_moves) + *more);
+  of_moves = CountAlongEdges(in_pixels, of_moves);
   const double off_px = result.reprojection_rms_px / kOffLongMotionPx;
   if (run_->model.motion_px.norm() > kLongMotionCells * CellPx()) of_moves /= std::max(off_px * off_px, 1.0);
   // What is left of a shadow moves the corners along its edge alike: measured, errors grow by as much again.

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+
+#include "detect/common/board_geometry.h"
 #include "detect/fit/edge_noise.h"
 
 namespace chequer {
@@ -21,6 +24,22 @@ struct EdgeTally {
   /// each distance's score is its information then, in the mean (a covariance of clusters: Cameron, Gelbach, Miller,
   /// "Robust inference with multiway clustering", 2011). What chance makes of that is left out, steadily.
   double More() const;
+  /// The same for the covariance of a board whose own edges are those among these. Fits follow a part of such errors,
+  /// so that residuals show less of them; most of all a board's own.
+  double MoreOf(const EdgeTally& own) const;
+};
+
+/// What such errors make of where one board lies.
+struct SharedEdgeErrors {
+  EdgeTally own;  ///< of its edges that follow the pixels; empty where none do, or the plain model does not serve
+  /// Covariance of the geometry's parameters, for each unit of EdgeTally::MoreOf; zeros where no edges follow the
+  /// pixels.
+  BoardGeometry::Information covariance = BoardGeometry::Information::Zero();
+  double counted = 0;  ///< how many of these units the board's information holds
+
+  /// Information that holds what `all` say instead; nothing where that is hardly anything else.
+  std::optional<BoardGeometry::Information> Recounted(const BoardGeometry::Information& information,
+                                                      const EdgeTally& all) const;
 };
 
 }  // namespace chequer

@@ -56,8 +56,7 @@ struct FittedBoard {
   BlurShape blur_shape;
   /// How far it lies from where the fit began, square of standard deviations; infinite after others than plain fits.
   double moved_square = std::numeric_limits<double>::infinity();
-  /// Of its edges that follow the pixels; empty where none do, or the plain model does not serve.
-  EdgeTally edge_tally;
+  SharedEdgeErrors along_edges;
   /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.
   double signal_to_noise = 0;
   Explained explained;

@@ -87,13 +87,16 @@ BoardMeasurement MeasurementOf(const FittedBoard& fitted, MarkerSize size, const
   return measured;
 }
 
-std::optional<std::array<PlanePose, 2>> PosesOf(const BoardMeasurement& measured) {
-  return PlanePoses({BoardGeometry(measured.plane_from_board), measured.information},
-                    {measured.cell_m, measured.cell_height_m}, measured.focal_px);
+std::optional<BoardPoses> PosesOf(const BoardMeasurement& measured) {
+  const auto poses = PlanePoses({BoardGeometry(measured.plane_from_board), measured.information},
+                                {measured.cell_m, measured.cell_height_m}, measured.focal_px);
+  if (!poses) return std::nullopt;
+  return BoardPoses{measured, *poses};
 }
 
-void DescribePose(const std::array<PlanePose, 2>& poses, const BoardMeasurement& measured, MarkerPose& marker) {
-  const auto& [pose, other] = poses;
+void DescribePose(const BoardPoses& board, MarkerPose& marker) {
+  const BoardMeasurement& measured = board.measured;
+  const auto& [pose, other] = board.poses;
   marker.measurement = measured;
   marker.misfit = pose.chi_square / kLeftOver;
   marker.has_pose = true;

@@ -120,12 +120,18 @@ void CarryIdentity(int family, std::uint64_t id, const DetectorOptions& options,
 BoardMeasurement MeasurementOf(const FittedBoard& fitted, MarkerSize size, const Eigen::Vector2d& cell_m,
                                const PrintTolerance& tolerance, const Lens& lens);
 
-/// As PlanePoses.
-std::optional<std::array<PlanePose, 2>> PosesOf(const BoardMeasurement& measured);
+/// The poses that a measurement leads to.
+struct BoardPoses {
+  BoardMeasurement measured;
+  std::array<PlanePose, 2> poses;  ///< as of PlanePoses
+};
 
-/// Adds the likelier of two poses, which this measurement led to, and how likely the other one is, which its covariance
-/// allows for. Where even it leaves more unexplained than noise can be, the covariance is widened by as much (the ratio
-/// of Birge 1932), and the warning set.
-void DescribePose(const std::array<PlanePose, 2>& poses, const BoardMeasurement& measured, MarkerPose& marker);
+/// Nothing for a degenerate or mirrored homography.
+std::optional<BoardPoses> PosesOf(const BoardMeasurement& measured);
+
+/// Adds the likelier of a board's two poses, and how likely the other one is, which its covariance allows for. Where
+/// even it leaves more unexplained than noise can be, the covariance is widened by as much (the ratio of Birge 1932),
+/// and the warning set.
+void DescribePose(const BoardPoses& board, MarkerPose& marker);
 
 }  // namespace chequer

@@ -66,6 +66,21 @@ TEST(BoardGeometry, InformationOnMovesIsThatOnTheHomography) {
   }
 }
 
+TEST(BoardGeometry, ParametersByMovesAreTheDerivative) {
+  Eigen::Matrix3d homography;
+  homography << 8, 1, 900, -1, 8, -500, 1e-3, -2e-3, 1;
+  const BoardGeometry geometry(homography);
+  const BoardGeometry::Information by_moves = geometry.ParametersByMoves();
+  for (int k = 0; k < BoardGeometry::kParameters; ++k) {
+    constexpr double h = 1e-6;
+    BoardGeometry moved = geometry, back = geometry;
+    moved.MoveCoordinates(h * BoardGeometry::Parameters::Unit(k));
+    back.MoveCoordinates(-h * BoardGeometry::Parameters::Unit(k));
+    const BoardGeometry::Parameters slope = (moved.parameters() - back.parameters()) / (2 * h);
+    EXPECT_LT((by_moves.col(k) - slope).norm(), 1e-4 * slope.norm()) << "move " << k;
+  }
+}
+
 TEST(BoardGeometry, MarkerAxesAreTheBoardsTurnedAboutX) {
   const RigidTransform camera_from_board{RotationFromVector({0.1, 0.2, 0.3}), {1, 2, 3}};
   const RigidTransform camera_from_marker = CameraFromMarker(camera_from_board);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -223,6 +224,31 @@ TEST(ErrorsAlongEdges, ThatAreFewCountWhereManyBoardsHaveThem) {
   faded.Add(other);
   all.Add(other);
   EXPECT_GT(faded.More(), 10 * all.More());
+}
+
+TEST(ErrorsAlongEdges, AreCountedAsOthersHaveThem) {
+  std::mt19937 random(5);
+  SharedEdgeErrors errors{.own = DrawTally(random, 1)};
+  EdgeTally all = errors.own;
+  for (int i = 0; i < 100; ++i) all.Add(DrawTally(random, 11));
+  BoardGeometry::Information information = BoardGeometry::Information::Constant(0.5);
+  information.diagonal().array() += 2;
+  EXPECT_FALSE(errors.Recounted(information, all)) << "no edges follow the pixels";
+  errors.covariance = 0.01 * BoardGeometry::Information::Identity();
+  errors.counted = all.MoreOf(errors.own);
+  EXPECT_GT(errors.counted, all.More()) << "fits follow a part of them";
+  EXPECT_LT(errors.counted, 1.3 * all.More());
+  EXPECT_FALSE(errors.Recounted(information, all)) << "they are counted";
+  for (const double counted : {0.0, 2 * errors.counted}) {
+    SharedEdgeErrors others = errors;
+    others.counted = counted;
+    // What was counted before lies within the board's covariance.
+    const BoardGeometry::Information before = (information.inverse() + counted * errors.covariance).inverse();
+    const BoardGeometry::Information as_all = (information.inverse() + errors.counted * errors.covariance).inverse();
+    const auto recounted = others.Recounted(before, all);
+    ASSERT_TRUE(recounted);
+    EXPECT_TRUE(recounted->isApprox(as_all, 1e-9)) << counted;
+  }
 }
 
 TEST_F(Kernel, EdgesAndCornersAreAsTold) {
