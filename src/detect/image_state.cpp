@@ -11,6 +11,8 @@ constexpr float kDeferredReach = 0.5f;
 
 }  // namespace
 
+BoardOutcome::BoardOutcome() = default;
+
 bool ImageState::ReadElsewhere(std::size_t board) const {
   for (std::size_t i = 0; i < outcomes.size(); ++i)
     if (i != board && Reads(outcomes[i], expected[board]) && !(IsExpected(i) && WasRead(i))) return true;

@@ -29,6 +29,9 @@ inline constexpr int kLeastSide = 16;
 
 /// What became of a board.
 struct BoardOutcome {
+  /// Defined elsewhere: vectors fill values whose constructor is implicit with zeros first, all 9 kB of them.
+  BoardOutcome();
+
   bool accepted = false;
   ImageTraits image;
   MarkerPose marker;

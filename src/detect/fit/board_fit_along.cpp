@@ -83,7 +83,7 @@ BoardGeometry::Information BoardFit::CountAlongEdges(const BoardGeometry::Inform
   const std::optional<BoardGeometry::Information> of_unit = CovarianceAlongEdges(in_pixels);
   if (!of_unit) return of_moves;
   const BoardGeometry::Information by_moves = run_->result.geometry.ParametersByMoves();
-  along.covariance = by_moves * *of_unit * by_moves.transpose();
+  along.covariance = by_moves.lazyProduct(of_unit->lazyProduct(by_moves.transpose()).eval());
   EdgeTally all = run_->view.edge_tally;
   all.Add(along.own);
   along.counted = all.MoreOf(along.own);

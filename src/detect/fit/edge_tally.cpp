@@ -16,7 +16,8 @@ constexpr double kDeviationsOfChance = 2;
 /// of others (measured: JPEG of quality 50 to 90; JPEG of 75 to 95, sharpening, demosaicing).
 constexpr double kOfOwnLeft = 2, kOfOthersLeft = 1.2;
 
-/// A covariance that changes by a smaller share is not told anew: standard deviations change by half of that (a guess).
+/// A covariance that changes by a smaller share, summed over all directions, is not told anew: standard deviations
+/// change by less than half of that (a guess).
 constexpr double kLeastChange = 0.1;
 
 }  // namespace
@@ -58,10 +59,9 @@ double EdgeTally::MoreOf(const EdgeTally& own) const {
 
 std::optional<BoardGeometry::Information> SharedEdgeErrors::Recounted(const BoardGeometry::Information& information,
                                                                       const EdgeTally& all) const {
-  const double more = all.MoreOf(own);
-  if (!(covariance.trace() > 0) || std::abs(more - counted) <= kLeastChange * std::max(more, counted))
-    return std::nullopt;
-  return InverseOf<BoardGeometry::kParameters>(InverseOf(information) + (more - counted) * covariance);
+  const double changed = all.MoreOf(own) - counted;
+  if (!(std::abs(changed) * information.cwiseProduct(covariance).sum() > kLeastChange)) return std::nullopt;
+  return InverseOf<BoardGeometry::kParameters>(InverseOf(information) + changed * covariance);
 }
 
 }  // namespace chequer
