@@ -2,13 +2,10 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <optional>
 
 #include "detect/camera_motion.h"
 #include "detect/identity/marker_description.h"
-#include "detect/pose/plane_pose.h"
 #include "detect/pose/rolling_shutter.h"
 
 namespace chequer {
