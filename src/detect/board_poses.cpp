@@ -10,30 +10,24 @@ namespace {
 /// hands.
 constexpr double kPlainCovariance = 4;
 
-/// What edges of earlier images and of this one's boards tell.
-EdgeTally EdgesOf(const ImageState& frame) {
-  EdgeTally all = frame.edge_tally;
-  for (const BoardOutcome& outcome : frame.outcomes)
-    if (outcome.accepted) all.Add(outcome.along_edges.own);
-  return all;
-}
-
-/// The poses with the edges' errors as all boards tell them; a board alone may not have shown them.
-BoardPoses WithEdgesOf(const BoardOutcome& outcome, const EdgeTally& all) {
-  BoardMeasurement measured = outcome.poses->measured;
-  const auto information = outcome.along_edges.Recounted(measured.information, all);
-  if (!information) return *outcome.poses;
+/// Finds a board's poses anew with the edges' errors as all boards tell them, where it alone did not show them so.
+void CountEdges(const EdgeTally& all, const SharedEdgeErrors& along_edges, BoardPoses& poses) {
+  const auto information = along_edges.Recounted(poses.measured.information, all);
+  if (!information) return;
+  BoardMeasurement measured = poses.measured;
   measured.information = *information;
-  return PosesOf(measured).value_or(*outcome.poses);
+  if (const auto anew = PosesOf(measured)) poses = *anew;
 }
 
 }  // namespace
 
 void DescribePoses(ImageState& frame) {
-  const EdgeTally all = EdgesOf(frame);
+  EdgeTally all = frame.edge_tally;
+  frame.AddEdgesTo(all);
   for (BoardOutcome& outcome : frame.outcomes) {
     if (!outcome.accepted || !outcome.poses) continue;
-    DescribePose(WithEdgesOf(outcome, all), outcome.marker);
+    CountEdges(all, outcome.along_edges, *outcome.poses);
+    DescribePose(*outcome.poses, outcome.marker);
     if (outcome.plain_covariance) outcome.marker.covariance *= kPlainCovariance;
   }
 }

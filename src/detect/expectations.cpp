@@ -266,8 +266,7 @@ void Remember(const ImageJob& job, const StreamImage& stream) {
   // What moves hides what ink does.
   if (frame.traits && frame.traits->motion_px.isZero()) state.dot_gain = frame.traits->dot_gain;
   state.edge_tally.Forget(kEdgesKept);
-  for (const BoardOutcome& outcome : frame.outcomes)
-    if (outcome.accepted) state.edge_tally.Add(outcome.along_edges.own);
+  frame.AddEdgesTo(state.edge_tally);
 }
 
 }  // namespace chequer

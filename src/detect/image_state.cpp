@@ -13,6 +13,11 @@ constexpr float kDeferredReach = 0.5f;
 
 BoardOutcome::BoardOutcome() = default;
 
+void ImageState::AddEdgesTo(EdgeTally& tally) const {
+  for (const BoardOutcome& outcome : outcomes)
+    if (outcome.accepted) tally.Add(outcome.along_edges.own);
+}
+
 bool ImageState::ReadElsewhere(std::size_t board) const {
   for (std::size_t i = 0; i < outcomes.size(); ++i)
     if (i != board && Reads(outcomes[i], expected[board]) && !(IsExpected(i) && WasRead(i))) return true;

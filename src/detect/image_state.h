@@ -109,6 +109,8 @@ struct ImageState {
   bool IsExpected(std::size_t board) const { return board < expected.size(); }
   /// Whether that board was read as the one which was expected there.
   bool WasRead(std::size_t board) const { return Reads(outcomes[board], expected[board]); }
+  /// Adds what the edges of this image's boards tell.
+  void AddEdgesTo(EdgeTally& tally) const;
   /// Whether a board that was expected is read elsewhere in the image: its id, and not of a copy of the marker that was
   /// expected there.
   bool ReadElsewhere(std::size_t board) const;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "core/small_cholesky.h"
 #include "detect/common/board_geometry.h"
 
 namespace chequer {
@@ -16,6 +17,12 @@ BoardGeometry::Information Widened(BoardGeometry::Information information,
     information -= weighted * weighted.transpose() / (1 + weighted.dot(by.col(column)));
   }
   return information;
+}
+
+/// The same where it is larger by any covariance, or smaller by a part of what it holds.
+inline BoardGeometry::Information WidenedBy(const BoardGeometry::Information& information,
+                                            const BoardGeometry::Information& covariance) {
+  return InverseOf<BoardGeometry::kParameters>(InverseOf(information) + covariance);
 }
 
 }  // namespace chequer

@@ -276,9 +276,11 @@ class BoardFit {
   std::optional<BentPaper> FindBend(const Lens& lens, double least_square) const;
   /// Σ of the robust weights at corners that are used, after the last step.
   double WeightUsed() const;
-  /// By corner, in which groups the edges through it are that follow the image's pixels (see edge_noise.h). Whether any
-  /// do.
-  bool GroupAlikeEdges(AlikeEdges& x, AlikeEdges& y) const;
+  /// By corner, in which groups the edges through it are, those of constant x and of constant y, that follow the
+  /// image's pixels (see edge_noise.h); negative: none.
+  using EdgeGroups = std::array<std::array<int, 2>, kMaxCorners>;
+  /// Nothing where none do.
+  std::optional<EdgeGroups> GroupAlikeEdges() const;
   /// After the last step of the plain model, the only one that is asked.
   void TellEdgeTally();
   /// What the covariance of the moves has beside the pixels' noise, for each unit of EdgeTally::MoreOf. Nothing where no

@@ -1,7 +1,9 @@
 // Of BoardFit: errors that pixels along an edge have in common.
+#include <algorithm>
 #include <cmath>
 
 #include "core/small_cholesky.h"
+#include "detect/common/widened.h"
 #include "detect/fit/board_fit.h"
 
 namespace chequer {
@@ -13,33 +15,39 @@ constexpr double kAlongPixels = 0.5;
 
 }  // namespace
 
-bool BoardFit::GroupAlikeEdges(AlikeEdges& x, AlikeEdges& y) const {
+std::optional<BoardFit::EdgeGroups> BoardFit::GroupAlikeEdges() const {
   const Eigen::Matrix2d board_by_pixel = BoardByPixel();
   const auto follow_pixels = [&](int axis) {
     const Eigen::RowVector2d across = board_by_pixel.row(axis).cwiseAbs();
     return across.minCoeff() * CellPx() < kAlongPixels * across.maxCoeff();
   };
   const bool along_x = follow_pixels(0), along_y = follow_pixels(1);
-  if (!along_x && !along_y) return false;
+  if (!along_x && !along_y) return std::nullopt;
   // Edges of constant x follow the columns of the image, or its rows.
   const int across_x = std::abs(board_by_pixel(0, 0)) > std::abs(board_by_pixel(0, 1)) ? 0 : 1;
-  const auto set = [&](AlikeEdges& edges, int corner, int axis) {
-    const int group = static_cast<int>(pixels_.place(corner).pixel[axis]) % AlikeEdges::kBlockPx;
-    std::fill_n(edges.group_of_lane.begin() + pixels_.Lane(corner), 4, group);
-  };
+  std::optional<EdgeGroups> groups(std::in_place);
   for (int corner = 0; corner < pixels_.corners(); ++corner) {
-    if (!pixels_.inside(corner) || !used(corner)) continue;
-    if (along_x) set(x, corner, across_x);
-    if (along_y) set(y, corner, 1 - across_x);
+    const auto group = [&](int axis) {
+      return static_cast<int>(pixels_.place(corner).pixel[axis]) % AlikeEdges::kBlockPx;
+    };
+    const bool counts = pixels_.inside(corner) && used(corner);
+    (*groups)[static_cast<std::size_t>(corner)] = {counts && along_x ? group(across_x) : -1,
+                                                   counts && along_y ? group(1 - across_x) : -1};
   }
-  return true;
+  return groups;
 }
 
 void BoardFit::TellEdgeTally() {
   run_->result.along_edges = {};
   EdgeTally& tally = run_->result.along_edges.own;
+  if (run_->terms.look_farther) return;
+  const std::optional<EdgeGroups> groups = GroupAlikeEdges();
+  if (!groups) return;
   AlikeEdges edges[2];
-  if (run_->terms.look_farther || !GroupAlikeEdges(edges[0], edges[1])) return;
+  for (int corner = 0; corner < pixels_.corners(); ++corner)
+    for (std::size_t axis = 0; axis < 2; ++axis)
+      if (const int group = (*groups)[static_cast<std::size_t>(corner)][axis]; group >= 0)
+        std::fill_n(edges[axis].group_of_lane.begin() + pixels_.Lane(corner), 4, group);
   const LaneBlock& lanes = pixels_.lanes();
   if (lanes.is_folded())
     for (AlikeEdges& of_axis : edges) lanes.SpreadFolded(of_axis.group_of_lane.data());
@@ -51,15 +59,15 @@ void BoardFit::TellEdgeTally() {
 std::optional<BoardGeometry::Information> BoardFit::CovarianceAlongEdges(
     const BoardGeometry::Information& in_pixels) const {
   using Parameters = BoardGeometry::Parameters;
-  AlikeEdges edges[2];
-  if (!GroupAlikeEdges(edges[0], edges[1])) return std::nullopt;
+  const std::optional<EdgeGroups> groups = GroupAlikeEdges();
+  if (!groups) return std::nullopt;
   // Each group has one error that all its edges share.
   std::array<std::array<Parameters, AlikeEdges::kBlockPx>, 2> moves;
   for (auto& of_axis : moves) of_axis.fill(Parameters::Zero());
   std::array<std::array<double, AlikeEdges::kBlockPx>, 2> information{};
   for (const ShiftedCorner& corner : shifted_)
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      const int group = edges[axis].group_of_lane[static_cast<std::size_t>(pixels_.Lane(corner.corner))];
+      const int group = (*groups)[static_cast<std::size_t>(corner.corner)][axis];
       if (group < 0) continue;
       const CornerDerivative& by = derivatives_[static_cast<std::size_t>(corner.corner)];
       const Eigen::Vector2d of_axis = corner.information.col(static_cast<Eigen::Index>(axis));
@@ -88,7 +96,7 @@ BoardGeometry::Information BoardFit::CountAlongEdges(const BoardGeometry::Inform
   all.Add(along.own);
   along.counted = all.MoreOf(along.own);
   if (along.counted == 0) return of_moves;
-  return InverseOf<BoardGeometry::kParameters>(InverseOf(of_moves) + along.counted * *of_unit);
+  return WidenedBy(of_moves, along.counted * *of_unit);
 }
 
 }  // namespace chequer

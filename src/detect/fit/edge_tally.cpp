@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/small_cholesky.h"
+#include "detect/common/widened.h"
 
 namespace chequer {
 namespace {
@@ -61,7 +61,7 @@ std::optional<BoardGeometry::Information> SharedEdgeErrors::Recounted(const Boar
                                                                       const EdgeTally& all) const {
   const double changed = all.MoreOf(own) - counted;
   if (!(std::abs(changed) * information.cwiseProduct(covariance).sum() > kLeastChange)) return std::nullopt;
-  return InverseOf<BoardGeometry::kParameters>(InverseOf(information) + changed * covariance);
+  return WidenedBy(information, changed * covariance);
 }
 
 }  // namespace chequer

@@ -337,7 +337,8 @@ TEST(HonestCovarianceOfSharpenedEdges, OtherBoardsOfAnImageTellWhatAllEdgesOfOne
     together->options.processing.sharpening = 1;
     for (const MarkerPose& marker : test::Look(*together, code, kFirstSeed + static_cast<std::uint64_t>(image)))
       for (const SceneMarker& truth : together->scene.markers)
-        if ((marker.center_px - CenterPx(truth, together->options.camera)).norm() < 10) errors.Add(truth.camera_from_marker, marker);
+        if ((marker.center_px - CenterPx(truth, together->options.camera)).norm() < 10)
+          errors.Add(truth.camera_from_marker, marker);
   }
   EXPECT_GE(errors.poses(), kImages * kBoards * 19 / 20);
   EXPECT_GT(errors.position(), 0.7);
