@@ -437,7 +437,7 @@ class BoardFit {
   void EvenOutPixels(const Shading& shading, const Eigen::Matrix2d& spread);
   double LightAt(int corner) const;
 
-  // The model with all its terms: board_fit_model.cpp.
+  // The model with all its terms: board_fit_model.cpp, and what it is given: board_fit_model_lanes.cpp.
   /// Whether the lens blurs light of more than the four cells around a corner into its pixels.
   /// @param image_blur_px BlurOfImage().
   bool BlursWidely(double image_blur_px) const;
