@@ -239,6 +239,8 @@ class BoardFit {
   bool WhatIsLeftCounts(const StepSize& step, const StepSize& before, double most) const;
   /// Whether it goes on until next to nothing is left.
   bool FollowsClosely() const;
+  /// A step of the plain model from the places where the last one has moved the corners. False if it runs away.
+  bool StepFromThere(const Lens& lens, LaneSums sums, bool first, double shape_left);
   /// Steps until nothing moves any more.
   /// @param anew it had settled before, by other pixels.
   bool Settle(const Lens& lens, const Start& start, bool noise_known, bool anew = false);
@@ -283,8 +285,8 @@ class BoardFit {
   std::optional<EdgeGroups> GroupAlikeEdges() const;
   /// After the last step of the plain model, the only one that is asked.
   void TellEdgeTally();
-  /// What the covariance of the moves has beside the pixels' noise, for each unit of EdgeTally::MoreOf. Nothing where no
-  /// edges follow the image's pixels.
+  /// What the covariance of the moves has beside the pixels' noise, for each unit of EdgeTally::MoreOf. Nothing where
+  /// no edges follow the image's pixels.
   std::optional<BoardGeometry::Information> CovarianceAlongEdges(const BoardGeometry::Information& in_pixels) const;
   /// Information on moves with that, as far as this board's edges and those of earlier images show such errors.
   BoardGeometry::Information CountAlongEdges(const BoardGeometry::Information& in_pixels,
@@ -404,9 +406,10 @@ class BoardFit {
   LevelProducts SumModelProducts(const LearntBoard& learnt) const;
 
   // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
-  /// Takes out of the pixels what cells' levels tell of a shading, beside what was taken out before, and leaves a veil
-  /// over it in. Where terms of the light are on, ShadingTerm and VeilTerm have them. How much steeper the shading is
-  /// than before, of the light's logarithm, a cell.
+  /// What cells' levels tell of a shading beside what was taken out before, if that counts; tells of the veil over it.
+  std::optional<Shading> ShadingOfLevels(const Start& start);
+  /// Takes that out of the pixels, and leaves the veil in. Where terms of the light are on, ShadingTerm and VeilTerm
+  /// have them. How much steeper the shading is than before, of the light's logarithm, a cell.
   Eigen::Vector2d EvenOutShading(const Start& start);
   /// Whether what was taken out of the pixels is the shading that the levels tell by now; if not, it is from here on.
   /// @param variances that pixels leave.
@@ -448,6 +451,10 @@ class BoardFit {
   void SetModelLanes();
   /// @param shading how far shading moves the light of pixels (SpreadOfLight::of_pixels).
   void SetLanesOfTerms(int corner, const Eigen::Matrix2d& shading);
+  /// A value that the four phases of a corner share.
+  void SetModelLane(int corner, int which, double value);
+  /// @param lens,blur the lens's share of the covariance of the blur, and all of it, board coordinates.
+  void SetLanesOfBlur(int corner, const Eigen::Matrix2d& lens, const Eigen::Matrix2d& blur);
   void SetLanesOfLevels(int corner);
   ModelEquations::Input EquationsOfModel() const;
   /// A step of Gauss-Newton that is not made yet.

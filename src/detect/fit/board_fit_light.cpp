@@ -126,9 +126,8 @@ void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread)
 
 double BoardFit::LightAt(int corner) const { return run_->model.LightAt(pixels_.place(corner).board).share; }
 
-Eigen::Vector2d BoardFit::EvenOutShading(const Start& start) {
-  const Eigen::Vector2d none = Eigen::Vector2d::Zero();
-  if (run_->model.own_levels || run_->model.LightVaries()) return none;
+std::optional<Shading> BoardFit::ShadingOfLevels(const Start& start) {
+  if (run_->model.own_levels || run_->model.LightVaries()) return std::nullopt;
   const double cell_px = CellPx();
   run_->light.shade_twice = cell_px > kTwiceCellPx;
   PhaseValues& veil = run_->light.veil;
@@ -147,13 +146,18 @@ Eigen::Vector2d BoardFit::EvenOutShading(const Start& start) {
     cells.veil = veil = FindVeil(cells, *shading);
     if (veil != PhaseValues{}) shading = FindShading(cells);
   }
-  if (!shading) return none;
-  if (cell_px <= kFineCellPx) {
-    const bool bends = !shading->bend.isZero();
-    // Of all of it, whatever was taken out before: else what counts would depend on the order.
-    if (!bends) shading->slope = Shrunk(run_->light.slope + shading->slope) - run_->light.slope;
-    if (shading->slope.norm() < (bends ? kWeakShading : kNoShading)) return none;
-  }
+  if (!shading || cell_px > kFineCellPx) return shading;
+  const bool bends = !shading->bend.isZero();
+  // Of all of it, whatever was taken out before: else what counts would depend on the order.
+  if (!bends) shading->slope = Shrunk(run_->light.slope + shading->slope) - run_->light.slope;
+  if (shading->slope.norm() < (bends ? kWeakShading : kNoShading)) return std::nullopt;
+  return shading;
+}
+
+Eigen::Vector2d BoardFit::EvenOutShading(const Start& start) {
+  const std::optional<Shading> shading = ShadingOfLevels(start);
+  if (!shading) return Eigen::Vector2d::Zero();
+  const PhaseValues& veil = run_->light.veil;
   run_->light.bent |= shading->bent;
   pixels_.PrepareChange();
   // Taken out of every pixel; levels then are those in the light of the board's centre. As the lens blurs what is

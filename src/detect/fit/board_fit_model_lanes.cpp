@@ -102,12 +102,12 @@ void BoardFit::SetModelLanes() {
   }
 }
 
+void BoardFit::SetModelLane(int corner, int which, double value) {
+  std::fill_n(model_lanes_.parameter_data(which) + pixels_.Lane(corner), 4, static_cast<float>(value));
+}
+
 void BoardFit::SetLanesOfTerms(int corner, const Eigen::Matrix2d& shading) {
   const CornerPlace& place = pixels_.place(corner);
-  const int lane = pixels_.Lane(corner);
-  const auto set = [&](int which, double value) {
-    std::fill_n(model_lanes_.parameter_data(which) + lane, 4, static_cast<float>(value));
-  };
   const Eigen::Matrix2d& by_pixel = place.board_by_pixel;
   const Eigen::Matrix2d lens = run_->model.blur_px * run_->model.blur_px * by_pixel * by_pixel.transpose();
   const Eigen::Vector2d way = by_pixel * run_->model.motion_px;
@@ -122,36 +122,39 @@ void BoardFit::SetLanesOfTerms(int corner, const Eigen::Matrix2d& shading) {
   Terms::ForEach([&]<class Term>() {
     const auto set_own = [&](int which, const auto& value) {
       if constexpr (std::is_same_v<decltype(value), const PhaseValues&>)
-        std::copy_n(value.data(), 4, model_lanes_.parameter_data(ModelLanes::Of<Term>(which)) + lane);
+        std::copy_n(value.data(), 4, model_lanes_.parameter_data(ModelLanes::Of<Term>(which)) + pixels_.Lane(corner));
       else
-        set(ModelLanes::Of<Term>(which), value);
+        SetModelLane(corner, ModelLanes::Of<Term>(which), value);
     };
     if constexpr (Term::kLanes > 0)
       if (run_->model_input.terms.on<Term>()) run_->model.Term::SetLanes(run_->model_input, of_terms, set_own);
   });
-  const Eigen::Matrix2d& blur = of_terms.blur;
-  for (int axis = 0; axis < 2; ++axis) {
-    const double variance = blur(axis, axis);
-    set(ModelLanes::kScaleX + axis, 1 / std::sqrt(variance));
-    set(ModelLanes::kBlurX + axis, lens(axis, axis) / variance / run_->model.blur_px);
-  }
+  SetLanesOfBlur(corner, lens, of_terms.blur);
   const Eigen::Vector2d printed = Printed(corner);
-  set(ModelLanes::kCornerX, printed.x());
-  set(ModelLanes::kCornerY, printed.y());
-  set(ModelLanes::kCovariance, blur(0, 1));
-  const bool skewed = lens(0, 1) * lens(0, 1) > kSkewed * kSkewed * lens(0, 0) * lens(1, 1);
-  set(ModelLanes::kSkew, skewed ? blur(0, 1) : 0);
-  set(ModelLanes::kSkewByBlur, skewed ? 2 * lens(0, 1) / run_->model.blur_px : 0);
-  set(ModelLanes::kByPixelXx, by_pixel(0, 0));
-  set(ModelLanes::kByPixelXy, by_pixel(0, 1));
-  set(ModelLanes::kByPixelYx, by_pixel(1, 0));
-  set(ModelLanes::kByPixelYy, by_pixel(1, 1));
+  SetModelLane(corner, ModelLanes::kCornerX, printed.x());
+  SetModelLane(corner, ModelLanes::kCornerY, printed.y());
+  SetModelLane(corner, ModelLanes::kByPixelXx, by_pixel(0, 0));
+  SetModelLane(corner, ModelLanes::kByPixelXy, by_pixel(0, 1));
+  SetModelLane(corner, ModelLanes::kByPixelYx, by_pixel(1, 0));
+  SetModelLane(corner, ModelLanes::kByPixelYy, by_pixel(1, 1));
   for (int axis = 0; axis < 2; ++axis) {
     const WindowEnds ends = run_->light.fades ? EndsOf(corner, axis) : WindowEnds{};
-    set(ModelLanes::kFadeX + axis, ends.slope);
-    set(ModelLanes::kMiddleX + axis, ends.middle());
-    set(ModelLanes::kPeakX + axis, ends.peak());
+    SetModelLane(corner, ModelLanes::kFadeX + axis, ends.slope);
+    SetModelLane(corner, ModelLanes::kMiddleX + axis, ends.middle());
+    SetModelLane(corner, ModelLanes::kPeakX + axis, ends.peak());
   }
+}
+
+void BoardFit::SetLanesOfBlur(int corner, const Eigen::Matrix2d& lens, const Eigen::Matrix2d& blur) {
+  for (int axis = 0; axis < 2; ++axis) {
+    const double variance = blur(axis, axis);
+    SetModelLane(corner, ModelLanes::kScaleX + axis, 1 / std::sqrt(variance));
+    SetModelLane(corner, ModelLanes::kBlurX + axis, lens(axis, axis) / variance / run_->model.blur_px);
+  }
+  SetModelLane(corner, ModelLanes::kCovariance, blur(0, 1));
+  const bool skewed = lens(0, 1) * lens(0, 1) > kSkewed * kSkewed * lens(0, 0) * lens(1, 1);
+  SetModelLane(corner, ModelLanes::kSkew, skewed ? blur(0, 1) : 0);
+  SetModelLane(corner, ModelLanes::kSkewByBlur, skewed ? 2 * lens(0, 1) / run_->model.blur_px : 0);
 }
 
 void BoardFit::SetLanesOfLevels(int corner) {

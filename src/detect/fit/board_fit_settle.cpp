@@ -86,6 +86,13 @@ bool BoardFit::SettleAnew(const LightReader& reader, const Lens& lens, const Sta
   return Recollect(reader, lens, start) && Settle(lens, start, true, true);
 }
 
+bool BoardFit::StepFromThere(const Lens& lens, LaneSums sums, bool first, double shape_left) {
+  const bool moved = run_->step.corner_px > kFollowSettlingPx;
+  if (moved) pixels_.PlaceCorners(lens, run_->model.geometry);
+  if (moved || first || run_->step.shape_gain >= shape_left) SetPlaces();
+  return Step(sums) && run_->step.corner_px <= kRunawayPx;
+}
+
 bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bool anew) {
   const int passes_of_light = anew ? kPassesOfLightAnew : kPassesOfLight;
   LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
@@ -96,11 +103,8 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
   for (int pass = 1, last = kMaxPasses, lit_by = 0; pass < last; before = step, ++pass) {
     const SettleLimits& settled = FollowsClosely() ? kCloseLimits : kUsualLimits;
     const double shape_left = settled.shape * pixels_.pixels();
-    const bool moved = run_->step.corner_px > kFollowSettlingPx;
-    if (moved) pixels_.PlaceCorners(lens, run_->model.geometry);
-    if (moved || pass == 1 || run_->step.shape_gain >= std::min(settled.shape_follows, shape_left)) SetPlaces();
     run_->plain_input.robust_limit = noise_known ? kRobustLimit : 1e9f;
-    if (!Step(sums) || run_->step.corner_px > kRunawayPx) return false;
+    if (!StepFromThere(lens, sums, pass == 1, std::min(settled.shape_follows, shape_left))) return false;
     if (pass == 1 && BeginsNear(start) && run_->step.corner_px > kOtherPixelsPx) return false;
     step = SizeOfStep();
     run_->told.pixel_variance = step.variances;

@@ -162,6 +162,27 @@ HWY_INLINE void FillRow(const Model& m, const float* HWY_RESTRICT edges, V marke
   }
 }
 
+/// Where the sums of a lane are read. @tparam kSums of the input.
+template <LaneSums kSums>
+HWY_INLINE void StoreOtherSums(const OtherSums& sums, int first, LaneBlock& block) {
+  const D d;
+  const auto finish = [&](LaneSum which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
+  constexpr float kUneven = -kDensity / kUnit, kSkew = kDensity * kDensity;
+  finish(kUnevenResidual, hn::Mul(sums.uneven_residual, hn::Set(d, kUneven)));
+  finish(kUnevenSquare, hn::Mul(sums.uneven_square, hn::Set(d, kUneven * kUneven)));
+  finish(kSkewResidual, hn::Mul(sums.skew_residual, hn::Set(d, kSkew)));
+  finish(kSkewSquare, hn::Mul(sums.skew_square, hn::Set(d, kSkew * kSkew)));
+  if constexpr (kSums == LaneSums::kShapes) return;
+  finish(kWeight, sums.weight);
+  finish(kDarkSquare, sums.dark_square);
+  finish(kDarkLight, sums.dark_light);
+  finish(kDarkCount, sums.dark_count);
+  finish(kLightSquare, hn::Sub(sums.fit_square, sums.dark_square));
+  finish(kLightLight, hn::Sub(sums.fit_light, sums.dark_light));
+  finish(kLightCount, hn::Sub(sums.fit_count, sums.dark_count));
+  finish(kSaturatedWeight, sums.saturated);
+}
+
 /// Of the lanes from `first` on that fill a vector.
 template <LaneSums kSums, bool kGrown>
 void AccumulateVector(const KernelInput& input, const Shared& shared, int first, LaneBlock& block) {
@@ -201,21 +222,7 @@ void AccumulateVector(const KernelInput& input, const Shared& shared, int first,
                                : AddAllProducts(d, rows, pixels, k == 0, products);
   }
   ScaleShapes<kSums != LaneSums::kShapes>(input, block, first, products);
-  const auto finish = [&](LaneSum which, V value) HWY_ATTR { hn::StoreU(value, d, block.sum_data(which) + first); };
-  constexpr float kUneven = -kDensity / kUnit, kSkew = kDensity * kDensity;
-  finish(kUnevenResidual, hn::Mul(sums.uneven_residual, hn::Set(d, kUneven)));
-  finish(kUnevenSquare, hn::Mul(sums.uneven_square, hn::Set(d, kUneven * kUneven)));
-  finish(kSkewResidual, hn::Mul(sums.skew_residual, hn::Set(d, kSkew)));
-  finish(kSkewSquare, hn::Mul(sums.skew_square, hn::Set(d, kSkew * kSkew)));
-  if constexpr (kSums == LaneSums::kShapes) return;
-  finish(kWeight, sums.weight);
-  finish(kDarkSquare, sums.dark_square);
-  finish(kDarkLight, sums.dark_light);
-  finish(kDarkCount, sums.dark_count);
-  finish(kLightSquare, hn::Sub(sums.fit_square, sums.dark_square));
-  finish(kLightLight, hn::Sub(sums.fit_light, sums.dark_light));
-  finish(kLightCount, hn::Sub(sums.fit_count, sums.dark_count));
-  finish(kSaturatedWeight, sums.saturated);
+  StoreOtherSums<kSums>(sums, first, block);
 }
 
 template <bool kGrown>

@@ -98,6 +98,22 @@ struct Range {
   double Spread() const { return double{std::max(most[0] - least[0], most[1] - least[1])}; }
 };
 
+/// Of a board's cells in plain view.
+struct Ranges {
+  Range dark, light;
+  std::size_t whitest = 0;  ///< of white cells, the one that a spot adds least to
+
+  explicit Ranges(const HighlightTerm::Cells& cells) {
+    ForCells(cells.size, [&](std::size_t cell, int row, int col) {
+      if (cells.hidden[cell] != Hidden::kNot) return;
+      const float level = cells.levels[cell][cells.phase], least = light.least[0];
+      (IsDark(row, col) ? dark : light).Add(cells.saturated[cell] != 0, level);
+      if (light.least[0] < least) whitest = cell;
+    });
+  }
+  double white() const { return double{light.least[0]}; }
+};
+
 /// Levels of a board's light cells, or of its dark ones, less what they differ by beside a spot: each ink has a level
 /// of its own, and light that falls off, and was taken out by light cells, leaves a slope.
 class Levels {
@@ -185,17 +201,10 @@ inline std::optional<HighlightTerm> HighlightTerm::Find(const Cells& cells) {
   constexpr int kBeyond = 3;                 // the middle lies as many half cells beyond the rim at most
   const int rows = cells.size.rows, cols = cells.size.cols, places = 2 * (rows + kBeyond) + 1;
   // Most boards have none, which the range of their levels tells.
-  highlight::Range of_dark, of_light;
-  std::size_t whitest = 0;  // of white cells, the one that it adds least to
-  ForCells(cells.size, [&](std::size_t cell, int row, int col) {
-    if (cells.hidden[cell] != Hidden::kNot) return;
-    const float level = cells.levels[cell][cells.phase], least = of_light.least[0];
-    (IsDark(row, col) ? of_dark : of_light).Add(cells.saturated[cell] != 0, level);
-    if (of_light.least[0] < least) whitest = cell;
-  });
-  const double white = double{of_light.least[0]};
-  if (of_light.most[0] == 0 || !(white > 0) || of_dark.Spread() < kLeastSpread * white) return std::nullopt;
-  if (of_light.Spread() > kMostInLight * of_dark.Spread() + kOtherwiseInLight * white) return std::nullopt;
+  const highlight::Ranges ranges(cells);
+  const double white = ranges.white(), spread = ranges.dark.Spread();
+  if (ranges.light.most[0] == 0 || !(white > 0) || spread < kLeastSpread * white) return std::nullopt;
+  if (ranges.light.Spread() > kMostInLight * spread + kOtherwiseInLight * white) return std::nullopt;
   highlight::Levels dark, light;
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
     if (cells.hidden[cell] != Hidden::kNot) return;
@@ -205,7 +214,7 @@ inline std::optional<HighlightTerm> HighlightTerm::Find(const Cells& cells) {
   if (dark.FreeBeside(kColumns) == 0) return std::nullopt;
   double best = dark.squares() * (1 - kLeaves * dark.FreeBeside(kColumns) / dark.FreeBeside(0));
   HighlightTerm found;
-  found.white = cells.levels[whitest];
+  found.white = cells.levels[ranges.whitest];
   std::array<highlight::Levels::PerCell, 2 * (kMaxCells / 3 + kBeyond) + 1> down;  // by place, of dark cells
   for (const float width : {0.5f, 0.8f, 1.2f, 1.9f}) {
     for (int i = 0; i < places; ++i) down[static_cast<std::size_t>(i)] = dark.AlongY(i - kBeyond, width);
