@@ -5,6 +5,8 @@
 #include <Eigen/Cholesky>
 #include <random>
 
+#include "support/dense.h"
+
 namespace chequer {
 namespace {
 
@@ -113,7 +115,7 @@ TEST_P(BoardEquationsTest, SolvesAsADenseSolverDoes) {
     constexpr int kUnknowns = BoardEquations::kUnknowns;
     const Eigen::MatrixXd covariance =
         factor.solve(Eigen::MatrixXd::Identity(normal.rows(), kUnknowns)).topRows<kUnknowns>();
-    EXPECT_LT((equations.normal().inverse() - covariance).norm(), 1e-3 * covariance.norm());
+    EXPECT_LT((test::Inverse(equations.normal()) - covariance).norm(), 1e-3 * covariance.norm());
 
     std::vector<PhaseValues> levels(static_cast<std::size_t>(count), PhaseValues{});
     equations.MoveLevels(step, levels);

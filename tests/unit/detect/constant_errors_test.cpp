@@ -2,7 +2,6 @@
 // known how they differ, and say how far they may be off where it is not.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -14,6 +13,7 @@
 #include "detect/pose/plane_pose.h"
 #include "simulate/print_quality.h"
 #include "simulate/random.h"
+#include "support/dense.h"
 #include "support/pose_errors.h"
 #include "support/scenes.h"
 
@@ -188,10 +188,11 @@ TEST(PrintTolerance, WithoutItPosesSayThatTheyFitPoorly) {
 
 TEST(PrintEffect, InformationIsWidenedByTheColumns) {
   BoardGeometry::Information root = BoardGeometry::Information::Random();
-  const BoardGeometry::Information information = root * root.transpose() + BoardGeometry::Information::Identity();
+  const BoardGeometry::Information information =
+      test::Product(root, root.transpose()) + BoardGeometry::Information::Identity();
   const PrintColumns columns = PrintColumns::Random();
-  const BoardGeometry::Information covariance = information.inverse() + columns * columns.transpose();
-  EXPECT_TRUE((Widened(information, columns) * covariance).isIdentity(1e-9));
+  const Eigen::MatrixXd covariance = test::Inverse(information) + test::Product(columns, columns.transpose());
+  EXPECT_TRUE(test::Product(Widened(information, columns), covariance).isIdentity(1e-9));
 }
 
 TEST(PrintEffect, IsTheDerivativeByWidthAndHeight) {
@@ -236,9 +237,9 @@ TEST(CalibrationEffect, IsThatOfTheCalibrationAtFixedPixels) {
       LensParameter(moved, i) += step;
       by_number.col(i) = (lens.focal() * *moved.Undistort(pixel) - plane) / step;
     }
-    const Eigen::Matrix2d expected = by_number * camera.covariance * by_number.transpose();
-    const Eigen::Matrix<double, 2, 9> moves = geometry.PlaneByParameters(board) * columns;
-    EXPECT_TRUE((moves * moves.transpose()).isApprox(expected, 0.02)) << board.transpose();
+    const Eigen::Matrix2d expected = test::Sandwich(by_number, camera.covariance);
+    const Eigen::MatrixXd moves = test::Product(geometry.PlaneByParameters(board), columns);
+    EXPECT_TRUE(test::Product(moves, moves.transpose()).isApprox(expected, 0.02)) << board.transpose();
   }
   CameraModel exact = camera;
   exact.covariance.setZero();
@@ -279,7 +280,6 @@ TEST(CalibrationEffect, IsTheUsualOneWithAToleranceWhereTheCameraStatesNone) {
 
 TEST(CalibrationEffect, PosesAreHonestWithACalibrationThatIsOff) {
   const CameraModel camera = UncertainCamera();
-  const LensCovariance root = camera.covariance.llt().matrixL();
   test::PoseErrors with, without;
   for (std::uint64_t seed = 600; seed < 612; ++seed) {
     test::KnownFrame frame = FourPrints({}, seed);
@@ -287,7 +287,8 @@ TEST(CalibrationEffect, PosesAreHonestWithACalibrationThatIsOff) {
     Eigen::Matrix<double, 9, 1> white;
     for (double& value : white) value = random.Normal();
     CameraModel truth = camera;
-    for (int i = 0; i < 9; ++i) LensParameter(truth, i) += root.row(i) * white;
+    const Eigen::VectorXd errors_of_lens = test::WithCovariance(camera.covariance, white);
+    for (int i = 0; i < 9; ++i) LensParameter(truth, i) += errors_of_lens[i];
     frame.options.camera = truth;
     DetectorOptions options;
     options.families = {{.code = kPrintedCode, .side_m = kSideM, .roster = {}}};
@@ -354,14 +355,14 @@ TEST(InkRegister, WhatTheOffsetTakesIsInTheInformation) {
   const std::vector<double> blue{0, 1, 0.5, 1, 0, 0, 1};
   const InkRegister inks = CornersWith(blue, {0, 0});
   // Sums of geometry and offset together: the inverse's part of the geometry is the covariance.
-  Eigen::Matrix<double, 10, 10> all = Eigen::Matrix<double, 10, 10>::Zero();
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(10, 10);
   for (int corner = 0; corner < 25; ++corner) {
     const Eigen::Vector2d at = CornerOnBoard({6, 6}, corner / 5, corner % 5);
     for (int axis = 0; axis < 2; ++axis) {
-      Eigen::Matrix<double, 10, 1> by = Eigen::Matrix<double, 10, 1>::Zero();
+      Eigen::VectorXd by = Eigen::VectorXd::Zero(10);
       by.head<8>() = BoardGeometry::MoveByParameters(at, axis);
       by[8 + axis] = -blue[static_cast<std::size_t>(corner) % blue.size()];
-      all += 1e4 * by * by.transpose();
+      all += 1e4 * test::Product(by, by.transpose());
     }
   }
   const BoardGeometry::Information without = all.topLeftCorner<8, 8>();
@@ -369,9 +370,9 @@ TEST(InkRegister, WhatTheOffsetTakesIsInTheInformation) {
   all(8, 8) += 1 / (deviation * deviation);
   all(9, 9) += 1 / (deviation * deviation);
   const InkRegister::Known known = inks.After(without, {deviation, deviation});
-  const BoardGeometry::Information covariance =
-      known.information.inverse() + known.by_prior * known.by_prior.transpose();
-  EXPECT_TRUE(covariance.isApprox(all.inverse().topLeftCorner<8, 8>(), 1e-6));
+  const Eigen::MatrixXd covariance =
+      test::Inverse(known.information) + test::Product(known.by_prior, known.by_prior.transpose());
+  EXPECT_TRUE(covariance.isApprox(test::Inverse(all).topLeftCorner(8, 8), 1e-6));
 }
 
 }  // namespace

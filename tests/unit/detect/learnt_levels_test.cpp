@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "core/median.h"
 #include "simulate/inks.h"
 #include "simulate/random.h"
+#include "support/dense.h"
 #include "support/pose_errors.h"
 #include "support/same_bits.h"
 #include "support/scenes.h"
@@ -269,40 +269,37 @@ TEST(LearntLevels, NeedAMemoryAndKeepItSmall) {
 /// change them.
 struct Problem {
   static constexpr int kShared = LevelProducts::kShared, kLevels = 12, kAll = kShared + kLevels;
-  Eigen::Matrix<double, kAll, kAll> normal;
+  Eigen::MatrixXd normal;
   Eigen::Matrix<double, kLevels, 1> difference;
   Eigen::Matrix<double, kLevels, LevelProducts::kLights> lights;
 
   Problem() {
     Random random(7);
-    Eigen::Matrix<double, 2 * kAll, kAll> rows;
+    Eigen::MatrixXd rows(kAll, 2 * kAll);
     for (double& value : rows.reshaped()) value = random.Uniform(-1, 1);
-    normal = rows.transpose() * rows;
+    normal = test::Product(rows, rows.transpose());
     for (double& value : lights.reshaped()) value = random.Uniform(0.5, 1);
     for (double& value : difference) value = random.Uniform(-0.2, 0.2);
   }
   OwnEstimate Own(double pixel_variance) const {
-    const Eigen::Matrix<double, kAll, kAll> covariance = normal.inverse();
-    return {covariance.topLeftCorner<kShared, kShared>(), pixel_variance, kLevels};
+    return {test::Inverse(normal).topLeftCorner<kShared, kShared>(), pixel_variance, kLevels};
   }
   LevelProducts Products() const {
-    Eigen::Matrix<double, kAll, kShared + 1 + LevelProducts::kLights> columns;
-    columns.setZero();
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(kAll, kShared + 1 + LevelProducts::kLights);
     columns.topLeftCorner<kShared, kShared>().setIdentity();
     columns.col(kShared).tail<kLevels>() = difference;
     columns.bottomRightCorner<kLevels, LevelProducts::kLights>() = lights;
     LevelProducts products(1);
-    products.products = columns.transpose() * normal * columns;
+    products.products = test::Sandwich(columns.transpose(), normal);
     return products;
   }
   /// What the pixels tell of the levels, without what light may change.
-  Eigen::Matrix<double, kLevels, kLevels> KnownOfLevels() const {
-    const auto by_shared = normal.bottomLeftCorner<kLevels, kShared>();
-    const Eigen::Matrix<double, kLevels, kLevels> known =
-        normal.bottomRightCorner<kLevels, kLevels>() -
-        by_shared * normal.topLeftCorner<kShared, kShared>().inverse() * by_shared.transpose();
-    const Eigen::Matrix<double, kLevels, LevelProducts::kLights> by_light = known * lights;
-    return known - by_light * (lights.transpose() * by_light).inverse() * by_light.transpose();
+  Eigen::MatrixXd KnownOfLevels() const {
+    const Eigen::MatrixXd known = normal.bottomRightCorner<kLevels, kLevels>() -
+                                  test::Sandwich(normal.bottomLeftCorner<kLevels, kShared>(),
+                                                 test::Inverse(normal.topLeftCorner<kShared, kShared>()));
+    return known -
+           test::Sandwich(test::Product(known, lights), test::Inverse(test::Sandwich(lights.transpose(), known)));
   }
 };
 
@@ -315,15 +312,15 @@ TEST(LearntLevels, AreAGaussianPrior) {
   light.Age(1, 0);
   LearntStep step;
   ASSERT_TRUE(UseLearnt(products, problem.Own(pixel_variance), light, step));
-  const Eigen::Matrix<double, kLevels, kLevels> prior = frames * problem.KnownOfLevels();
-  Eigen::Matrix<double, kAll, kAll> with_prior = problem.normal;
+  const Eigen::MatrixXd prior = frames * problem.KnownOfLevels();
+  Eigen::MatrixXd with_prior = problem.normal;
   with_prior.bottomRightCorner<kLevels, kLevels>() += prior;
-  Eigen::Matrix<double, kAll, 1> pull = Eigen::Matrix<double, kAll, 1>::Zero();
-  pull.tail<kLevels>() = -prior * problem.difference;
-  const Eigen::Matrix<double, kAll, kAll> covariance = with_prior.inverse();
+  Eigen::VectorXd pull = Eigen::VectorXd::Zero(kAll);
+  pull.tail<kLevels>() = -test::Product(prior, problem.difference);
+  const Eigen::MatrixXd covariance = test::Inverse(with_prior);
   const LevelProducts::SharedSquare of_shared = covariance.topLeftCorner<kShared, kShared>();
   EXPECT_LT((step.covariance - of_shared).norm(), 1e-9 * of_shared.norm());
-  const Eigen::Matrix<double, kShared, 1> moves = (covariance * pull).head<kShared>();
+  const Eigen::Matrix<double, kShared, 1> moves = test::Product(covariance, pull).topRows<kShared>();
   EXPECT_LT((step.moves - moves).norm(), 1e-9 * moves.norm());
   EXPECT_NEAR(light.variance * products.LightInformation(), pixel_variance / (frames + 1), 1e-9);
 }

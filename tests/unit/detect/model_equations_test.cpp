@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <random>
+
+#include "support/dense.h"
 
 namespace chequer {
 namespace {
@@ -89,12 +89,12 @@ TEST_P(ModelEquationsTest, SolveAsADenseSystemDoes) {
               rows.col(columns_.levels + i);
       }
       const Eigen::VectorXd residual = rows.col(columns_.residual());
-      normal += all.transpose() * all;
-      right += all.transpose() * residual;
+      normal += test::Product(all.transpose(), all);
+      right += test::Product(all.transpose(), residual);
       square += residual.squaredNorm();
     }
   }
-  const Eigen::VectorXd expected = normal.ldlt().solve(right);
+  const Eigen::VectorXd expected = test::Product(test::Inverse(normal), right);
   ModelEquations equations;
   // Twice, so that the second finds what the first has left behind.
   for (int times = 0; times < 2; ++times) ASSERT_TRUE(equations.Solve(Input(channel_of_phase)));
@@ -104,7 +104,7 @@ TEST_P(ModelEquationsTest, SolveAsADenseSystemDoes) {
       EXPECT_NEAR(equations.LevelStep(level, channel), expected[shared + channel * kModelCells + level], 1e-4)
           << "level " << level << " of channel " << channel;
   EXPECT_NEAR(equations.chi_square(), square - expected.dot(right), 1e-3 * square);
-  const Eigen::MatrixXd covariance = normal.inverse().topLeftCorner(shared, shared);
+  const Eigen::MatrixXd covariance = test::Inverse(normal).topLeftCorner(shared, shared);
   EXPECT_LT((equations.information() * covariance - Eigen::MatrixXd::Identity(shared, shared)).norm(), 1e-2);
 }
 

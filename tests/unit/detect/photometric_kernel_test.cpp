@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,6 +14,7 @@
 
 #include "detect/fit/edge_noise.h"
 #include "detect/fit/edge_tally.h"
+#include "support/dense.h"
 #include "support/edge_terms.h"
 
 namespace chequer {
@@ -243,8 +243,10 @@ TEST(ErrorsAlongEdges, AreCountedAsOthersHaveThem) {
     SharedEdgeErrors others = errors;
     others.counted = counted;
     // What was counted before lies within the board's covariance.
-    const BoardGeometry::Information before = (information.inverse() + counted * errors.covariance).inverse();
-    const BoardGeometry::Information as_all = (information.inverse() + errors.counted * errors.covariance).inverse();
+    const auto widened = [&](double units) {
+      return BoardGeometry::Information(test::Inverse(test::Inverse(information) + units * errors.covariance));
+    };
+    const BoardGeometry::Information before = widened(counted), as_all = widened(errors.counted);
     const auto recounted = others.Recounted(before, all);
     ASSERT_TRUE(recounted);
     EXPECT_TRUE(recounted->isApprox(as_all, 1e-9)) << counted;

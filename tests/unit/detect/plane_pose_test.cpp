@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <random>
 
 #include "support/board_places.h"
+#include "support/dense.h"
 
 namespace chequer {
 namespace {
@@ -30,8 +30,7 @@ MeasuredHomography WithNoise(MeasuredHomography measured, std::mt19937& random) 
   std::normal_distribution<double> normal;
   BoardGeometry::Parameters white;
   for (double& value : white) value = normal(random);
-  // With information = L Lᵀ, L⁻ᵀ makes white noise into that of the covariance.
-  measured.geometry.Add(measured.information.llt().matrixU().solve(white));
+  measured.geometry.Add(test::WithInformation(measured.information, white));
   return measured;
 }
 
@@ -62,7 +61,7 @@ TEST(PlanePoses, TheCovarianceIsThatOfTheErrors) {
     const auto poses = PlanePoses(WithNoise(Seen(truth), random), {kCell, kCell}, kFocal);
     ASSERT_TRUE(poses.has_value()) << "case " << i;
     const auto error = Error((*poses)[0].camera_from_board, truth);
-    normalised += error.dot((*poses)[0].covariance.inverse() * error);
+    normalised += test::SquareOver(error, (*poses)[0].covariance);
     chi_square += (*poses)[0].chi_square;
   }
   EXPECT_NEAR(normalised / kCases, 6, 0.6) << "squares of the errors by the covariance: six degrees of freedom";

@@ -8,6 +8,7 @@
 
 #include "detect/common/homography.h"
 #include "support/board_places.h"
+#include "support/dense.h"
 #include "support/pose_errors.h"
 #include "support/stream_frames.h"
 
@@ -110,7 +111,7 @@ TEST(RollingShutterUndone, ChangesNothingOfABoardThatStands) {
 }
 
 TEST(RollingShutterUndone, TellsHowSurelyTheSpeedIsKnown) {
-  const auto variance = [](const BoardMeasurement& measured) { return measured.information.inverse()(1, 1); };
+  const auto variance = [](const BoardMeasurement& measured) { return test::Inverse(measured.information)(1, 1); };
   const Driver driver;
   const double sure = variance(Undone(driver, kDriverFrameS, 0));
   EXPECT_NEAR(sure, 1e-6, 1e-12);

@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 
 #include "detect/common/widened.h"
 #include "detect/pose/plane_pose.h"
+#include "support/dense.h"
 #include "support/seed.h"
 #include "unit/robot/measured_boards.h"
 
@@ -61,7 +61,7 @@ TEST(FitBodyOnFloor, ItsCovarianceIsHonestAndItsErrorsSmallerThanTheFreePoses) {
     const auto free = FitFreeBody(boards, CameraFromWorld() * truth);
     ASSERT_TRUE(fit && free);
     const Eigen::Vector3d error(fit->position.x() - 0.3, fit->position.y() - 0.2, HeadingError(fit->heading_rad, 1.2));
-    sum += error.dot(fit->covariance.inverse() * error) / 3;
+    sum += test::SquareOver(error, fit->covariance) / 3;
     chi_square += fit->chi_square - free->chi_square;
     const RigidTransform world_from_body = WorldFromCamera() * free->camera_from_body;
     floor_error += error.head<2>().squaredNorm();
@@ -107,7 +107,7 @@ TEST(FitFreeBody, TheCovarianceOfTwoMarkersIsHonest) {
     const auto fit = FitFreeBody(boards, truth);
     ASSERT_TRUE(fit.has_value());
     const Eigen::Matrix<double, 6, 1> error = ErrorOf(fit->camera_from_body, truth);
-    sum += error.dot(fit->covariance.inverse() * error) / 6;
+    sum += test::SquareOver(error, fit->covariance) / 6;
   }
   EXPECT_NEAR(sum / kRuns, 1, 0.15);
 }
@@ -139,7 +139,7 @@ TEST(FitFreeBody, AllMarkersOfACameraErrByTheSameCalibration) {
     const auto fit = FitFreeBody(boards, truth);
     ASSERT_TRUE(fit.has_value());
     const Eigen::Matrix<double, 6, 1> error = ErrorOf(fit->camera_from_body, truth);
-    sum += error.dot(fit->covariance.inverse() * error) / 6;
+    sum += test::SquareOver(error, fit->covariance) / 6;
     // With a principal point of its own for each board, the variance would be half as large.
     side += error.x() * error.x() / fit->covariance(0, 0);
     EXPECT_GT(fit->print_covariance(0, 0), 0.9 * fit->covariance(0, 0)) << "it stays from frame to frame";

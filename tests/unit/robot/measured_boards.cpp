@@ -1,11 +1,11 @@
 #include "unit/robot/measured_boards.h"
 
-#include <Eigen/Cholesky>
 #include <numbers>
 
 #include "chequer/check.h"
 #include "detect/pose/plane_pose.h"
 #include "support/board_places.h"
+#include "support/dense.h"
 
 namespace chequer::test {
 
@@ -23,7 +23,7 @@ BoardMeasurement Measure(const RigidTransform& camera_from_marker, std::mt19937_
     std::normal_distribution<double> normal;
     BoardGeometry::Parameters white;
     for (double& value : white) value = normal(*random);
-    geometry.Add(information.llt().matrixU().solve(white));
+    geometry.Add(WithInformation(information, white));
   }
   return {geometry.plane_from_board(), information, kFocalPx, kCellM, kCellM};
 }

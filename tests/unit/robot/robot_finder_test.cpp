@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 
+#include "support/dense.h"
 #include "support/error_of.h"
 #include "support/seed.h"
 #include "unit/robot/measured_boards.h"
@@ -101,7 +101,7 @@ TEST_F(RobotFinderTest, ItsCovarianceIsOfTheBodyInTheWorld) {
     Eigen::Matrix<double, 6, 1> error;
     error << robots[0].frame_from_body.translation - truth.translation,
         VectorFromRotation(robots[0].frame_from_body.rotation * truth.rotation.conjugate());
-    sum += error.dot(robots[0].covariance.inverse() * error) / 6;
+    sum += test::SquareOver(error, robots[0].covariance) / 6;
   }
   EXPECT_NEAR(sum / kRuns, 1, 0.2);
 }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "simulate/random.h"
+#include "support/dense.h"
 #include "support/error_of.h"
 
 namespace chequer {
@@ -97,13 +98,12 @@ TEST(EstimateFromReferences, SaysHowExactItIs) {
     // The places are off by what sigma says.
     ReferenceList measured = list;
     Random random(static_cast<std::uint64_t>(1000 + seed));
-    for (Reference& reference : measured.references)
-      reference.position_in_world += 0.001 * AnyVector(random);
+    for (Reference& reference : measured.references) reference.position_in_world += 0.001 * AnyVector(random);
     const WorldEstimate found = EstimateFromReferences(measured, See(list, static_cast<std::uint64_t>(seed)));
     Eigen::Matrix<double, 6, 1> off;
     off << TrueCamera().translation - found.world_from_camera.translation,
         VectorFromRotation(TrueCamera().rotation * found.world_from_camera.rotation.inverse());
-    square += off.dot(found.covariance.inverse() * off) / (6 * kSeeds);
+    square += test::SquareOver(off, found.covariance) / (6 * kSeeds);
   }
   EXPECT_GT(square, 0.6);
   EXPECT_LT(square, 1.5);
@@ -233,8 +233,7 @@ TEST(StillMarkers, AverageOverFramesAndNoticeMotion) {
       markers[i].id = i;
       markers[i].has_pose = true;
       markers[i].camera_from_marker.translation =
-          Eigen::Vector3d(0.1 * static_cast<double>(i), 0, 2) +
-          0.001 * AnyVector(random);
+          Eigen::Vector3d(0.1 * static_cast<double>(i), 0, 2) + 0.001 * AnyVector(random);
       markers[i].camera_from_marker.rotation = RotationFromVector({M_PI, 0, 0.01 * random.Normal()});
       markers[i].covariance = 1e-6 * Matrix6d::Identity();
     }
