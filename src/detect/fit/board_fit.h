@@ -283,14 +283,24 @@ class BoardFit {
   using EdgeGroups = std::array<std::array<int, 2>, kMaxCorners>;
   /// Nothing where none do.
   std::optional<EdgeGroups> GroupAlikeEdges() const;
+  /// Where the corners lie in squares of so many pixels, if they lie so alike that what moves one of them by that moves
+  /// all.
+  std::optional<Eigen::Vector2d> PhaseOfAlikeCorners(double period_px) const;
+  /// What the pixels say of these groups of edges.
+  EdgeTally TallyOf(AlikeEdges& x, AlikeEdges& y);
   /// After the last step of the plain model, the only one that is asked.
   void TellEdgeTally();
-  /// What the covariance of the moves has beside the pixels' noise, for each unit of EdgeTally::MoreOf. Nothing where
-  /// no edges follow the image's pixels.
-  std::optional<BoardGeometry::Information> CovarianceAlongEdges(const BoardGeometry::Information& in_pixels) const;
+  /// How many times as much the place that all corners share varies as the noise tells, beside that.
+  double MoreOfAlikeCorners(const Eigen::Vector2d& phase_of_all);
+  /// What the covariance of the moves has beside the pixels' noise, for each unit of EdgeTally::MoreOf.
+  BoardGeometry::Information CovarianceOfGroups(const BoardGeometry::Information& in_pixels,
+                                                const EdgeGroups& groups) const;
   /// Information on moves with that, as far as this board's edges and those of earlier images show such errors.
   BoardGeometry::Information CountAlongEdges(const BoardGeometry::Information& in_pixels,
                                              const BoardGeometry::Information& of_moves);
+  /// The same of corners that lie alike, as far as this board's pixels show errors that all share.
+  BoardGeometry::Information CountAlikeCorners(const BoardGeometry::Information& in_pixels,
+                                               const BoardGeometry::Information& of_moves);
   /// Of the residuals there that fit.
   struct PixelSums {
     double square, count;

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <chrono>
 #include <functional>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -274,6 +275,43 @@ INSTANTIATE_TEST_SUITE_P(Stress, HonestCovarianceOfEdgesAlongPixels,
                            std::replace(name.begin(), name.end(), '=', '_');
                            return name;
                          });
+
+/// Lays a case's marker before the camera, its rows along (x, y) px a cell: with whole numbers, all corners lie alike
+/// between the pixels.
+void LieAlike(const Eigen::Vector2d& cell_px, StressCase& stress) {
+  SceneMarker& marker = stress.scene.markers[0];
+  RigidTransform& pose = marker.camera_from_marker;
+  const double depth = marker.side_m / 6 * stress.options.camera.fx / cell_px.norm();
+  pose.translation = depth * Eigen::Vector3d(0.2 * pose.translation.x() / pose.translation.z(),
+                                             0.2 * pose.translation.y() / pose.translation.z(), 1);
+  pose.rotation = Eigen::AngleAxisd(std::atan2(cell_px.y(), cell_px.x()), Eigen::Vector3d::UnitZ()) *
+                  Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
+}
+
+TEST(HonestCovarianceOfAlikeCorners, SharpeningMovesAllByTheSame) {
+  // As errors of each corner by itself, they made squared errors 3, 8 and 3 times what the covariances say.
+  for (const Eigen::Vector2d& cell_px : {Eigen::Vector2d(8, 6), Eigen::Vector2d(7, 7), Eigen::Vector2d(8.1, 6.1)}) {
+    SCOPED_TRACE(testing::Message() << "cells of " << cell_px.transpose() << " px");
+    constexpr int kAlike = 30;
+    const test::PoseErrors errors = ErrorsOf("side_px=48", kAlike, [&](StressCase& stress) {
+      LieAlike(cell_px, stress);
+      stress.options.processing.sharpening = 1;
+    });
+    EXPECT_EQ(errors.poses(), kAlike);
+    EXPECT_GT(errors.position(), 0.1);
+    EXPECT_LT(errors.position(), 1.5);
+    EXPECT_LT(errors.orientation(), 1.5);
+  }
+}
+
+TEST(HonestCovarianceOfAlikeCorners, IsNoWiderWhereNothingMovesThem) {
+  const auto lie_alike = [](StressCase& stress) { LieAlike({8, 6}, stress); };
+  const auto lie_anyhow = [](StressCase& stress) { LieAlike({9.3, 3.7}, stress); };
+  const test::PoseErrors alike = ErrorsOf("side_px=48", 40, lie_alike), anyhow = ErrorsOf("side_px=48", 40, lie_anyhow);
+  EXPECT_GT(alike.position(), 0.7);
+  EXPECT_LT(alike.position(), 1.3);
+  EXPECT_LT(std::abs(alike.position() - anyhow.position()), 0.4);
+}
 
 TEST(HonestCovarianceOfSharpenedEdges, OtherFramesTellWhatAllEdgesOfABoardShare) {
   // A webcam's sharpening moves edges by where they lie between pixels: where cells are 6 px wide, all of a board's
