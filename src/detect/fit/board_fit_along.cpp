@@ -70,8 +70,14 @@ EdgeTally BoardFit::TallyOf(AlikeEdges& x, AlikeEdges& y) {
   const LaneBlock& lanes = pixels_.lanes();
   if (lanes.is_folded())
     for (AlikeEdges* of_axis : {&x, &y}) lanes.SpreadFolded(of_axis->group_of_lane.data());
-  AddEdgeErrors(run_->plain_input, lanes, x, y);
-  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(pixels_.pixels() / AlikeEdges::kStride));
+  const auto looked_at = static_cast<std::uint64_t>(pixels_.pixels() / AlikeEdges::kStride);
+  if (run_->terms.look_farther) {
+    AddEdgeErrors(run_->model_input, lanes, model_lanes_, static_cast<float>(run_->model.blur_px), x, y);
+    work_.Add(WorkStep::kModelTap, looked_at * static_cast<std::uint64_t>(run_->model_input.taps));
+  } else {
+    AddEdgeErrors(run_->plain_input, lanes, x, y);
+    work_.Add(WorkStep::kFitPixel, looked_at);
+  }
   EdgeTally tally;
   for (const AlikeEdges* of_axis : {&x, &y}) tally.Add(*of_axis, run_->told.pixel_variance);
   return tally;
@@ -106,7 +112,6 @@ double BoardFit::MoreOfAlikeCorners(const Eigen::Vector2d& phase_of_all) {
 
 BoardGeometry::Information BoardFit::CountAlikeCorners(const BoardGeometry::Information& in_pixels,
                                                        const BoardGeometry::Information& of_moves) {
-  if (run_->terms.look_farther) return of_moves;
   std::optional<Eigen::Vector2d> phase = PhaseOfAlikeCorners(1);
   if (!phase) phase = PhaseOfAlikeCorners(2);
   const double more = phase ? MoreOfAlikeCorners(*phase) : 0;

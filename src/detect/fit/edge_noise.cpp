@@ -5,39 +5,12 @@
 #include <hwy/highway.h>
 
 #include "detect/fit/edge_noise.h"
+#include "detect/fit/edge_pixels-inl.h"
 #include "detect/fit/plain_light-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace chequer {
 namespace HWY_NAMESPACE {
-
-/// What a vector of pixels says of the edges across one axis.
-struct EdgePixels {
-  static constexpr std::size_t kMaxLanes = HWY_MAX_BYTES / sizeof(float);
-
-  HWY_INLINE void Set(V off_px, V derivative, V deviation) {
-    const D d;
-    const hn::RebindToSigned<D> di;
-    constexpr float kHalf = AlikeEdges::kDistances / 2;
-    // Numbers below zero are rounded upwards.
-    const V from_first = hn::Max(hn::Add(off_px, hn::Set(d, kHalf)), hn::Zero(d));
-    hn::Store(hn::Min(hn::ConvertTo(di, from_first), hn::Set(di, AlikeEdges::kDistances - 1)), di, distance);
-    hn::Store(hn::Mul(derivative, deviation), d, score);
-    hn::Store(hn::Mul(derivative, derivative), d, information);
-  }
-  HWY_INLINE void AddTo(AlikeEdges& edges, int first, int count) const {
-    for (int i = 0; i < count; ++i) {
-      const int group = edges.group_of_lane[static_cast<std::size_t>(first + i)];
-      if (group < 0) continue;
-      EdgeErrors& sum = edges.errors[static_cast<std::size_t>(group)][static_cast<std::size_t>(distance[i])];
-      sum.score += score[i];
-      sum.information += information[i];
-    }
-  }
-
-  HWY_ALIGN std::int32_t distance[kMaxLanes];
-  HWY_ALIGN float score[kMaxLanes], information[kMaxLanes];
-};
 
 /// @tparam kGrown input.grown.
 template <bool kGrown>

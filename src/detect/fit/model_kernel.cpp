@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "detect/common/reciprocal-inl.h"
+#include "detect/fit/edge_pixels-inl.h"
 #include "detect/fit/model_kernel.h"
 #include "detect/fit/model_light-inl.h"
 #include "detect/fit/weighed_pixel-inl.h"
@@ -45,6 +46,14 @@ HWY_INLINE void PutMoves(const LaneModel& m, const Picture& p, const ByStretch& 
   put(7, hn::MulAdd(along, y, by_7));
 }
 
+HWY_INLINE Weighed WeighAt(const ModelInput& input, const LaneModel& m, const Picture& p, V marked_light,
+                           hn::Mask<D> inside) {
+  const D d;
+  const V variance =
+      hn::MulAdd(m.of(ModelLanes::kNoiseSlope), hn::Max(p.light, hn::Zero(d)), m.of(ModelLanes::kNoiseFloor));
+  return WeighLight(p.light, ReciprocalSqrt(d, variance), marked_light, inside, Splat(input.robust_limit));
+}
+
 /// Weighs a pixel by its noise and by how well it fits, and puts its row.
 HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, const LaneModel& m, const Picture& p,
                        ByTerms& by, V x, V y, V window, V marked_light, hn::Mask<D> inside, float* HWY_RESTRICT row,
@@ -52,8 +61,7 @@ HWY_INLINE void PutRow(const ModelInput& input, const ModelColumns& columns, con
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V zero = hn::Zero(d);
-  const V variance = hn::MulAdd(m.of(ModelLanes::kNoiseSlope), hn::Max(p.light, zero), m.of(ModelLanes::kNoiseFloor));
-  const Weighed w = WeighLight(p.light, ReciprocalSqrt(d, variance), marked_light, inside, Splat(input.robust_limit));
+  const Weighed w = WeighAt(input, m, p, marked_light, inside);
   const V root = hn::Mul(w.root, window), weighted = hn::Mul(w.deviation, window);
   const V square = hn::Mul(w.fit_residual, w.fit_residual);
   const V middle =
@@ -127,49 +135,80 @@ void WriteSums(const FitSums& sums, int first, LaneBlock& block) {
   finish(ProductSum(kResidual, kResidual), sums.square);
 }
 
+/// The lanes from `first` on that fill a vector.
+struct LanesThere {
+  LaneModel m;
+  PowerTerms terms[2], gaussian;
+  int most = 0;  ///< pixels
+  V count;
+
+  LanesThere(const ModelInput& input, int first, const LaneBlock& block, const ModelLanes& model)
+      : terms{PowerTermsOf(input.edge_x), PowerTermsOf(input.edge_y)}, gaussian(PowerTermsOf({})) {
+    const D d;
+    const hn::RebindToSigned<D> di;
+    Load(input, model, first, m);
+    for (int lane = first; lane < first + static_cast<int>(hn::Lanes(d)); ++lane)
+      most = std::max(most, block.counts()[lane]);
+    count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
+  }
+};
+
+/// The pixels of a vector as the model has them.
+struct PixelsThere {
+  V x, y;              ///< cells from their corners
+  V board_x, board_y;  ///< board coordinates
+  V light;             ///< in the image
+  Picture p;
+  V window;
+  hn::Mask<D> in_window;
+
+  /// @param k of each lane. @param at where the block has them. @param by what is set of terms that are on.
+  HWY_INLINE PixelsThere(const ModelInput& input, const LanesThere& lanes, const LaneBlock& block, int k,
+                         std::size_t at, ByTerms& by) {
+    const D d;
+    const LaneModel& m = lanes.m;
+    const auto inside = hn::Lt(Splat(static_cast<float>(k)), lanes.count);
+    // Beyond a lane's count an earlier board's pixels may stand, which this homography may send to infinity.
+    const V u = hn::IfThenElseZero(inside, hn::LoadU(d, block.u_data() + at)),
+            v = hn::IfThenElseZero(inside, hn::LoadU(d, block.v_data() + at));
+    light = hn::IfThenElseZero(inside, hn::LoadU(d, block.light_data() + at));
+    const auto row_of = [&](const V* to) HWY_ATTR { return hn::MulAdd(to[0], u, hn::MulAdd(to[1], v, to[2])); };
+    const V w = Reciprocal(d, row_of(m.to_depth));
+    x = hn::Mul(row_of(m.to_x), w), y = hn::Mul(row_of(m.to_y), w);
+    board_x = hn::Add(x, m.of(ModelLanes::kCornerX)), board_y = hn::Add(y, m.of(ModelLanes::kCornerY));
+    LookAt(input, m, x, y, lanes.terms, p);
+    Bend(input, m, board_x, board_y, lanes.gaussian, p, by);
+    // As in the plain model, the window ends softly.
+    const auto within =
+        [&](V where, ModelLanes::Parameter fade, ModelLanes::Parameter middle, ModelLanes::Parameter peak)
+            HWY_ATTR { return hn::NegMulAdd(hn::Abs(hn::Sub(where, m.of(middle))), m.of(fade), m.of(peak)); };
+    const V zero = hn::Zero(d);
+    const V ends = hn::Min(within(x, ModelLanes::kFadeX, ModelLanes::kMiddleX, ModelLanes::kPeakX),
+                           within(y, ModelLanes::kFadeY, ModelLanes::kMiddleY, ModelLanes::kPeakY));
+    in_window = hn::And(inside, hn::Gt(ends, zero));
+    window = hn::Max(hn::Min(ends, Splat(1)), zero);
+  }
+};
+
 /// Of the lanes from `first` on that fill a vector.
 void AddLanes(const ModelInput& input, const ModelColumns& columns, int first, LaneBlock& block, ModelLanes& model) {
   const D d;
   constexpr int kMaxLanes = HWY_MAX_BYTES / sizeof(float);
   const int lanes = static_cast<int>(hn::Lanes(d));
   HWY_ALIGN float rows[kRowsKept * kRowColumns * kMaxLanes];
-  LaneModel m;
-  Load(input, model, first, m);
-  const PowerTerms terms[2] = {PowerTermsOf(input.edge_x), PowerTermsOf(input.edge_y)}, gaussian = PowerTermsOf({});
+  const LanesThere there(input, first, block, model);
   const V zero = hn::Zero(d);
   FitSums sums{zero, zero, zero, zero, zero, zero, zero, zero, zero};
   ByTerms by;
   std::fill(std::begin(by.by), std::end(by.by), zero);
-  int most = 0;
-  for (int lane = first; lane < first + lanes; ++lane) most = std::max(most, block.counts()[lane]);
-  const hn::RebindToSigned<D> di;
-  const V count = hn::ConvertTo(d, hn::LoadU(di, block.counts() + first));
   int kept = 0;
   bool fresh = true;
   std::size_t at = block.Place(first, 0);
   const std::size_t next = static_cast<std::size_t>(input.stride * LaneBlock::kNextPixel);
-  for (int k = 0; k < most; k += input.stride, at += next) {
-    const auto inside = hn::Lt(Splat(static_cast<float>(k)), count);
-    // Beyond a lane's count an earlier board's pixels may stand, which this homography may send to infinity.
-    const V u = hn::IfThenElseZero(inside, hn::LoadU(d, block.u_data() + at)),
-            v = hn::IfThenElseZero(inside, hn::LoadU(d, block.v_data() + at));
-    const V light = hn::IfThenElseZero(inside, hn::LoadU(d, block.light_data() + at));
-    const auto row_of = [&](const V* to) HWY_ATTR { return hn::MulAdd(to[0], u, hn::MulAdd(to[1], v, to[2])); };
-    const V w = Reciprocal(d, row_of(m.to_depth));
-    const V x = hn::Mul(row_of(m.to_x), w), y = hn::Mul(row_of(m.to_y), w);
-    const V board_x = hn::Add(x, m.of(ModelLanes::kCornerX)), board_y = hn::Add(y, m.of(ModelLanes::kCornerY));
-    Picture p;
-    LookAt(input, m, x, y, terms, p);
-    Bend(input, m, board_x, board_y, gaussian, p, by);
-    // As in the plain model, the window ends softly.
-    const auto within =
-        [&](V at, ModelLanes::Parameter fade, ModelLanes::Parameter middle, ModelLanes::Parameter peak)
-            HWY_ATTR { return hn::NegMulAdd(hn::Abs(hn::Sub(at, m.of(middle))), m.of(fade), m.of(peak)); };
-    const V window = hn::Min(within(x, ModelLanes::kFadeX, ModelLanes::kMiddleX, ModelLanes::kPeakX),
-                             within(y, ModelLanes::kFadeY, ModelLanes::kMiddleY, ModelLanes::kPeakY));
-    const auto in_window = hn::And(inside, hn::Gt(window, zero));
-    PutRow(input, columns, m, p, by, board_x, board_y, hn::Max(hn::Min(window, Splat(1)), zero), light, in_window,
-           rows + kept * kRowColumns * lanes, sums);
+  for (int k = 0; k < there.most; k += input.stride, at += next) {
+    const PixelsThere pixels(input, there, block, k, at, by);
+    PutRow(input, columns, there.m, pixels.p, by, pixels.board_x, pixels.board_y, pixels.window, pixels.light,
+           pixels.in_window, rows + kept * kRowColumns * lanes, sums);
     if (++kept < kRowsKept) continue;
     AddModelProducts(columns, rows, kept, first, fresh, model);
     kept = 0;
@@ -179,9 +218,39 @@ void AddLanes(const ModelInput& input, const ModelColumns& columns, int first, L
   WriteSums(sums, first, block);
 }
 
+/// The same, of what pixels say of edges.
+void AddErrorsOfLanes(const ModelInput& input, int first, const LaneBlock& block, const ModelLanes& model,
+                      float blur_px, AlikeEdges& across_x, AlikeEdges& across_y) {
+  const D d;
+  const LanesThere there(input, first, block, model);
+  ByTerms by;
+  std::fill(std::begin(by.by), std::end(by.by), hn::Zero(d));
+  EdgePixels of_x, of_y;
+  std::size_t at = block.Place(first, 0);
+  const int stride = AlikeEdges::kStride * input.stride;
+  for (int k = 0; k < there.most; k += stride, at += static_cast<std::size_t>(stride * LaneBlock::kNextPixel)) {
+    const PixelsThere pixels(input, there, block, k, at, by);
+    const Weighed w = WeighAt(input, there.m, pixels.p, pixels.light, pixels.in_window);
+    const V root = hn::Mul(w.root, pixels.window), deviation = hn::Mul(w.deviation, pixels.window);
+    const auto px = [&](V cells, ModelLanes::Parameter scale)
+                        HWY_ATTR { return hn::Mul(hn::Mul(cells, there.m.of(scale)), Splat(blur_px)); };
+    of_x.Set(px(pixels.x, ModelLanes::kScaleX), hn::Mul(pixels.p.by_x, root), deviation);
+    of_y.Set(px(pixels.y, ModelLanes::kScaleY), hn::Mul(pixels.p.by_y, root), deviation);
+    of_x.AddTo(across_x, first, static_cast<int>(hn::Lanes(d)));
+    of_y.AddTo(across_y, first, static_cast<int>(hn::Lanes(d)));
+  }
+}
+
 void Accumulate(const ModelInput& input, const ModelColumns& columns, LaneBlock& block, ModelLanes& model) {
   const int lanes = static_cast<int>(hn::Lanes(D()));
   for (int first = 0; first < block.padded(); first += lanes) AddLanes(input, columns, first, block, model);
+}
+
+void AddModelErrors(const ModelInput& input, const LaneBlock& block, const ModelLanes& model, float blur_px,
+                    AlikeEdges& x, AlikeEdges& y) {
+  const int lanes = static_cast<int>(hn::Lanes(D()));
+  for (int first = 0; first < block.padded(); first += lanes)
+    AddErrorsOfLanes(input, first, block, model, blur_px, x, y);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -194,6 +263,7 @@ namespace chequer {
 namespace {
 
 HWY_EXPORT(Accumulate);
+HWY_EXPORT(AddModelErrors);
 
 }  // namespace
 
@@ -228,6 +298,11 @@ void AccumulateModel(const ModelInput& input, LaneBlock& block, ModelLanes& mode
     LaneBlock::GatherGroup(model.sum_data(product, block.folded()));
   for (int which = kWeight; which < kLaneSums; ++which) block.GatherFolded(block.sum_data(which));
   block.GatherFolded(block.sum_data(ProductSum(kResidual, kResidual)));
+}
+
+void AddEdgeErrors(const ModelInput& input, const LaneBlock& block, const ModelLanes& model, float blur_px,
+                   AlikeEdges& x, AlikeEdges& y) {
+  HWY_DYNAMIC_DISPATCH(AddModelErrors)(input, block, model, blur_px, x, y);
 }
 
 }  // namespace chequer

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "detect/fit/edge_noise.h"
 #include "detect/fit/lane_block.h"
 #include "detect/fit/photometric_kernel.h"
 #include "detect/fit/terms.h"
@@ -130,5 +131,10 @@ struct ModelInput : Terms::Inputs {
 /// block gets what EstimateNoise() and the search for occluded corners read: the sums from kWeight on and that of the
 /// squared residuals.
 void AccumulateModel(const ModelInput& input, LaneBlock& block, ModelLanes& model);
+
+/// Adds up the errors of all groups. @param input,model as the lanes were last evaluated with. @param blur_px the
+/// lens's.
+void AddEdgeErrors(const ModelInput& input, const LaneBlock& block, const ModelLanes& model, float blur_px,
+                   AlikeEdges& x, AlikeEdges& y);
 
 }  // namespace chequer

@@ -1,0 +1,54 @@
+// What the pixels of a vector of lanes say of the edges that they lie beside, for the kernels of both models.
+//
+// Who includes this is compiled once for each target of the processor, so this file is included once a target, too: the
+// guard turns with Highway's own.
+#if defined(CHEQUER_DETECT_EDGE_PIXELS) == defined(HWY_TARGET_TOGGLE)
+#ifdef CHEQUER_DETECT_EDGE_PIXELS
+#undef CHEQUER_DETECT_EDGE_PIXELS
+#else
+#define CHEQUER_DETECT_EDGE_PIXELS
+#endif
+
+#include <hwy/highway.h>
+
+#include "detect/fit/blurred_edge-inl.h"
+#include "detect/fit/edge_noise.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace chequer {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// What a vector of pixels says of the edges across one axis.
+struct EdgePixels {
+  static constexpr std::size_t kMaxLanes = HWY_MAX_BYTES / sizeof(float);
+
+  HWY_INLINE void Set(V off_px, V derivative, V deviation) {
+    const D d;
+    const hn::RebindToSigned<D> di;
+    constexpr float kHalf = AlikeEdges::kDistances / 2;
+    // Numbers below zero are rounded upwards.
+    const V from_first = hn::Max(hn::Add(off_px, hn::Set(d, kHalf)), hn::Zero(d));
+    hn::Store(hn::Min(hn::ConvertTo(di, from_first), hn::Set(di, AlikeEdges::kDistances - 1)), di, distance);
+    hn::Store(hn::Mul(derivative, deviation), d, score);
+    hn::Store(hn::Mul(derivative, derivative), d, information);
+  }
+  HWY_INLINE void AddTo(AlikeEdges& edges, int first, int count) const {
+    for (int i = 0; i < count; ++i) {
+      const int group = edges.group_of_lane[static_cast<std::size_t>(first + i)];
+      if (group < 0) continue;
+      EdgeErrors& sum = edges.errors[static_cast<std::size_t>(group)][static_cast<std::size_t>(distance[i])];
+      sum.score += score[i];
+      sum.information += information[i];
+    }
+  }
+
+  HWY_ALIGN std::int32_t distance[kMaxLanes];
+  HWY_ALIGN float score[kMaxLanes], information[kMaxLanes];
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace chequer
+HWY_AFTER_NAMESPACE();
+
+#endif  // the guard
