@@ -5,7 +5,7 @@
 namespace chequer::test {
 
 // For matrices of any size, compiled once for all tests: every size that Eigen inverts or multiplies as one of its own
-// takes a second to compile.
+// takes half a second to compile, or a whole one.
 
 Eigen::MatrixXd Inverse(const Eigen::MatrixXd& matrix);
 /// a b

@@ -240,6 +240,7 @@ class BoardFit {
   /// Whether it goes on until next to nothing is left.
   bool FollowsClosely() const;
   /// A step of the plain model from the places where the last one has moved the corners. False if it runs away.
+  /// @param shape_left the lanes follow the blur's shape where it has explained as much, variances.
   bool StepFromThere(const Lens& lens, LaneSums sums, bool first, double shape_left);
   /// Steps until nothing moves any more.
   /// @param anew it had settled before, by other pixels.
@@ -292,7 +293,8 @@ class BoardFit {
   void TellEdgeTally();
   /// How many times as much the place that all corners share varies as the noise tells, beside that.
   double MoreOfAlikeCorners(const Eigen::Vector2d& phase_of_all);
-  /// What the covariance of the moves has beside the pixels' noise, for each unit of EdgeTally::MoreOf.
+  /// What the covariance of the moves has beside the pixels' noise, for each unit of EdgeTally::MoreOf, where each
+  /// group has one error that all its edges share.
   BoardGeometry::Information CovarianceOfGroups(const BoardGeometry::Information& in_pixels,
                                                 const EdgeGroups& groups) const;
   /// Information on moves with that, as far as this board's edges and those of earlier images show such errors.

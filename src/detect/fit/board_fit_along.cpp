@@ -1,4 +1,4 @@
-// Of BoardFit: errors that pixels along an edge have in common.
+// Of BoardFit: errors that pixels along an edge have in common, or pixels beside corners that lie alike.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -20,10 +20,6 @@ constexpr double kAlike = 0.06, kAboveChance = 1.5;
 /// Cells are whole pixels along rows and columns then, but for that (derived: with 0.17, the mean of five corners'
 /// phases is that short).
 constexpr double kMostOffWhole = 0.18;
-/// The variance of what moves all corners alike over what the fit, which follows it, leaves of it in the residuals
-/// (measured: squared errors of .2 to .9 where images are sharpened, demosaiced or median filtered, .8 to 1.4 where
-/// they are enlarged).
-constexpr double kOfCommonLeft = 2;
 
 }  // namespace
 
@@ -107,7 +103,8 @@ double BoardFit::MoreOfAlikeCorners(const Eigen::Vector2d& phase_of_all) {
       for (AlikeEdges& of_axis : edges)
         of_axis.group_of_lane[static_cast<std::size_t>(pixels_.Lane(corner) + phase)] = phase ^ phase_there;
   }
-  return kOfCommonLeft * TallyOf(edges[0], edges[1]).More();
+  const EdgeTally own = TallyOf(edges[0], edges[1]);
+  return own.MoreOf(own);
 }
 
 BoardGeometry::Information BoardFit::CountAlikeCorners(const BoardGeometry::Information& in_pixels,
@@ -116,9 +113,7 @@ BoardGeometry::Information BoardFit::CountAlikeCorners(const BoardGeometry::Info
   if (!phase) phase = PhaseOfAlikeCorners(2);
   const double more = phase ? MoreOfAlikeCorners(*phase) : 0;
   if (more == 0) return of_moves;
-  EdgeGroups one;
-  for (int corner = 0; corner < kMaxCorners; ++corner) one[static_cast<std::size_t>(corner)] = {0, 0};
-  return WidenedBy(of_moves, more * CovarianceOfGroups(in_pixels, one));
+  return WidenedBy(of_moves, more * CovarianceOfGroups(in_pixels, EdgeGroups{}));
 }
 
 BoardGeometry::Information BoardFit::CovarianceOfGroups(const BoardGeometry::Information& in_pixels,

@@ -13,8 +13,9 @@ struct EdgeErrors {
   float information = 0;  ///< Σ of the derivative's weighted square: the variance of `score` where errors are noise
 };
 
-/// Edges across one of the board's axes, of which errors may be alike: JPEG rounds in blocks of so many pixels, so that
-/// they are grouped by where in a block they lie.
+/// Edges across one of the board's axes, of which errors may be alike. Those that follow the pixels are grouped by
+/// where in a block of JPEG they lie, which is so many pixels wide; where all corners lie alike, pixels by their
+/// offset's parity.
 struct AlikeEdges {
   static constexpr int kBlockPx = 8;
   /// Whole pixels, half of them on either side.

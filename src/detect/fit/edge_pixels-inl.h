@@ -11,6 +11,8 @@
 
 #include <hwy/highway.h>
 
+#include <cstdint>
+
 #include "detect/fit/blurred_edge-inl.h"
 #include "detect/fit/edge_noise.h"
 
