@@ -157,7 +157,8 @@ void BoardFits::FitOne(const ImageJob& job, const FitOrder& order) {
 }
 
 std::size_t BoardFits::FitFirst(const ImageJob& job, std::span<FitTask> tasks) {
-  // The noise is the camera's, and mostly the blur: the first board that is one tells it for all.
+  // The noise is the camera's, and mostly the blur: the first board that is one tells it for all. The noise is told in
+  // every frame, from its pixels: another frame's would move poses by a tenth of their deviation.
   ImageState& frame = job.frame;
   const bool limited = frame.plan.limited();
   std::size_t done = 0, fruitless = 0;
@@ -168,7 +169,7 @@ std::size_t BoardFits::FitFirst(const ImageJob& job, std::span<FitTask> tasks) {
   while (done < tasks.size() && (!frame.traits || ask_more())) {
     const FitTask& task = tasks[done];
     if (GrantRound(frame.plan, frame.work.units(), done == 0, tasks.subspan(done, 1)) == 0) break;
-    FitOne(job, {task.board, nullptr, limited, task.granted});
+    FitOne(job, {task.board, PointerTo(frame.known_traits), limited, task.granted});
     ++done;
     const BoardOutcome& outcome = frame.outcomes[task.board];
     if (!outcome.accepted && ++fruitless == kFruitlessFits && limited && frame.expected.empty()) FitFully(job, task);

@@ -135,6 +135,7 @@ void Detector::Impl::FindBoards(const ImageJob& job, const StreamImage* stream) 
     // It may have forgotten what it knew.
     frame->dot_gain = stream->memory.dot_gain;
     frame->edge_tally = stream->memory.edge_tally;
+    if (!frame->stream.IsKnocked()) frame->known_traits = stream->memory.TraitsAhead(frame->stream.frames_on);
   }
   const std::size_t expected = frame->expected.size();
   if (expected > 0) {

@@ -116,6 +116,17 @@ const RememberedBoard* FindBefore(const ImageState& frame, const MemoryState& st
   return nearest;
 }
 
+/// What the next frames are to know of what all boards have in common.
+void RememberTraits(const ImageState& frame, MemoryState& state) {
+  state.traits_age += frame.stream.frames_on;
+  // What moves hides what ink and lens do.
+  if (!frame.traits || !frame.traits->motion_px.isZero()) return;
+  state.dot_gain = frame.traits->dot_gain;
+  if (frame.known_traits) return;
+  state.simple_traits = frame.traits->AreSimple() ? frame.traits : std::nullopt;
+  state.traits_age = 0;
+}
+
 /// What the next frame is to know of a board that was read; of its motion alone nothing yet.
 /// @param before what was known of it; null: nothing.
 void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, const LastPlaces& last_places,
@@ -263,8 +274,7 @@ void Remember(const ImageJob& job, const StreamImage& stream) {
   for (int band = 0; band < bands; ++band)
     lesson.searched[static_cast<std::size_t>(band)] = frame.regions.HasBand(band, bands);
   state.Learn(lesson, frame.stream.read);
-  // What moves hides what ink does.
-  if (frame.traits && frame.traits->motion_px.isZero()) state.dot_gain = frame.traits->dot_gain;
+  RememberTraits(frame, state);
   state.edge_tally.Forget(kEdgesKept);
   frame.AddEdgesTo(state.edge_tally);
 }

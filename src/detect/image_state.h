@@ -103,8 +103,10 @@ struct ImageState {
   std::vector<PixelBox> open;         ///< what is to be searched in the next frame in any case
   std::vector<PixelBox> cut;          ///< grids at the ends of regions, which may go on beyond them
   std::optional<ImageTraits> traits;  ///< once a board has told them
-  double dot_gain = 0;                ///< of an earlier image (MemoryState::dot_gain)
-  EdgeTally edge_tally;               ///< of earlier images (MemoryState::edge_tally)
+  /// Of an earlier image (MemoryState::TraitsAhead), until the first board has told the noise.
+  std::optional<ImageTraits> known_traits;
+  double dot_gain = 0;   ///< of an earlier image (MemoryState::dot_gain)
+  EdgeTally edge_tally;  ///< of earlier images (MemoryState::edge_tally)
 
   bool IsExpected(std::size_t board) const { return board < expected.size(); }
   /// Whether that board was read as the one which was expected there.

@@ -309,8 +309,8 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   if (run_->terms.wide && !LookFarther(reader, lens, start, choice)) return false;
   // What asks for another fit, which may not be had now, is fitted to as many pixels as that would be.
   UsePixels(run_->terms.wide && !choice.may_look_farther ? StrideFor(kMostPixels) : 1);
-  const bool noise_known = start.image || choice.from;
-  if (start.TellsNoise()) PrepareGain(reader, lens);
+  const bool noise_known = (start.image && !start.of_earlier_image) || choice.from;
+  if (start.TellsGain()) PrepareGain(reader, lens);
   bool settled = run_->terms.look_farther ? SettleModel(reader, lens, start, noise_known, choice)
                                           : Settle(lens, start, noise_known);
   if (settled && LiesOffItsPixels()) settled = SettleAnew(reader, lens, start);
@@ -362,7 +362,7 @@ bool BoardFit::FitBesideHidden(const LightReader& reader, const Lens& lens, cons
 void BoardFit::FinishBent(const LightReader& reader, const Lens& lens, const Start& start) {
   Finish(lens);
   // The board that tells the image's traits has told its own.
-  if (!start.TellsNoise() && run_->told.unexplained_shifts > kShiftsOfOtherGain) {
+  if (!start.TellsGain() && run_->told.unexplained_shifts > kShiftsOfOtherGain) {
     PrepareGain(reader, lens);
     if (TellGain()) {
       if (!Settle(lens, start, true, true)) return;

@@ -60,12 +60,15 @@ class BoardFit {
     const ImageTraits* image = nullptr;
     double dot_gain = 0;     ///< of prints, as they or earlier images have told, cells
     EdgeTally edge_tally{};  ///< of the boards of earlier images
-    /// They are the last image's, or another fit's of this board: so its pixels tell the noise anew.
+    /// `image` is another fit's of this board: so its pixels tell the noise anew.
     bool noise_may_differ = false;
+    /// `image` is an earlier image's: the same, but neither edges nor dot gain are asked for.
+    bool of_earlier_image = false;
     /// A fit with all terms that is not near its end once so many units (work_meter.h) were spent on the board fails.
     std::uint64_t most_units = ~0ull;
 
     bool TellsNoise() const { return !image || noise_may_differ; }
+    bool TellsGain() const { return TellsNoise() && !of_earlier_image; }
   };
   /// Which model a fit has.
   struct Choice {

@@ -304,7 +304,7 @@ bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, con
                          (pass + 1 == kMostModelPasses || ShadingHolds(start, LeftByModel()));
     if (run_->told.settled) {
       TellNoise(start);
-      if (!start.TellsNoise() || !TellGainOfModel(lens)) break;
+      if (!start.TellsGain() || !TellGainOfModel(lens)) break;
       run_->told.settled = false;
       // Levels have told a shading that may have been the dot gain.
       TakeBackFromPixels(lens);

@@ -98,7 +98,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
   LaneSums sums = noise_known ? LaneSums::kLevels : LaneSums::kNoise;
   run_->light.fades = true;
   SetWindows();
-  TraitsToTell untold{.gains = start.TellsNoise() ? kMostGains : 0, .edges = !start.image};
+  TraitsToTell untold{.gains = start.TellsGain() ? kMostGains : 0, .edges = !start.image};
   StepSize step, before;
   for (int pass = 1, last = kMaxPasses, lit_by = 0; pass < last; before = step, ++pass) {
     const SettleLimits& settled = FollowsClosely() ? kCloseLimits : kUsualLimits;
@@ -173,6 +173,7 @@ bool BoardFit::TellEdges() {
   const std::optional<EdgeSpread> found = FindEdgeSpread(run_->plain_input, board_by_pixel.row(0),
                                                          board_by_pixel.row(1), run_->visibility.corners(), pixels_);
   run_->told.sums_gone = !found;
+  run_->result.image.gaussian_edges = !found;
   if (!found) return false;
   run_->model.edges = *found;
   profiles_.Set(run_->model.edges);

@@ -26,6 +26,11 @@ struct ImageTraits {
   Eigen::Vector2d motion_px = Eigen::Vector2d::Zero();
   /// Dot gain, cells; 0 if there is none.
   double dot_gain = 0;
+  /// The board was asked for another shape of its edges than a Gaussian's, and has none.
+  bool gaussian_edges = false;
+
+  /// Whether there is nothing that the next image of the stream need ask for, but the noise.
+  bool AreSimple() const { return gaussian_edges && dot_gain == 0; }
 };
 
 /// The light that falls on a cell, over that of the board (its mean; beside the shadow, where its edge was fitted):

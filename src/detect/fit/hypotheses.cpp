@@ -25,10 +25,11 @@ void StartAnew(const From& from, Trial& trial) {
 }
 /// What the board says of noise and blur holds in the trial too.
 void KeepTraits(const From& from, Trial& trial) {
-  if (trial.start.image) return;
+  if (trial.start.image && !trial.start.of_earlier_image) return;
   from.traits = from.kept.result.image;
   trial.start.image = &from.traits;
   trial.start.noise_may_differ = true;
+  trial.start.of_earlier_image = false;
 }
 
 void StartMotion(const BlurShape& shape, Trial& trial) {

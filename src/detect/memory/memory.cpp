@@ -10,6 +10,9 @@ namespace {
 constexpr double kLongestGapS = 0.25;
 /// A place where something was lost or could not be read is searched in every frame for so long; then in its turn.
 constexpr double kOpenS = 1;
+/// Simple traits are asked for again after so many frames: the lens and the prints change little in so short a time (a
+/// guess). Asked in every frame, a board alone takes 1.4 times as much.
+constexpr int kTraitsFrames = 16;
 
 }  // namespace
 
@@ -41,6 +44,8 @@ void MemoryState::Clear() {
   open.clear();
   dot_gain = 0;
   edge_tally = {};
+  simple_traits.reset();
+  traits_age = 0;
 }
 
 int MemoryState::Continue(FrameTime now, int frame_width, int frame_height) {
@@ -59,6 +64,10 @@ bool MemoryState::HasTurn(int band, int bands, int every, int frames_on) const {
   const int turn = (since_start + frames_on) % every;
   if (turn * bands / every == band && turn * bands % every < bands) return true;
   return since_search[static_cast<std::size_t>(band)] + frames_on >= 2 * every;
+}
+
+std::optional<ImageTraits> MemoryState::TraitsAhead(int frames_on) const {
+  return traits_age + frames_on < kTraitsFrames ? simple_traits : std::nullopt;
 }
 
 void MemoryState::Learn(const Lesson& lesson, std::vector<RememberedBoard>& read) {

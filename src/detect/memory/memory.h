@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -81,6 +82,10 @@ struct MemoryState {
   double dot_gain = 0;
   /// Of the boards of the last frames.
   EdgeTally edge_tally;
+  /// Of the last image whose traits were told in full, where they are simple: that costs a first board as much again as
+  /// another board, and would say the same.
+  std::optional<ImageTraits> simple_traits;
+  int traits_age = 0;  ///< frames since then
 
   /// What a frame taught.
   struct Lesson {
@@ -100,6 +105,8 @@ struct MemoryState {
   /// `every` frames. Those between are other workers' who do not tell in time; what they may have dropped is searched
   /// after twice as many.
   bool HasTurn(int band, int bands, int every, int frames_on) const;
+  /// Those of a frame, `frames_on` after the last one; nothing where its first board is to tell them in full.
+  std::optional<ImageTraits> TraitsAhead(int frames_on) const;
   /// Becomes what is known after a frame. @param read its boards; swapped with those before.
   void Learn(const Lesson& lesson, std::vector<RememberedBoard>& read);
 };

@@ -429,6 +429,31 @@ TEST(Memory, OfADotGainEndsWithAGap) {
   EXPECT_EQ(DifferenceOf(fresh.Next(image.view()), follower.Next(image.view(), 1h)), "");
 }
 
+/// A robot of kDriving alone, for so many frames.
+std::string Alone(int frames) {
+  std::string scenario = kDriving;
+  scenario.replace(scenario.find("robots = 5"), 10, "robots = 1");
+  scenario.replace(scenario.find("frames = 10"), 11, "frames = " + std::to_string(frames));
+  return scenario;
+}
+
+TEST(Memory, AsksForEdgesAndDotGainInTurns) {
+  // Where there are neither. A board alone took as much in every frame as in those that ask.
+  const test::StreamFrames stream(Alone(40));
+  Follower follower(stream.Options());
+  std::vector<std::uint64_t> told, known;
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const Detected& found = follower.Next(stream.Frame(i).image.view());
+    ASSERT_EQ(found.markers.size(), 1u) << "frame " << i;
+    // The first frames are searched as a whole.
+    const MemoryState& state = follower.memory().state();
+    ASSERT_TRUE(state.simple_traits) << "frame " << i;
+    if (i >= 4) (state.traits_age == 0 ? told : known).push_back(found.stats.work);
+  }
+  EXPECT_EQ(told.size(), 2u) << "of 36 frames, one in 16";
+  EXPECT_LT(10 * *std::max_element(known.begin(), known.end()), 9 * *std::min_element(told.begin(), told.end()));
+}
+
 TEST(Memory, TakesLessLightForNothingElse) {
   std::string fading = kDriving;
   fading += "[[phase]]\nkind = \"dark\"\nlight = 0.2\nframes = 6\n";
