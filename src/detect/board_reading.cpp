@@ -93,6 +93,7 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
                 .turns_over_rows = TurnsOverRows(job, order.board),
                 .blur_shape =
                     job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_shape : BlurShape{},
+                .own_blur_px = job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_px : 0,
                 .image = order.image,
                 .dot_gain = order.image ? order.image->dot_gain : job.frame.dot_gain,
                 .edge_tally = job.frame.edge_tally,

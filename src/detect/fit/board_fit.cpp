@@ -12,6 +12,9 @@ namespace {
 
 /// A board that seems blurred so many times more or less than the image's others is no start for them, nor they for it.
 constexpr double kOtherBlur = 2;
+bool AreAlike(double blur_px, double other_px) {
+  return std::max(blur_px, other_px) < kOtherBlur * std::min(blur_px, other_px);
+}
 /// Of a way, what it reaches beyond a board's rim, over what a blur does; and all of half of it beyond so much of a
 /// cell.
 constexpr double kMotionBlurReach = 0.1, kMotionBlurReachAllCells = 0.4;
@@ -65,7 +68,8 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   BeginVisibility(start.visibility);
   run_->plain_input.stride = kFirstStride;
   if (const double blur_px = BlurOfImage(start); blur_px > 0) {
-    run_->model.blur_px = blur_px;
+    // A board that moves is blurred more than others.
+    run_->model.blur_px = AreAlike(start.own_blur_px, blur_px) ? start.own_blur_px : blur_px;
     run_->model.edges = start.image->edges;
     run_->plain_input.stride = kFirstStrideKnown;
   }
@@ -83,9 +87,8 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
 
 double BoardFit::BlurOfImage(const Start& start) const {
   if (!start.image) return 0;
-  const double ratio = start.image->blur_px / start.blur_px;
   // Dot gain looks like blur: where another board has taught it, its blur holds here, too.
-  return run_->model.DotGainTerm::on() || std::max(ratio, 1 / ratio) < kOtherBlur ? start.image->blur_px : 0;
+  return run_->model.DotGainTerm::on() || AreAlike(start.image->blur_px, start.blur_px) ? start.image->blur_px : 0;
 }
 
 bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reuse) {

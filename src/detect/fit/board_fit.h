@@ -56,6 +56,7 @@ class BoardFit {
     bool turns_over_rows = false;
     /// Of the board's blur in the last frame, if it was known then.
     BlurShape blur_shape{};
+    double own_blur_px = 0;  ///< in the last frame; 0: not known
     /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
     double dot_gain = 0;     ///< of prints, as they or earlier images have told, cells
