@@ -288,12 +288,16 @@ class BoardFit {
   using EdgeGroups = std::array<std::array<int, 2>, kMaxCorners>;
   /// Nothing where none do.
   std::optional<EdgeGroups> GroupAlikeEdges() const;
-  /// Where the corners lie in squares of so many pixels, if they lie so alike that what moves one of them by that moves
-  /// all.
-  std::optional<Eigen::Vector2d> PhaseOfAlikeCorners(double period_px) const;
+  /// Where corners lie in squares of so many pixels.
+  struct AlikePhases {
+    Eigen::Vector2d middle_px;
+    double alike;  ///< squared length of the mean of their phases: 1 where all have the same
+  };
+  /// If they lie so alike that what moves one of them by that moves all.
+  std::optional<AlikePhases> PhaseOfAlikeCorners(double period_px) const;
   /// What the pixels say of these groups of edges.
-  EdgeTally TallyOf(AlikeEdges& x, AlikeEdges& y);
-  /// After the last step of the plain model, the only one that is asked.
+  EdgeTally TallyOf(AlikeEdges& x, AlikeEdges& y, AlikePlaces* places);
+  /// After the last step.
   void TellEdgeTally();
   /// How many times as much the place that all corners share varies as the noise tells, beside that.
   double MoreOfAlikeCorners(const Eigen::Vector2d& phase_of_all);
@@ -304,7 +308,10 @@ class BoardFit {
   /// Information on moves with that, as far as this board's edges and those of earlier images show such errors.
   BoardGeometry::Information CountAlongEdges(const BoardGeometry::Information& in_pixels,
                                              const BoardGeometry::Information& of_moves);
-  /// The same of corners that lie alike, as far as this board's pixels show errors that all share.
+  /// The same with what corners share that lie alike and whose edges follow the pixels: a fit follows most of it.
+  BoardGeometry::Information CountSharedByCorners(const BoardGeometry::Information& in_pixels,
+                                                  const BoardGeometry::Information& of_moves) const;
+  /// The same of other corners that lie alike, as far as this board's pixels show errors that all share.
   BoardGeometry::Information CountAlikeCorners(const BoardGeometry::Information& in_pixels,
                                                const BoardGeometry::Information& of_moves);
   /// Of the residuals there that fit.

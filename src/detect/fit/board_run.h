@@ -106,6 +106,8 @@ struct BoardRun {
     double pixel_variance = 1;  ///< in units of the noise
     double variance = 1;        ///< the same, or what the corners' places say where that is more
     double misfit_spread = 1;
+    /// Of corners that lie alike: AlikePlaces::Shared() over the root of how much they do; and that (AlikePhases).
+    double shared_by_corners = 0, corners_alike = 1;
     double unexplained_shifts = 0;
     std::array<double, kMaxCorners> misfit{};  ///< of a corner's pixels, variances; far off where it has none
     double cell_px = 0;                        ///< side of a cell in the board's middle

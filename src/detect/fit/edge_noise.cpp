@@ -14,12 +14,12 @@ namespace HWY_NAMESPACE {
 
 /// @tparam kGrown input.grown.
 template <bool kGrown>
-void AddErrorsOf(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y) {
+void AddErrorsOf(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y, AlikePlaces* places) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const Shared shared = SharedOf(input);
   HWY_ALIGN float edges[EdgeRow::kValuesGrown * EdgePixels::kMaxLanes];
-  EdgePixels across_x, across_y;
+  EdgesOfPixels pixels;
   for (int first = 0; first < block.padded(); first += lanes) {
     const Model m = ModelOf(shared, block, first);
     const int most = MostOf(block, first);
@@ -34,16 +34,16 @@ void AddErrorsOf(const KernelInput& input, const LaneBlock& block, AlikeEdges& x
       BlurEdges<kGrown>(m, edges);
       const Predicted p = Predict<kGrown>(m, edges);
       const Weighed w = Weigh(m, p, hn::LoadU(d, block.light_data() + at), inside);
-      across_x.Set(hn::Mul(p.ax, shared.px), hn::Mul(p.by_ax, w.root), w.deviation);
-      across_y.Set(hn::Mul(p.ay, shared.px), hn::Mul(p.by_ay, w.root), w.deviation);
-      across_x.AddTo(x, first, lanes);
-      across_y.AddTo(y, first, lanes);
+      pixels.x.Set(hn::Mul(p.ax, shared.px), hn::Mul(p.by_ax, w.root), w.deviation);
+      pixels.y.Set(hn::Mul(p.ay, shared.px), hn::Mul(p.by_ay, w.root), w.deviation);
+      pixels.Set(w.deviation, m.light.cross, w.robust);
+      pixels.AddTo(x, y, places, first, lanes);
     }
   }
 }
 
-void AddErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y) {
-  input.grown ? AddErrorsOf<true>(input, block, x, y) : AddErrorsOf<false>(input, block, x, y);
+void AddErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y, AlikePlaces* places) {
+  input.grown ? AddErrorsOf<true>(input, block, x, y, places) : AddErrorsOf<false>(input, block, x, y, places);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -53,11 +53,35 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 
 namespace chequer {
+namespace {
+
+/// Fewer pixels at one place tell nothing of what corners share.
+constexpr float kFewestThere = 3;
+/// What may be chance is left out; one board in 1,000 whose errors are noise has more (of a normal deviate).
+constexpr double kDeviationsOfChance = 3;
+
+}  // namespace
 
 HWY_EXPORT(AddErrors);
 
-void AddEdgeErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y) {
-  HWY_DYNAMIC_DISPATCH(AddErrors)(input, block, x, y);
+void AddEdgeErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y,
+                   AlikePlaces* places) {
+  HWY_DYNAMIC_DISPATCH(AddErrors)(input, block, x, y, places);
+}
+
+double AlikePlaces::Shared() const {
+  double between = 0, squares = 0, pixels = 0, found = 0;
+  for (const Errors& place : errors) {
+    if (place.count < kFewestThere) continue;
+    between += double{place.sum} * double{place.sum} / double{place.count};
+    squares += double{place.square};
+    pixels += double{place.count};
+    ++found;
+  }
+  const double noise = std::max(squares - between, 0.0) / std::max(pixels - found, 1.0);
+  // Chance makes a sum of squares of that many unknowns.
+  const double of_chance = noise * (found + kDeviationsOfChance * std::sqrt(2 * found));
+  return AlikeEdges::kStride * std::max(between - of_chance, 0.0);
 }
 
 }  // namespace chequer

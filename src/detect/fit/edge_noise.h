@@ -31,7 +31,22 @@ struct AlikeEdges {
   std::array<int, 4 * kMaxCorners + LaneBlock::kGroup> group_of_lane;
 };
 
-/// Adds up the errors of all groups. @param input as the lanes were last evaluated with.
-void AddEdgeErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y);
+/// What the pixels of lanes that are in a group leave, by where they lie beside their corners: whole pixels along both
+/// axes of the board. Where edges follow the pixels and all corners lie alike between these, a fit follows most of what
+/// moves all of them: it is left where edges meet, and there of all corners alike.
+struct AlikePlaces {
+  struct Errors {
+    float sum = 0;  ///< of the deviations, as corners of one sign of contrast have them
+    float square = 0, count = 0;
+  };
+  std::array<Errors, AlikeEdges::kDistances * AlikeEdges::kDistances> errors{};
+
+  /// How much of the square of all pixels' deviations the corners share, beside what noise and chance make of that.
+  double Shared() const;
+};
+
+/// Adds up the errors of all groups and places. @param input as the lanes were last evaluated with. @param places null:
+/// they are not asked.
+void AddEdgeErrors(const KernelInput& input, const LaneBlock& block, AlikeEdges& x, AlikeEdges& y, AlikePlaces* places);
 
 }  // namespace chequer

@@ -49,6 +49,34 @@ struct EdgePixels {
   HWY_ALIGN float score[kMaxLanes], information[kMaxLanes];
 };
 
+/// What a vector of pixels says of both kinds of edges, and of where they meet.
+struct EdgesOfPixels {
+  EdgePixels x, y;
+
+  /// @param contrast of the corner: light where both coordinates are positive or negative, less that of the other two.
+  HWY_INLINE void Set(V deviation, V contrast, V counts) {
+    const D d;
+    hn::Store(hn::IfThenElse(hn::Lt(contrast, hn::Zero(d)), hn::Neg(deviation), deviation), d, deviations);
+    hn::Store(counts, d, there);
+  }
+  HWY_INLINE void AddTo(AlikeEdges& of_x, AlikeEdges& of_y, AlikePlaces* places, int first, int count) const {
+    x.AddTo(of_x, first, count);
+    y.AddTo(of_y, first, count);
+    if (!places) return;
+    for (int i = 0; i < count; ++i) {
+      const std::size_t lane = static_cast<std::size_t>(first + i);
+      if (of_x.group_of_lane[lane] < 0 && of_y.group_of_lane[lane] < 0) continue;
+      AlikePlaces::Errors& sum =
+          places->errors[static_cast<std::size_t>(y.distance[i] * AlikeEdges::kDistances + x.distance[i])];
+      sum.sum += deviations[i];
+      sum.square += deviations[i] * deviations[i];
+      sum.count += there[i];
+    }
+  }
+
+  HWY_ALIGN float deviations[EdgePixels::kMaxLanes], there[EdgePixels::kMaxLanes];
+};
+
 }  // namespace HWY_NAMESPACE
 }  // namespace chequer
 HWY_AFTER_NAMESPACE();

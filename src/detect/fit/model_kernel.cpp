@@ -220,12 +220,14 @@ void AddLanes(const ModelInput& input, const ModelColumns& columns, int first, L
 
 /// The same, of what pixels say of edges.
 void AddErrorsOfLanes(const ModelInput& input, int first, const LaneBlock& block, const ModelLanes& model,
-                      float blur_px, AlikeEdges& across_x, AlikeEdges& across_y) {
+                      float blur_px, AlikeEdges& x, AlikeEdges& y, AlikePlaces* places) {
   const D d;
   const LanesThere there(input, first, block, model);
   ByTerms by;
   std::fill(std::begin(by.by), std::end(by.by), hn::Zero(d));
-  EdgePixels of_x, of_y;
+  EdgesOfPixels edges;
+  const auto& light = there.m.light;
+  const V contrast = hn::Sub(hn::Add(light[1][1], light[2][2]), hn::Add(light[1][2], light[2][1]));
   std::size_t at = block.Place(first, 0);
   const int stride = AlikeEdges::kStride * input.stride;
   for (int k = 0; k < there.most; k += stride, at += static_cast<std::size_t>(stride * LaneBlock::kNextPixel)) {
@@ -234,10 +236,10 @@ void AddErrorsOfLanes(const ModelInput& input, int first, const LaneBlock& block
     const V root = hn::Mul(w.root, pixels.window), deviation = hn::Mul(w.deviation, pixels.window);
     const auto px = [&](V cells, ModelLanes::Parameter scale)
                         HWY_ATTR { return hn::Mul(hn::Mul(cells, there.m.of(scale)), Splat(blur_px)); };
-    of_x.Set(px(pixels.x, ModelLanes::kScaleX), hn::Mul(pixels.p.by_x, root), deviation);
-    of_y.Set(px(pixels.y, ModelLanes::kScaleY), hn::Mul(pixels.p.by_y, root), deviation);
-    of_x.AddTo(across_x, first, static_cast<int>(hn::Lanes(d)));
-    of_y.AddTo(across_y, first, static_cast<int>(hn::Lanes(d)));
+    edges.x.Set(px(pixels.x, ModelLanes::kScaleX), hn::Mul(pixels.p.by_x, root), deviation);
+    edges.y.Set(px(pixels.y, ModelLanes::kScaleY), hn::Mul(pixels.p.by_y, root), deviation);
+    edges.Set(deviation, contrast, w.robust);
+    edges.AddTo(x, y, places, first, static_cast<int>(hn::Lanes(d)));
   }
 }
 
@@ -247,10 +249,10 @@ void Accumulate(const ModelInput& input, const ModelColumns& columns, LaneBlock&
 }
 
 void AddModelErrors(const ModelInput& input, const LaneBlock& block, const ModelLanes& model, float blur_px,
-                    AlikeEdges& x, AlikeEdges& y) {
+                    AlikeEdges& x, AlikeEdges& y, AlikePlaces* places) {
   const int lanes = static_cast<int>(hn::Lanes(D()));
   for (int first = 0; first < block.padded(); first += lanes)
-    AddErrorsOfLanes(input, first, block, model, blur_px, x, y);
+    AddErrorsOfLanes(input, first, block, model, blur_px, x, y, places);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -301,8 +303,8 @@ void AccumulateModel(const ModelInput& input, LaneBlock& block, ModelLanes& mode
 }
 
 void AddEdgeErrors(const ModelInput& input, const LaneBlock& block, const ModelLanes& model, float blur_px,
-                   AlikeEdges& x, AlikeEdges& y) {
-  HWY_DYNAMIC_DISPATCH(AddModelErrors)(input, block, model, blur_px, x, y);
+                   AlikeEdges& x, AlikeEdges& y, AlikePlaces* places) {
+  HWY_DYNAMIC_DISPATCH(AddModelErrors)(input, block, model, blur_px, x, y, places);
 }
 
 }  // namespace chequer

@@ -132,9 +132,9 @@ struct ModelInput : Terms::Inputs {
 /// squared residuals.
 void AccumulateModel(const ModelInput& input, LaneBlock& block, ModelLanes& model);
 
-/// Adds up the errors of all groups. @param input,model as the lanes were last evaluated with. @param blur_px the
-/// lens's.
+/// Adds up the errors of all groups and places. @param input,model as the lanes were last evaluated with.
+/// @param blur_px the lens's. @param places null: they are not asked.
 void AddEdgeErrors(const ModelInput& input, const LaneBlock& block, const ModelLanes& model, float blur_px,
-                   AlikeEdges& x, AlikeEdges& y);
+                   AlikeEdges& x, AlikeEdges& y, AlikePlaces* places);
 
 }  // namespace chequer

@@ -156,7 +156,7 @@ TEST_F(Kernel, ErrorsAlongEdgesAreThoseOfThePixelsAtEachDistance) {
   for (const auto target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     AlikeEdges edges[2] = {wanted[0], wanted[1]};
-    AddEdgeErrors(input_, block_, edges[0], edges[1]);
+    AddEdgeErrors(input_, block_, edges[0], edges[1], nullptr);
     for (int axis = 0; axis < 2; ++axis)
       for (int group = 0; group < AlikeEdges::kBlockPx; ++group)
         for (int distance = 0; distance < AlikeEdges::kDistances; ++distance) {
@@ -190,6 +190,66 @@ EdgeTally DrawTally(std::mt19937& random, float times) {
     tally.Add(edges, double{kVariance});
   }
   return tally;
+}
+
+TEST_F(Kernel, ErrorsAtPlacesAreThoseOfThePixelsThere) {
+  AlikeEdges wanted;
+  for (int lane = 0; lane < kLanes; ++lane) wanted.group_of_lane[static_cast<std::size_t>(lane)] = lane % 3 - 1;
+  std::map<std::size_t, std::array<double, 3>> sums;  // by place: deviations, their squares, pixels
+  for (int lane = 0; lane < kLanes; ++lane)
+    for (int i = 0; lane % 3 > 0 && i < block_.count(lane); i += AlikeEdges::kStride) {
+      const Lane& at = lanes_[static_cast<std::size_t>(lane)];
+      const auto [x, y] = Offset(lane, i);
+      const auto place_of = [](double px) { return static_cast<int>(std::floor(px)) + AlikeEdges::kDistances / 2; };
+      const double contrast = at.level[0] - at.level[1] - at.level[2] + at.level[3],
+                   deviation = std::copysign(1.0, contrast) * Row(lane, i)[kResidual];
+      auto& sum =
+          sums[static_cast<std::size_t>(place_of(y * at.px_y) * AlikeEdges::kDistances + place_of(x * at.px_x))];
+      sum[0] += deviation, sum[1] += deviation * deviation, ++sum[2];
+    }
+  for (const auto target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    AlikeEdges x = wanted, y;
+    AlikePlaces places;
+    AddEdgeErrors(input_, block_, x, y, &places);
+    for (std::size_t place = 0; place < places.errors.size(); ++place) {
+      const auto expected = sums.find(place);
+      const AlikePlaces::Errors& found = places.errors[place];
+      const std::array<double, 3> wanted_there = expected == sums.end() ? std::array{0.0, 0.0, 0.0} : expected->second;
+      EXPECT_EQ(found.count, wanted_there[2]) << hwy::TargetName(target) << ", place " << place;
+      EXPECT_NEAR(double{found.sum}, wanted_there[0], 5e-3 * std::max(std::abs(wanted_there[0]), 1.0));
+      EXPECT_NEAR(double{found.square}, wanted_there[1], 5e-3 * std::max(wanted_there[1], 1.0));
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST(ErrorsAtPlaces, ThatCornersShareAreToldFromNoise) {
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal;
+  constexpr int kDraws = 200, kPlaces = 36, kCorners = 25;
+  int by_chance = 0;
+  double shared = 0;
+  for (int draw = 0; draw < kDraws; ++draw)
+    for (const float of_all : {0.0f, 0.8f}) {
+      AlikePlaces places;
+      for (std::size_t place = 0; place < kPlaces; ++place) {
+        const float error = of_all * normal(random);
+        for (int corner = 0; corner < kCorners; ++corner) {
+          const float deviation = error + normal(random);
+          AlikePlaces::Errors& there = places.errors[place];
+          there.sum += deviation, there.square += deviation * deviation, ++there.count;
+        }
+      }
+      if (of_all > 0)
+        shared += places.Shared() / kDraws;
+      else
+        by_chance += places.Shared() > 0;
+    }
+  EXPECT_LE(by_chance, kDraws / 50);
+  // Less what chance may make of noise.
+  EXPECT_NEAR(shared / AlikeEdges::kStride, 0.64 * kPlaces * kCorners, 0.1 * kPlaces * kCorners);
+  EXPECT_EQ(AlikePlaces().Shared(), 0) << "no pixels";
 }
 
 TEST(ErrorsAlongEdges, CountWhereTheyAreMoreThanNoise) {
