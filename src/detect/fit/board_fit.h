@@ -290,8 +290,8 @@ class BoardFit {
   std::optional<EdgeGroups> GroupAlikeEdges() const;
   /// Where corners lie in squares of so many pixels.
   struct AlikePhases {
-    Eigen::Vector2d middle_px;
-    double alike;  ///< squared length of the mean of their phases: 1 where all have the same
+    Eigen::Vector2d middle_px = Eigen::Vector2d::Zero();
+    double alike = 0;  ///< squared length of the mean of their phases: 1 where all have the same
   };
   /// If they lie so alike that what moves one of them by that moves all.
   std::optional<AlikePhases> PhaseOfAlikeCorners(double period_px) const;
