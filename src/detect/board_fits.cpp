@@ -157,8 +157,9 @@ void BoardFits::FitOne(const ImageJob& job, const FitOrder& order) {
 }
 
 std::size_t BoardFits::FitFirst(const ImageJob& job, std::span<FitTask> tasks) {
-  // The noise is the camera's, and mostly the blur: the first board that is one tells it for all. The noise is told in
-  // every frame, from its pixels: another frame's would move poses by a tenth of their deviation.
+  // Noise is the camera's, and so is most of the blur: the first board that is accepted tells them to the others. It
+  // measures the noise in every frame. With the noise of the last frame, poses with and without memory differ by 0.10
+  // instead of 0.06 deviations (measured).
   ImageState& frame = job.frame;
   const bool limited = frame.plan.limited();
   std::size_t done = 0, fruitless = 0;

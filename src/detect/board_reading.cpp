@@ -77,7 +77,9 @@ bool TurnsOverRows(const ImageJob& job, std::size_t board) {
 }
 
 PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
+  using TraitsFrom = BoardFit::Start::TraitsFrom;
   const AnchoredBoard& board = job.frame.boards[order.board];
+  const RememberedBoard* last = job.frame.IsExpected(order.board) ? &job.frame.expected[order.board] : nullptr;
   PhotometricFit::Start start{
       .board = {.size = board.size,
                 .cell_ratio = CellRatioOf(board.size, job.options),
@@ -87,18 +89,16 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
                 .saturated = board.saturated,
                 .visibility = board.visibility,
                 .found = board.found,
-                .predicted = job.frame.IsExpected(order.board),
+                .predicted = last != nullptr,
                 .near = LiesNear(job.frame, order.board),
                 .register_cells = RegisterOf(board.size, job.options),
                 .turns_over_rows = TurnsOverRows(job, order.board),
-                .blur_shape =
-                    job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_shape : BlurShape{},
-                .own_blur_px = job.frame.IsExpected(order.board) ? job.frame.expected[order.board].blur_px : 0,
+                .blur_shape = last ? last->blur_shape : BlurShape{},
+                .own_blur_px = last ? last->blur_px : 0,
                 .image = order.image,
+                .image_from = job.frame.traits ? TraitsFrom::kOtherBoard : TraitsFrom::kEarlierImage,
                 .dot_gain = order.image ? order.image->dot_gain : job.frame.dot_gain,
-                .edge_tally = job.frame.edge_tally,
-                .noise_may_differ = !job.frame.traits,
-                .of_earlier_image = order.image && !job.frame.traits},
+                .edge_tally = job.frame.edge_tally},
       .motion_blurred = board.motion_blurred,
       .most_units = order.most_units,
       .plain_only = order.plain_only,

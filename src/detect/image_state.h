@@ -103,7 +103,7 @@ struct ImageState {
   std::vector<PixelBox> open;         ///< what is to be searched in the next frame in any case
   std::vector<PixelBox> cut;          ///< grids at the ends of regions, which may go on beyond them
   std::optional<ImageTraits> traits;  ///< once a board has told them
-  /// Of an earlier image (MemoryState::TraitsAhead), until the first board has told the noise.
+  /// Of an earlier image (MemoryState::TraitsAhead): where there are some, the first board tells nothing but the noise.
   std::optional<ImageTraits> known_traits;
   double dot_gain = 0;   ///< of an earlier image (MemoryState::dot_gain)
   EdgeTally edge_tally;  ///< of earlier images (MemoryState::edge_tally)

@@ -12,9 +12,6 @@ namespace {
 
 /// A board that seems blurred so many times more or less than the image's others is no start for them, nor they for it.
 constexpr double kOtherBlur = 2;
-bool AreAlike(double blur_px, double other_px) {
-  return std::max(blur_px, other_px) < kOtherBlur * std::min(blur_px, other_px);
-}
 /// Of a way, what it reaches beyond a board's rim, over what a blur does; and all of half of it beyond so much of a
 /// cell.
 constexpr double kMotionBlurReach = 0.1, kMotionBlurReachAllCells = 0.4;
@@ -31,6 +28,10 @@ constexpr float kOverexposed = 0.98f;
 /// Where corners are off by so many times what noise explains, the board may have another dot gain than the image's
 /// others.
 constexpr double kShiftsOfOtherGain = 3;
+
+bool AreBlursAlike(double blur_px, double other_px) {
+  return std::max(blur_px, other_px) < kOtherBlur * std::min(blur_px, other_px);
+}
 
 bool IsOverexposed(const BoardFit::Start& start) {
   return std::any_of(start.light.begin(), start.light.end(),
@@ -69,7 +70,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
   run_->plain_input.stride = kFirstStride;
   if (const double blur_px = BlurOfImage(start); blur_px > 0) {
     // A board that moves is blurred more than others.
-    run_->model.blur_px = AreAlike(start.own_blur_px, blur_px) ? start.own_blur_px : blur_px;
+    run_->model.blur_px = AreBlursAlike(start.own_blur_px, blur_px) ? start.own_blur_px : blur_px;
     run_->model.edges = start.image->edges;
     run_->plain_input.stride = kFirstStrideKnown;
   }
@@ -88,7 +89,7 @@ bool BoardFit::Prepare(const LightReader& reader, const Lens& lens, const Start&
 double BoardFit::BlurOfImage(const Start& start) const {
   if (!start.image) return 0;
   // Dot gain looks like blur: where another board has taught it, its blur holds here, too.
-  return run_->model.DotGainTerm::on() || AreAlike(start.image->blur_px, start.blur_px) ? start.image->blur_px : 0;
+  return run_->model.DotGainTerm::on() || AreBlursAlike(start.image->blur_px, start.blur_px) ? start.image->blur_px : 0;
 }
 
 bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reuse) {
@@ -312,7 +313,7 @@ bool BoardFit::Fit(const LightReader& reader, const Lens& lens, const Start& sta
   if (run_->terms.wide && !LookFarther(reader, lens, start, choice)) return false;
   // What asks for another fit, which may not be had now, is fitted to as many pixels as that would be.
   UsePixels(run_->terms.wide && !choice.may_look_farther ? StrideFor(kMostPixels) : 1);
-  const bool noise_known = (start.image && !start.of_earlier_image) || choice.from;
+  const bool noise_known = start.KnowsNoise() || choice.from;
   if (start.TellsGain()) PrepareGain(reader, lens);
   bool settled = run_->terms.look_farther ? SettleModel(reader, lens, start, noise_known, choice)
                                           : Settle(lens, start, noise_known);

@@ -57,19 +57,20 @@ class BoardFit {
     /// Of the board's blur in the last frame, if it was known then.
     BlurShape blur_shape{};
     double own_blur_px = 0;  ///< in the last frame; 0: not known
-    /// Of another board of the same image, if one was fitted before: saves a pass, and most of the first step.
+    /// What was told of the image, if anything was: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
+    /// By whom: another board of this image, another fit of this board, or a board of an earlier image.
+    enum class TraitsFrom { kOtherBoard, kThisBoard, kEarlierImage } image_from = TraitsFrom::kOtherBoard;
     double dot_gain = 0;     ///< of prints, as they or earlier images have told, cells
     EdgeTally edge_tally{};  ///< of the boards of earlier images
-    /// `image` is another fit's of this board: so its pixels tell the noise anew.
-    bool noise_may_differ = false;
-    /// `image` is an earlier image's: the same, but neither edges nor dot gain are asked for.
-    bool of_earlier_image = false;
     /// A fit with all terms that is not near its end once so many units (work_meter.h) were spent on the board fails.
     std::uint64_t most_units = ~0ull;
 
-    bool TellsNoise() const { return !image || noise_may_differ; }
-    bool TellsGain() const { return TellsNoise() && !of_earlier_image; }
+    /// Whether the board's pixels tell the noise anew, or dot gain.
+    bool TellsNoise() const { return !image || image_from != TraitsFrom::kOtherBoard; }
+    bool TellsGain() const { return !image || image_from == TraitsFrom::kThisBoard; }
+    /// Whether this image's noise is known before.
+    bool KnowsNoise() const { return image && image_from != TraitsFrom::kEarlierImage; }
   };
   /// Which model a fit has.
   struct Choice {

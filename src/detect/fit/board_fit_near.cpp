@@ -42,7 +42,7 @@ bool BoardFit::SpreadCornersSuffice() const {
 }
 
 bool BoardFit::BeginsNear(const Start& start) const {
-  return start.near && start.image && !start.of_earlier_image && !run_->view.overexposed && !run_->model.own_levels &&
+  return start.near && start.KnowsNoise() && !run_->view.overexposed && !run_->model.own_levels &&
          !run_->model.MotionTerm::on();
 }
 
@@ -51,7 +51,7 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
   // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
   // do not blur into them, and none is overexposed: it may be any that is as light, and edges would seem blurred
   // instead.
-  const bool knows_levels = start.image && !start.of_earlier_image && !run_->view.overexposed &&
+  const bool knows_levels = start.KnowsNoise() && !run_->view.overexposed &&
                             BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * run_->model.blur_px < 1;
   const LaneSums first = knows_levels && !run_->model.own_levels ? LaneSums::kShapes : LaneSums::kLevels;
   const bool knows_all = first == LaneSums::kShapes && run_->plain_input.stride == kFirstStrideKnown;

@@ -25,11 +25,10 @@ void StartAnew(const From& from, Trial& trial) {
 }
 /// What the board says of noise and blur holds in the trial too.
 void KeepTraits(const From& from, Trial& trial) {
-  if (trial.start.image && !trial.start.of_earlier_image) return;
+  if (trial.start.KnowsNoise()) return;
   from.traits = from.kept.result.image;
   trial.start.image = &from.traits;
-  trial.start.noise_may_differ = true;
-  trial.start.of_earlier_image = false;
+  trial.start.image_from = BoardFit::Start::TraitsFrom::kThisBoard;
 }
 
 void StartMotion(const BlurShape& shape, Trial& trial) {
