@@ -114,14 +114,13 @@ class ShiftProducts {
       xy_.col(i) += at.xy * powers[i];
       yy_.col(i) += at.yy * powers[i];
     }
-    for (int row = 0; row <= kBoth; ++row) {
+    for (int row = 0; row < kColumns; ++row) {
       const Four pull_x = at.xx * by_x[row] + at.xy * by_y[row], pull_y = at.xy * by_x[row] + at.yy * by_y[row];
       for (int i = 0; i < 3; ++i) {
         x_.col(3 * row + i) += pull_x * powers[i];
         y_.col(3 * row + i) += pull_y * powers[i];
       }
-      for (int col = 0; col < kBoth && col <= row; ++col)
-        both_.col(kBoth * row + col) += by_x[col] * pull_x + by_y[col] * pull_y;
+      for (int col = 0; col <= row; ++col) both_.col(kColumns * row + col) += by_x[col] * pull_x + by_y[col] * pull_y;
     }
   }
 
@@ -136,19 +135,19 @@ class ShiftProducts {
         products(3 + row, col) = double{xy_.col(power).sum()};
         products(3 + row, 3 + col) = double{yy_.col(power).sum()};
       }
-    for (int row = 0; row <= kBoth; ++row) {
+    for (int row = 0; row < kColumns; ++row) {
       for (int col = 0; col < 3; ++col) {
         products(6 + row, col) = double{x_.col(3 * row + col).sum()};
         products(6 + row, 3 + col) = double{y_.col(3 * row + col).sum()};
       }
-      for (int col = 0; col < kBoth && col <= row; ++col)
-        products(6 + row, 6 + col) = double{both_.col(kBoth * row + col).sum()};
+      for (int col = 0; col <= row; ++col) products(6 + row, 6 + col) = double{both_.col(kColumns * row + col).sum()};
     }
     return products;
   }
 
  private:
-  static constexpr int kBoth = 2 + kBends;  ///< columns that move x and y: two moves, and the bend
+  static constexpr int kBoth = 2 + kBends;    ///< columns that move x and y: two moves, and the bend
+  static constexpr int kColumns = kBoth + 1;  ///< these, and the shifts
   template <int kCount>
   using Fours = Eigen::Array<float, 4, kCount>;
 
@@ -156,8 +155,8 @@ class ShiftProducts {
   /// By 1, x, y, x², xy, y².
   Fours<6> xx_ = Fours<6>::Zero(), xy_ = Fours<6>::Zero(), yy_ = Fours<6>::Zero();
   /// Of columns that move both, and of the shifts, with those that move x or y alone: by 1, x, y.
-  Fours<3 * (kBoth + 1)> x_ = Fours<3 * (kBoth + 1)>::Zero(), y_ = Fours<3 * (kBoth + 1)>::Zero();
-  Fours<kBoth*(kBoth + 1)> both_ = Fours<kBoth*(kBoth + 1)>::Zero();  ///< with each other
+  Fours<3 *kColumns> x_ = Fours<3 * kColumns>::Zero(), y_ = Fours<3 * kColumns>::Zero();
+  Fours<kColumns* kColumns> both_ = Fours<kColumns * kColumns>::Zero();  ///< with each other
 };
 
 /// A board of bent paper in front of a camera, in widths of a cell.
@@ -384,8 +383,14 @@ Eigen::Matrix2d BentPaper::SeenByBoard(const Eigen::Vector2d& board) const {
   return by;
 }
 
-bool MayBeBent(const BoardView& view, std::span<const ShiftedCorner> corners, double least_gain) {
+double LeastBend::Gain(double left, std::size_t corners) const {
+  const double coordinates = 2 * static_cast<double>(corners);
+  return times * std::max(left / std::max(coordinates - kUnknowns, 1.0), variance);
+}
+
+bool MayBeBent(const BoardView& view, std::span<const ShiftedCorner> corners, const LeastBend& least) {
   if (view.fitted_as) return true;
+  const std::size_t count = corners.size();
   const auto starts = PosesAtCentre(view.geometry, {1, view.cell_ratio}, view.focal);
   if (!starts) return false;
   const RigidTransform& start = (*starts)[0];
@@ -405,13 +410,18 @@ bool MayBeBent(const BoardView& view, std::span<const ShiftedCorner> corners, do
     }
     products.Add(four);
   }
-  const std::optional<Linear> linear = SolveLinear(products.Sum());
+  const LinearProducts sums = products.Sum();
+  const std::optional<Linear> linear = SolveLinear(sums);
   if (!linear) return false;
   const SmallCholesky<kBends> bends(linear->information);
-  return bends.positive() && linear->gradient.dot(bends.Solve(linear->gradient)) > kRoughly * least_gain;
+  if (!bends.positive()) return false;
+  const double gain = linear->gradient.dot(bends.Solve(linear->gradient)),
+               square = sums(kLinearColumns - 1, kLinearColumns - 1);
+  return gain > kRoughly * least.Gain(square - gain, count);
 }
 
-std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const SeenCorner> corners, double least_gain) {
+std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const SeenCorner> corners,
+                                       const LeastBend& least) {
   const auto starts = PosesAtCentre(view.geometry, {1, view.cell_ratio}, view.focal);
   if (!starts) return std::nullopt;
   BendSolver solver(view, corners);
@@ -422,9 +432,10 @@ std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const Se
   }
   if (!best) return std::nullopt;
   // Flat paper leaves what it does in the better of its poses: most boards gain too little over the one already.
-  const double flat = solver.Flat((*starts)[0]);
+  const double flat = solver.Flat((*starts)[0]), least_gain = least.Gain(best->left(), corners.size());
   if (flat - best->left() < least_gain) return std::nullopt;
   solver.TellGain(*best, std::min(flat, solver.Flat((*starts)[1])));
+  if (best->gain() < least_gain) return std::nullopt;
   if (!solver.TellUncertainty(*best)) return std::nullopt;
   return best;
 }

@@ -67,14 +67,23 @@ class BentPaper {
   double left_ = 0, gain_ = 0;
 };
 
-/// Whether a bend may gain so much, roughly: by the corners' shifts from where the view has them, in one linear step.
-/// Always where a bend was taken out already. 7,000 instructions for 25 corners; FindBentPaper() takes 400,000.
-bool MayBeBent(const BoardView& view, std::span<const ShiftedCorner> corners, double least_gain);
+/// What a bend has to gain to be one: so many times the variance of the corners' shifts.
+struct LeastBend {
+  double times = 0;
+  double variance = 1;  ///< by the noise of pixels: print and demosaicing move corners by more, each by itself
+
+  /// @param left what the bend leaves. @param corners whose shifts that is of.
+  double Gain(double left, std::size_t corners) const;
+};
+
+/// Whether a bend may gain what it has to, roughly: by the corners' shifts from where the view has them, in one linear
+/// step. Always where a bend was taken out already. 7,000 instructions for 25 corners; FindBentPaper() takes 400,000.
+bool MayBeBent(const BoardView& view, std::span<const ShiftedCorner> corners, const LeastBend& least);
 
 /// The pose and bend of least squares of the corners' places, or nothing where they do not determine one, or it gains
-/// clearly less than `least_gain`. Pose and bend
-/// together: a bend looks like a tilt but for perspective, so the two poses in which a flat board looks the same are
-/// both gone on from.
-std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const SeenCorner> corners, double least_gain);
+/// less than it has to. Pose and bend together: a bend looks like a tilt but for perspective, so the two poses in which
+/// a flat board looks the same are both gone on from.
+std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const SeenCorner> corners,
+                                       const LeastBend& least);
 
 }  // namespace chequer

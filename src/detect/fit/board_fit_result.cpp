@@ -44,16 +44,12 @@ std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_squar
     return std::nullopt;
   const BoardView view{run_->model.geometry, lens.focal(), run_->view.cell_ratio,
                        run_->bend.taken_out ? &*run_->bend.taken_out : nullptr};
-  const double least_gain = kLeastBend * kLeastBend * least_square;
-  if (!MayBeBent(view, shifted_, least_gain)) return std::nullopt;
+  const LeastBend least{kLeastBend * kLeastBend, least_square};
+  if (!MayBeBent(view, shifted_, least)) return std::nullopt;
   std::array<SeenCorner, kMaxCorners> seen;
   std::transform(shifted_.begin(), shifted_.end(), seen.begin(),
                  [&](const ShiftedCorner& corner) { return SeenAt(corner); });
-  const std::optional<BentPaper> bent = FindBentPaper(view, std::span(seen).first(shifted_.size()), least_gain);
-  if (!bent) return std::nullopt;
-  const double left = bent->left() / (2 * static_cast<double>(shifted_.size()) - BentPaper::kUnknowns);
-  if (bent->gain() < kLeastBend * kLeastBend * std::max(left, least_square)) return std::nullopt;
-  return bent;
+  return FindBentPaper(view, std::span(seen).first(shifted_.size()), least);
 }
 
 double BoardFit::WeightUsed() const {

@@ -129,7 +129,7 @@ TEST(FindBentPaper, FindsPoseAndCylinderTogether) {
         const RigidTransform pose{RotationFromVector({tilt, 0.1, 0.4}), {0.1, -0.05, 1.2}};
         const std::vector<SeenCorner> corners = SeenCorners(pose, radius_m, along, cell_m);
         const auto found =
-            FindBentPaper({FlatGeometry(pose, cell_m), kCamera.fx, height_m / cell_m.x(), nullptr}, corners, 0);
+            FindBentPaper({FlatGeometry(pose, cell_m), kCamera.fx, height_m / cell_m.x(), nullptr}, corners, {});
         ASSERT_TRUE(found);
         const BoardGeometry& middle = found->middle();
         const Eigen::Vector3d normal = pose.rotation.toRotationMatrix().col(2);
@@ -148,10 +148,31 @@ TEST(FindBentPaper, FindsNoneInCornersOfAPlane) {
   const Eigen::Vector2d cell_m(0.0133, 0.0133);
   const RigidTransform pose{RotationFromVector({0.3, 0.1, 0.4}), {0.1, -0.05, 1.2}};
   const auto found = FindBentPaper({FlatGeometry(pose, cell_m), kCamera.fx, 1, nullptr},
-                                   SeenCorners(pose, 1e9, {0.8, 0.6}, cell_m), -1);
+                                   SeenCorners(pose, 1e9, {0.8, 0.6}, cell_m), {.times = -1});
   ASSERT_TRUE(found);
   EXPECT_LT(found->bend().norm(), 1e-6);
   EXPECT_LT(found->gain(), 1e-3);
+}
+
+// Demosaicing and print move corners by several of their deviations, each by itself: of so much, a bend always explains
+// more than it would of noise, and the search for it takes as much work as the board's whole fit.
+TEST(MayBeBent, AsksNoBoardWhoseCornersAreOffEachByItself) {
+  constexpr double kDeviation = 0.002;  // of a corner's coordinates, cells
+  const Eigen::Vector2d cell_m(0.0133, 0.0133);
+  const RigidTransform pose{RotationFromVector({0.3, 0.1, 0.4}), {0.1, -0.05, 1.2}};
+  const BoardView view{FlatGeometry(pose, cell_m), kCamera.fx, 1, nullptr};
+  const LeastBend least{.times = 20};
+  Random random(7);
+  int asked = 0;
+  for (int board = 0; board < 100; ++board) {
+    std::vector<ShiftedCorner> corners;
+    for (const SeenCorner& seen : SeenCorners(pose, 1e9, {0.8, 0.6}, cell_m))
+      corners.push_back({static_cast<int>(corners.size()), seen.board,
+                         5 * kDeviation * Eigen::Vector2d(random.Normal(), random.Normal()),
+                         Eigen::Matrix2d::Identity() / (kDeviation * kDeviation)});
+    asked += MayBeBent(view, corners, least);
+  }
+  EXPECT_LE(asked, 2);
 }
 
 }  // namespace
