@@ -264,6 +264,8 @@ class BoardFit {
   std::optional<ToldGain> SolveGain(int pixels);
   /// By what the plain model leaves with more and with less of it.
   std::optional<ToldGain> TryGains();
+  /// Whether TryGains() is worth while, on a board that seems to have none.
+  bool MayHaveGrown();
   /// On the dot gain, if the model's last step had one.
   double InformationOnGain() const;
   /// What counts of a gain by what it explains: nothing of one that noise may be, all of one that it is not.
@@ -272,6 +274,10 @@ class BoardFit {
   double GainForOthers() const;
   /// Σ w r² that a step of the plain model leaves with that dot gain, by some of the pixels.
   std::optional<double> LeftWithGain(double gain);
+  /// The same with all else as it is.
+  std::optional<double> LeftAtAGlance(double gain);
+  /// Of a pixel's residual, where it tells the gain.
+  double VarianceOfGain() const;
   /// Goes on with the pixels of the board as it lies by now.
   bool SettleAnew(const LightReader& reader, const Lens& lens, const Start& start);
   void Finish(const Lens& lens);

@@ -5,10 +5,10 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -451,7 +451,14 @@ TEST(Memory, AsksForEdgesAndDotGainInTurns) {
     if (i >= 4) (state.traits_age == 0 ? told : known).push_back(found.stats.work);
   }
   EXPECT_EQ(told.size(), 2u) << "of 36 frames, one in 16";
-  EXPECT_LT(10 * *std::max_element(known.begin(), known.end()), 9 * *std::min_element(told.begin(), told.end()));
+  const auto mean = [](const std::vector<std::uint64_t>& works) {
+    return static_cast<double>(std::accumulate(works.begin(), works.end(), std::uint64_t{0})) /
+           static_cast<double>(works.size());
+  };
+  EXPECT_LT(mean(known), 0.95 * mean(told));
+  // Where there is no gain, a glance tells: fits with a little more and less of it took 1.35 times a frame that does
+  // not ask.
+  EXPECT_LT(mean(told), 1.15 * mean(known));
 }
 
 TEST(Memory, TakesLessLightForNothingElse) {
