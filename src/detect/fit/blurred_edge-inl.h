@@ -62,10 +62,13 @@ HWY_INLINE PowerTerms PowerTermsOf(const EdgeTerms& edge) {
   return terms;
 }
 
+/// What is left of an edge farther off is constant, 3e-7 of its contrast: 5 deviations.
+constexpr float kFarthestNormal = 5.0f * kUnit;
+
 /// What lies beyond |a| is the exponential times a polynomial, good over 0..5 deviations, its terms summed so that few
 /// wait for others.
 HWY_INLINE Normal NormalAt(D d, V a, const PowerTerms& edge) {
-  const V size = hn::Min(hn::Abs(a), hn::Set(d, 5.0f * kUnit)), square = hn::Mul(size, size);
+  const V size = hn::Min(hn::Abs(a), hn::Set(d, kFarthestNormal)), square = hn::Mul(size, size);
   const V e = TwoToMinus(d, square);
   const V* by = edge.by_power;
   V p = hn::MulAdd(by[5], square, hn::MulAdd(by[4], size, by[3]));

@@ -138,12 +138,13 @@ void WriteSums(const FitSums& sums, int first, LaneBlock& block) {
 /// The lanes from `first` on that fill a vector.
 struct LanesThere {
   LaneModel m;
-  PowerTerms terms[2], gaussian;
+  EdgeProfile profiles[2];
+  PowerTerms gaussian;
   int most = 0;  ///< pixels
   V count;
 
   LanesThere(const ModelInput& input, int first, const LaneBlock& block, const ModelLanes& model)
-      : terms{PowerTermsOf(input.edge_x), PowerTermsOf(input.edge_y)}, gaussian(PowerTermsOf({})) {
+      : profiles{EdgeProfile(input.edge_x), EdgeProfile(input.edge_y)}, gaussian(PowerTermsOf({})) {
     const D d;
     const hn::RebindToSigned<D> di;
     Load(input, model, first, m);
@@ -176,7 +177,7 @@ struct PixelsThere {
     const V w = Reciprocal(d, row_of(m.to_depth));
     x = hn::Mul(row_of(m.to_x), w), y = hn::Mul(row_of(m.to_y), w);
     board_x = hn::Add(x, m.of(ModelLanes::kCornerX)), board_y = hn::Add(y, m.of(ModelLanes::kCornerY));
-    LookAt(input, m, x, y, lanes.terms, p);
+    LookAt(input, m, x, y, lanes.profiles, p);
     Bend(input, m, board_x, board_y, lanes.gaussian, p, by);
     // As in the plain model, the window ends softly.
     const auto within =

@@ -77,7 +77,7 @@ struct Picture {
 
   HWY_INLINE void Clear() {
     const V zero = hn::Zero(D());
-    light = by_x = by_y = by_blur = by_gain = by_xy = by_xx = by_yy = way_x = way_y = zero;
+    light = by_x = by_y = by_gain = by_xy = by_xx = by_yy = way_x = way_y = zero;
     twist_by_both = zero;
     for (auto& row : share)
       for (V& cell : row) cell = zero;
@@ -90,16 +90,32 @@ struct EdgesAlong {
   V share[kEdges], slope[kEdges], bend[kEdges];
 };
 
-/// @param at distance from the middle edge, cells. @param shift by which each edge is moved down.
-HWY_INLINE void BlurAlong(V at, const V* shift, V scale, const PowerTerms& terms, EdgesAlong& edges) {
+/// How edges are blurred across an axis.
+struct EdgeProfile {
+  explicit EdgeProfile(const EdgeTerms& edge) : terms(PowerTermsOf(edge)) {
+    far = NormalAt(D(), Splat(-kFarthestNormal), terms);
+  }
+
+  PowerTerms terms;
+  Normal far;  ///< so far below an edge and farther
+};
+
+/// @param from distance from each edge, cells.
+HWY_INLINE void BlurAlong(const V* from, V scale, const EdgeProfile& profile, EdgesAlong& edges) {
   const D d;
   const V unit = hn::Mul(scale, Splat(kUnit)), density = hn::Mul(scale, Splat(kDensity));
   for (int k = 0; k < kEdges; ++k) {
-    const V from = hn::Add(hn::Sub(at, Splat(static_cast<float>(k - 1))), shift[k]);
-    const Normal normal = NormalAt(d, hn::Mul(from, unit), terms);
+    const V away = hn::Mul(from[k], unit);
+    // Where edges lie many blurs from each other, one or two of them are near. What stands in for the others is what
+    // would be found: no lane depends on those beside it.
+    Normal normal = profile.far;
+    if (hn::AllTrue(d, hn::Ge(hn::Abs(away), Splat(kFarthestNormal))))
+      normal.integral = hn::IfNegativeThenElse(away, normal.integral, hn::Sub(Splat(1), normal.integral));
+    else
+      normal = NormalAt(d, away, profile.terms);
     edges.share[k] = normal.integral;
     edges.slope[k] = hn::Mul(normal.density, density);
-    edges.bend[k] = hn::Neg(hn::Mul(from, edges.slope[k]));
+    edges.bend[k] = hn::Neg(hn::Mul(from[k], edges.slope[k]));
   }
 }
 
@@ -108,20 +124,18 @@ HWY_INLINE V AtEdges(const V* row, const V* edge) {
   return hn::MulAdd(row[1], edge[0], hn::MulAdd(row[2], edge[1], hn::Mul(row[3], edge[2])));
 }
 
-/// The shares of the four cells along an axis. @param all of them: 1; of the shares' derivatives, 0.
-HWY_INLINE void SharesOf(V all, const V* edge, V* cells) {
-  cells[0] = hn::Sub(all, edge[0]);
-  cells[1] = hn::Sub(edge[0], edge[1]);
-  cells[2] = hn::Sub(edge[1], edge[2]);
-  cells[3] = edge[2];
+/// The second derivatives along x and y of a point's light, in units of the blur's variances: see FromBends().
+HWY_INLINE void AddBends(V bend_x, V bend_y, Picture& p) {
+  p.by_xx = hn::Add(p.by_xx, bend_x);
+  p.by_yy = hn::Add(p.by_yy, bend_y);
 }
 
-/// By the second derivatives along x and y, in units of the blur's variances.
-HWY_INLINE void AddBends(const LaneModel& m, V bend_x, V bend_y, Picture& p) {
+/// What these make of the light: how it changes with the blur, and with the place.
+HWY_INLINE void FromBends(const LaneModel& m, Picture& p) {
   const V scale_x = m.of(ModelLanes::kScaleX), scale_y = m.of(ModelLanes::kScaleY);
-  p.by_blur = hn::MulAdd(bend_x, m.of(ModelLanes::kBlurX), hn::MulAdd(bend_y, m.of(ModelLanes::kBlurY), p.by_blur));
-  p.by_xx = hn::MulAdd(bend_x, hn::Mul(scale_x, scale_x), p.by_xx);
-  p.by_yy = hn::MulAdd(bend_y, hn::Mul(scale_y, scale_y), p.by_yy);
+  p.by_blur = hn::MulAdd(p.by_xx, m.of(ModelLanes::kBlurX), hn::Mul(p.by_yy, m.of(ModelLanes::kBlurY)));
+  p.by_xx = hn::Mul(p.by_xx, hn::Mul(scale_x, scale_x));
+  p.by_yy = hn::Mul(p.by_yy, hn::Mul(scale_y, scale_y));
 }
 
 /// How the light's derivatives by the place at a point of the way change along both axes, in units of the blur's
@@ -147,42 +161,58 @@ HWY_INLINE void AddSlopes(const LaneModel& m, V part, V by_x, V by_y, const Twis
   p.way_y = hn::MulAdd(part, by_y, p.way_y);
 }
 
-/// A point of the way, cells printed as they should be. @param part of the way, −½ … ½.
-HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms* terms, Picture& p) {
+/// A point of the way, cells printed as they should be. In place of the light and of the cells' shares, products of the
+/// edges' shares are summed up, also with those of an edge before the first one, on whose far side all lies:
+/// FromEdges() makes light and cells of them, once a pixel. @param part of the way, −½ … ½.
+HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const EdgeProfile* profiles, Picture& p) {
   EdgesAlong along, down;
-  const V zero = hn::Zero(D()), none[kEdges] = {zero, zero, zero};
-  BlurAlong(x, none, m.of(ModelLanes::kScaleX), terms[0], along);
-  BlurAlong(y, none, m.of(ModelLanes::kScaleY), terms[1], down);
+  const V one = Splat(1), from_x[kEdges] = {hn::Add(x, one), x, hn::Sub(x, one)},
+          from_y[kEdges] = {hn::Add(y, one), y, hn::Sub(y, one)};
+  BlurAlong(from_x, m.of(ModelLanes::kScaleX), profiles[0], along);
+  BlurAlong(from_y, m.of(ModelLanes::kScaleY), profiles[1], down);
   V row[kSide], by_x[kSide], bend_x[kSide];
   for (int j = 0; j < kSide; ++j) {
-    row[j] = hn::Add(m.step[j][0], AtEdges(m.step[j], along.share));
+    if (j > 0) row[j] = hn::Add(m.step[j][0], AtEdges(m.step[j], along.share));
     by_x[j] = AtEdges(m.step[j], along.slope);
     bend_x[j] = AtEdges(m.step[j], along.bend);
   }
   const V light_by_x = hn::Add(by_x[0], AtEdges(by_x, down.share)), light_by_y = AtEdges(row, down.slope);
-  p.light = hn::Add(p.light, hn::Add(row[0], AtEdges(row, down.share)));
   const auto twists = [&]() HWY_ATTR {
     return Twists{AtEdges(bend_x, down.slope), AtEdges(by_x, down.bend), AtEdges(bend_x, down.bend)};
   };
   AddSlopes(m, part, light_by_x, light_by_y, twists, p);
-  AddBends(m, hn::Add(bend_x[0], AtEdges(bend_x, down.share)), AtEdges(row, down.bend), p);
+  AddBends(hn::Add(bend_x[0], AtEdges(bend_x, down.share)), AtEdges(row, down.bend), p);
   p.by_xy = hn::Add(p.by_xy, AtEdges(by_x, down.slope));
-  V cols[kSide], rows[kSide];
-  SharesOf(Splat(1), along.share, cols);
-  SharesOf(Splat(1), down.share, rows);
-  for (int j = 0; j < kSide; ++j)
-    for (int i = 0; i < kSide; ++i) p.share[j][i] = hn::MulAdd(rows[j], cols[i], p.share[j][i]);
+  p.share[0][0] = hn::Add(p.share[0][0], one);
+  for (int i = 0; i < kEdges; ++i) p.share[0][i + 1] = hn::Add(p.share[0][i + 1], along.share[i]);
+  for (int j = 0; j < kEdges; ++j) {
+    p.share[j + 1][0] = hn::Add(p.share[j + 1][0], down.share[j]);
+    for (int i = 0; i < kEdges; ++i)
+      p.share[j + 1][i + 1] = hn::MulAdd(down.share[j], along.share[i], p.share[j + 1][i + 1]);
+  }
   if (!m.skewed) return;
-  SharesOf(zero, along.slope, cols);
-  SharesOf(zero, down.slope, rows);
+  for (int j = 0; j < kEdges; ++j) {
+    const V skew = hn::Mul(m.of(ModelLanes::kSkew), down.slope[j]);
+    for (int i = 0; i < kEdges; ++i) p.share[j + 1][i + 1] = hn::MulAdd(skew, along.slope[i], p.share[j + 1][i + 1]);
+  }
+}
+
+/// The light and the cells' shares, of what AddPoint() has summed up.
+HWY_INLINE void FromEdges(const LaneModel& m, Picture& p) {
+  // Other than the shares, the light has not got what the blur's covariance makes of it: see Twist().
+  p.light = hn::NegMulAdd(m.of(ModelLanes::kSkew), p.by_xy, p.light);
   for (int j = 0; j < kSide; ++j)
-    for (int i = 0; i < kSide; ++i)
-      p.share[j][i] = hn::MulAdd(hn::Mul(m.of(ModelLanes::kSkew), rows[j]), cols[i], p.share[j][i]);
+    for (int i = 0; i < kSide; ++i) p.light = hn::MulAdd(m.step[j][i], p.share[j][i], p.light);
+  // A cell is what lies beyond its first edges, less what lies beyond its last ones.
+  for (auto& row : p.share)
+    for (int i = 0; i < kEdges; ++i) row[i] = hn::Sub(row[i], row[i + 1]);
+  for (int j = 0; j < kEdges; ++j)
+    for (int i = 0; i < kSide; ++i) p.share[j][i] = hn::Sub(p.share[j][i], p.share[j + 1][i]);
 }
 
 HWY_INLINE void Scale(V by, Picture& p) {
-  for (V* value : {&p.light, &p.by_x, &p.by_y, &p.by_blur, &p.by_gain, &p.by_xy, &p.by_xx, &p.by_yy, &p.way_x, &p.way_y,
-                   &p.twist_by_both})
+  for (V* value :
+       {&p.light, &p.by_x, &p.by_y, &p.by_gain, &p.by_xy, &p.by_xx, &p.by_yy, &p.way_x, &p.way_y, &p.twist_by_both})
     *value = hn::Mul(*value, by);
   for (auto& row : p.share)
     for (V& cell : row) cell = hn::Mul(cell, by);
@@ -211,7 +241,7 @@ struct ByStretch {
 
 /// What a term does to the light of pixels. It has some of
 ///   AddPoints(input, m, x, y, p, add_point)  a pixel's light is the mean over several points: add_point(x, y, part),
-///   AddPoint(m, x, y, part, terms, p)        a point's, in place of AddPoint() below,
+///   AddPoint(m, x, y, part, profiles, p)        a point's, in place of AddPoint() below,
 ///   Bend(input, m, x, y, gaussian, p, by)    what it makes of the light and of its derivatives by the place, and those
 ///                                            by its unknowns, at a point of the board; if it scales the light, it
 ///                                            returns by how much, and all other derivatives are scaled,
@@ -243,26 +273,39 @@ HWY_INLINE void ForEachTerm(TermList<Term...>, const ModelTerms& terms, const Vi
 #include "detect/fit/terms.h"
 #undef CHEQUER_TERMS_ON_LANES
 
-HWY_INLINE void LookAtPoint(const ModelInput& input, const LaneModel& m, V x, V y, V part, const PowerTerms* terms,
-                            Picture& p) {
-  bool added = false;
-  ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
-    if constexpr (requires { OnLanes<Term>::AddPoint(m, x, y, part, terms, p); })
-      OnLanes<Term>::AddPoint(m, x, y, part, terms, p), added = true;
+/// Whether no term adds points in its own way.
+HWY_INLINE bool AddsByEdges(const ModelTerms& on) {
+  bool adds = true;
+  ForEachTerm(Terms(), on, [&]<class Term>() HWY_ATTR {
+    if constexpr (requires { &OnLanes<Term>::AddPoint; }) adds = false;
   });
-  if (!added) AddPoint(m, x, y, part, terms, p);
+  return adds;
 }
 
-void LookAt(const ModelInput& input, const LaneModel& m, V x, V y, const PowerTerms* terms, Picture& p) {
+/// @tparam kByEdges AddsByEdges(): what is asked once a pixel is not asked at each of its points.
+template <bool kByEdges>
+void LookAt(const ModelInput& input, const LaneModel& m, V x, V y, const EdgeProfile* profiles, Picture& p) {
   p.Clear();
-  const auto look_at = [&](V at_x, V at_y, V part) HWY_ATTR { LookAtPoint(input, m, at_x, at_y, part, terms, p); };
+  const auto look_at = [&](V at_x, V at_y, V part) HWY_ATTR {
+    if constexpr (kByEdges) return AddPoint(m, at_x, at_y, part, profiles, p);
+    ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
+      if constexpr (requires { OnLanes<Term>::AddPoint(m, at_x, at_y, part, profiles, p); })
+        OnLanes<Term>::AddPoint(m, at_x, at_y, part, profiles, p);
+    });
+  };
   bool added = false;
   ForEachTerm(Terms(), input.terms, [&]<class Term>() HWY_ATTR {
     if constexpr (requires { OnLanes<Term>::AddPoints(input, m, x, y, p, look_at); })
       OnLanes<Term>::AddPoints(input, m, x, y, p, look_at), added = true;
   });
   if (!added) look_at(x, y, hn::Zero(D()));
+  FromBends(m, p);
+  if constexpr (kByEdges) FromEdges(m, p);
   Twist(m, p);
+}
+
+HWY_INLINE void LookAt(const ModelInput& input, const LaneModel& m, V x, V y, const EdgeProfile* profiles, Picture& p) {
+  AddsByEdges(input.terms) ? LookAt<true>(input, m, x, y, profiles, p) : LookAt<false>(input, m, x, y, profiles, p);
 }
 
 /// What a term that scales the light makes of derivatives that it does not know: by what a Picture has, and by unknowns

@@ -121,19 +121,23 @@ HWY_INLINE V LightOf(const GrownRows& rows, const GrownCells& down) {
 template <>
 struct OnLanes<DotGainTerm> {
   /// A point of the way: of even and odd cells, one kind grows into the other.
-  static HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const PowerTerms* terms, Picture& p) {
+  static HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const EdgeProfile* profiles, Picture& p) {
     struct Axis {
       GrownCells share, slope, bend, gain;
     } along, down;
     const V gain = m.of<DotGainTerm>(DotGainTerm::kGain), one = Splat(1);
-    const auto fill = [&](V at, V scale, DotGainTerm::Lane moves, const PowerTerms& of, Axis& axis) HWY_ATTR {
+    const auto fill = [&](V at, V scale, DotGainTerm::Lane moves, const EdgeProfile& of, Axis& axis) HWY_ATTR {
       const V even[kEdges] = {m.of<DotGainTerm>(moves), one, m.of<DotGainTerm>(moves + 1)},
               odd[kEdges] = {m.of<DotGainTerm>(moves + 2), hn::Neg(one), m.of<DotGainTerm>(moves + 3)};
-      V even_shift[kEdges], odd_shift[kEdges], even_gain[kEdges], odd_gain[kEdges];
-      for (int k = 0; k < kEdges; ++k) even_shift[k] = hn::Mul(even[k], gain), odd_shift[k] = hn::Mul(odd[k], gain);
+      V from_even[kEdges], from_odd[kEdges], even_gain[kEdges], odd_gain[kEdges];
+      for (int k = 0; k < kEdges; ++k) {
+        const V from = hn::Sub(at, Splat(static_cast<float>(k - 1)));
+        from_even[k] = hn::MulAdd(even[k], gain, from);
+        from_odd[k] = hn::MulAdd(odd[k], gain, from);
+      }
       EdgesAlong sooner, later;
-      BlurAlong(at, even_shift, scale, of, sooner);
-      BlurAlong(at, odd_shift, scale, of, later);
+      BlurAlong(from_even, scale, of, sooner);
+      BlurAlong(from_odd, scale, of, later);
       Grow(sooner.share, later.share, true, axis.share);
       Grow(sooner.slope, later.slope, false, axis.slope);
       Grow(sooner.bend, later.bend, false, axis.bend);
@@ -141,8 +145,8 @@ struct OnLanes<DotGainTerm> {
         even_gain[k] = hn::Mul(even[k], sooner.slope[k]), odd_gain[k] = hn::Mul(odd[k], later.slope[k]);
       Grow(even_gain, odd_gain, false, axis.gain);
     };
-    fill(x, m.of(ModelLanes::kScaleX), DotGainTerm::kEvenX0, terms[0], along);
-    fill(y, m.of(ModelLanes::kScaleY), DotGainTerm::kEvenY0, terms[1], down);
+    fill(x, m.of(ModelLanes::kScaleX), DotGainTerm::kEvenX0, profiles[0], along);
+    fill(y, m.of(ModelLanes::kScaleY), DotGainTerm::kEvenY0, profiles[1], down);
     GrownRows rows, by_x, bend_x, by_gain;
     RowsOf(m, along.share, rows);
     RowsOf(m, along.slope, by_x);
@@ -154,7 +158,7 @@ struct OnLanes<DotGainTerm> {
       return Twists{LightOf(bend_x, down.slope), LightOf(by_x, down.bend), LightOf(bend_x, down.bend)};
     };
     AddSlopes(m, part, light_by_x, light_by_y, twists, p);
-    AddBends(m, LightOf(bend_x, down.share), LightOf(rows, down.bend), p);
+    AddBends(LightOf(bend_x, down.share), LightOf(rows, down.bend), p);
     p.by_gain = hn::Add(p.by_gain, hn::Add(LightOf(by_gain, down.share), LightOf(rows, down.gain)));
     p.by_xy = hn::Add(p.by_xy, LightOf(by_x, down.slope));
     for (int j = 0; j < kSide; ++j)
