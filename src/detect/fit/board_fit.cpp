@@ -217,8 +217,6 @@ Eigen::Vector2d BoardFit::MoveOf(int corner) const {
   return BoardGeometry::Move(by.x, by.y, run_->step.moves);
 }
 
-Eigen::Matrix2d BoardFit::BoardByPixel() const { return pixels_.place(pixels_.corners() / 2).board_by_pixel; }
-
 BoardEquations::Input BoardFit::PlainEquations() const {
   return {.pixels = &pixels_,
           .hidden = run_->visibility.corners(),

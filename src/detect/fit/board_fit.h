@@ -290,28 +290,12 @@ class BoardFit {
   std::optional<BentPaper> FindBend(const Lens& lens, double least_square) const;
   /// Σ of the robust weights at corners that are used, after the last step.
   double WeightUsed() const;
-  /// By corner, in which groups the edges through it are, those of constant x and of constant y, that follow the
-  /// image's pixels (see edge_noise.h); negative: none.
-  using EdgeGroups = std::array<std::array<int, 2>, kMaxCorners>;
-  /// Nothing where none do.
-  std::optional<EdgeGroups> GroupAlikeEdges() const;
-  /// Where corners lie in squares of so many pixels.
-  struct AlikePhases {
-    Eigen::Vector2d middle_px = Eigen::Vector2d::Zero();
-    double alike = 0;  ///< squared length of the mean of their phases: 1 where all have the same
-  };
-  /// If they lie so alike that what moves one of them by that moves all.
-  std::optional<AlikePhases> PhaseOfAlikeCorners(double period_px) const;
   /// What the pixels say of these groups of edges.
-  EdgeTally TallyOf(AlikeEdges& x, AlikeEdges& y, AlikePlaces* places);
+  EdgeTally TallyOf(std::array<AlikeEdges, 2>& edges, AlikePlaces* places);
   /// After the last step.
   void TellEdgeTally();
-  /// How many times as much the place that all corners share varies as the noise tells, beside that.
-  double MoreOfAlikeCorners(const Eigen::Vector2d& phase_of_all);
-  /// What the covariance of the moves has beside the pixels' noise, for each unit of EdgeTally::MoreOf, where each
-  /// group has one error that all its edges share.
-  BoardGeometry::Information CovarianceOfGroups(const BoardGeometry::Information& in_pixels,
-                                                const EdgeGroups& groups) const;
+  /// What the covariance of the moves has beside the pixels' noise, for each unit of EdgeTally::MoreOf.
+  BoardGeometry::Information CovarianceOf(const BoardGeometry::Information& in_pixels, const EdgeGroups& groups) const;
   /// Information on moves with that, as far as this board's edges and those of earlier images show such errors.
   BoardGeometry::Information CountAlongEdges(const BoardGeometry::Information& in_pixels,
                                              const BoardGeometry::Information& of_moves);
@@ -335,7 +319,10 @@ class BoardFit {
   /// Of the result's geometry, which a bend puts right. @param in_pixels on moves of the geometry. @param variance of
   /// what the corners' pixels are worth.
   void TellInformation(const BoardGeometry::Information& in_pixels, double variance);
-  double CellPx() const;
+  /// In the board's middle. @{
+  double CellPx() const { return pixels_.middle().CellPx(); }
+  const Eigen::Matrix2d& BoardByPixel() const { return pixels_.middle().board_by_pixel; }
+  /// @}
   /// Of a cell, the share that others do not grow into from both sides.
   double FreeOfGain() const { return 1 - 2 * std::abs(run_->model.dot_gain); }
   double MisfitOf(int corner) const;
@@ -363,8 +350,6 @@ class BoardFit {
   Eigen::Vector2d MoveOf(int corner) const;
   /// Of a corner, since the geometry was that one, px.
   double FarthestMove(const BoardGeometry& from) const;
-  /// In the board's middle.
-  Eigen::Matrix2d BoardByPixel() const;
 
   // Levels: board_fit_levels.cpp.
   QuadrantLevels LevelsOf(int corner) const { return LevelsAround(run_->view.size, corner, run_->model.own_levels); }

@@ -225,8 +225,4 @@ double BoardFit::FarthestMove(const BoardGeometry& from) const {
   return farthest;
 }
 
-double BoardFit::CellPx() const {
-  return std::sqrt(std::abs(pixels_.place(pixels_.corners() / 2).pixel_by_board.determinant()));
-}
-
 }  // namespace chequer

@@ -316,8 +316,7 @@ bool BoardPixels::HoldFor(const Lens& lens, const BoardGeometry& geometry, doubl
     if (!place.inside) continue;
     const Eigen::Vector2d there = lens.ToImage(collected_.geometry.ToPlane(place.board)),
                           here = lens.ToImage(geometry.ToPlane(place.board));
-    const double cell_px = std::sqrt(std::abs(place.pixel_by_board.determinant()));
-    if (!((here - there).norm() < std::max(kAlikePx, kAlikeCells * cell_px))) return false;
+    if (!((here - there).norm() < std::max(kAlikePx, kAlikeCells * place.CellPx()))) return false;
   }
   return true;
 }

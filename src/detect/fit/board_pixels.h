@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <span>
 
@@ -38,6 +40,9 @@ struct CornerPlace {
   std::array<WindowEnds, 2> ends;  ///< by axis: of corners at the board's rim
   bool inside = false;             ///< the image
   int pixels = 0;                  ///< that are the corner's
+
+  /// Side of a square as large as a cell.
+  double CellPx() const { return std::sqrt(std::abs(pixel_by_board.determinant())); }
 };
 
 /// Four corners whose lanes stand side by side: for vectors, in single precision.
@@ -85,6 +90,8 @@ class BoardPixels {
   MarkerSize size() const { return size_; }
   int corners() const { return corners_; }
   const CornerPlace& place(int corner) const { return places_[static_cast<std::size_t>(corner)]; }
+  /// Of the corner in the board's middle.
+  const CornerPlace& middle() const { return place(corners_ / 2); }
   bool inside(int corner) const { return place(corner).inside; }
   int pixels(int corner) const { return place(corner).pixels; }
   /// Of all corners.

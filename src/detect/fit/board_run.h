@@ -11,6 +11,7 @@
 #include "detect/common/board_geometry.h"
 #include "detect/common/fixed_vector.h"
 #include "detect/common/visibility.h"
+#include "detect/fit/alike_edges.h"
 #include "detect/fit/bent_paper.h"
 #include "detect/fit/blur_shape.h"
 #include "detect/fit/board_equations.h"
@@ -106,6 +107,7 @@ struct BoardRun {
     double pixel_variance = 1;  ///< in units of the noise
     double variance = 1;        ///< the same, or what the corners' places say where that is more
     double misfit_spread = 1;
+    std::optional<EdgeGroups> along_pixels;  ///< edges that follow the pixels
     /// Of corners that lie alike: AlikePlaces::Shared() over the root of how much they do; and that (AlikePhases).
     double shared_by_corners = 0, corners_alike = 1;
     double unexplained_shifts = 0;
