@@ -95,6 +95,7 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
                 .turns_over_rows = TurnsOverRows(job, order.board),
                 .blur_shape = last ? last->blur_shape : BlurShape{},
                 .own_blur_px = last ? last->blur_px : 0,
+                .light_levels = last ? last->light_levels : LightLevels{},
                 .image = order.image,
                 .image_from = job.frame.traits ? TraitsFrom::kOtherBoard : TraitsFrom::kEarlierImage,
                 .dot_gain = order.image ? order.image->dot_gain : job.frame.dot_gain,
@@ -106,6 +107,23 @@ PhotometricFit::Start StartOf(const ImageJob& job, const FitOrder& order) {
   if (board.motion_blurred && order.image) start.motion.way_px = order.image->motion_px;
   FollowCamera(job, order.board, start);
   return start;
+}
+
+/// Of the cells that show, where some are overexposed.
+LightLevels LightLevelsOf(const FittedBoard& fitted, const AnchoredBoard& board) {
+  LightLevels mean;
+  std::array<float, 2> count{};
+  float lightest = 0;
+  ForCells(board.size, [&](std::size_t cell, int row, int col) {
+    if (IsDark(row, col) || !fitted.visibility.Shows(cell)) return;
+    const std::size_t ink = board.saturated[cell] != 0;
+    mean.of_ink[ink] += fitted.levels[cell];
+    ++count[ink];
+    lightest = std::max(lightest, fitted.levels[cell].maxCoeff());
+  });
+  if (lightest < LightLevels::kOverexposed) return {};
+  for (std::size_t ink = 0; ink < 2; ++ink) mean.of_ink[ink] /= std::max(count[ink], 1.0f);
+  return mean;
 }
 
 /// Whether what shows of a board that was expected, and whose identity is not decided, lies where it was expected and
@@ -224,6 +242,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   outcome.motion = fitted->motion;
   outcome.along_edges = fitted->along_edges;
   outcome.blur_shape = fitted->blur_shape;
+  outcome.light_levels = LightLevelsOf(*fitted, job.frame.boards[index]);
   outcome.moved_square = fitted->moved_square;
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);
   if (learnt && outcome.poses) Set(outcome.marker, Warning::kLevelsLearnt);

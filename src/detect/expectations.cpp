@@ -144,6 +144,7 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   }
   read.box = anchored.box;
   read.blur_shape = outcome.blur_shape;
+  read.light_levels = outcome.light_levels;
   read.blur_px = outcome.image.blur_px;
   read.moved_square = outcome.moved_square;
   read.contrast = SampledContrast(anchored);

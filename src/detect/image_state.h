@@ -38,6 +38,7 @@ struct BoardOutcome {
   Eigen::Matrix3d plane_from_board = Eigen::Matrix3d::Identity();
   std::uint64_t kernel = 0;      ///< that the id was read from
   BlurShape motion, blur_shape;  ///< of FittedBoard
+  LightLevels light_levels;
   double moved_square = std::numeric_limits<double>::infinity();
   SharedEdgeErrors along_edges;     ///< of FittedBoard
   std::optional<BoardPoses> poses;  ///< with a calibration

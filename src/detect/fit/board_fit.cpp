@@ -22,8 +22,6 @@ constexpr double kLargeCellPx = 12;
 /// Boards that are hidden in part and lie farther from where their pixels were chosen have others (measured: under
 /// hands, poses with and without memory differ by 0.08 deviations instead of 0.10, in a tenth more work).
 constexpr double kOtherPixelsOfRestPx = 0.2;
-/// Mean light of a cell of which much is saturated.
-constexpr float kOverexposed = 0.98f;
 
 /// Where corners are off by so many times what noise explains, the board may have another dot gain than the image's
 /// others.
@@ -35,7 +33,7 @@ bool AreBlursAlike(double blur_px, double other_px) {
 
 bool IsOverexposed(const BoardFit::Start& start) {
   return std::any_of(start.light.begin(), start.light.end(),
-                     [](const Eigen::Vector3f& light) { return light.maxCoeff() >= kOverexposed; });
+                     [](const Eigen::Vector3f& light) { return light.maxCoeff() >= LightLevels::kOverexposed; });
 }
 
 }  // namespace

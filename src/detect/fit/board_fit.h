@@ -56,7 +56,8 @@ class BoardFit {
     bool turns_over_rows = false;
     /// Of the board's blur in the last frame, if it was known then.
     BlurShape blur_shape{};
-    double own_blur_px = 0;  ///< in the last frame; 0: not known
+    double own_blur_px = 0;      ///< in the last frame; 0: not known
+    LightLevels light_levels{};  ///< the same
     /// What was told of the image, if anything was: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
     /// By whom: another board of this image, another fit of this board, or a board of an earlier image.
@@ -361,6 +362,10 @@ class BoardFit {
   /// third of those of the model with all terms.
   void FollowMotion(const Lens& lens);
   void StartLevels(const LightReader& reader, const Start& start);
+  /// Levels above full scale, as the last frame had them.
+  void StartLightLevels(const Start& start);
+  /// Whether light cells begin at full scale, as nothing is known of what lies above it.
+  bool BeginsAtFullScale(const Start& start) const { return run_->view.overexposed && !start.light_levels.known(); }
   /// Goes on with all terms, if it may.
   bool LookFarther(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
   /// Whether a plain fit ended so far from where its pixels were chosen that others are the board's.

@@ -64,6 +64,7 @@ void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
           LightOf(start.light[cell], reader.channels(), run_->view.channel_of_phase[phase]);
       lightest = std::max(lightest, run_->model.levels[cell][phase]);
     }
+  if (run_->view.overexposed && start.light_levels.known()) StartLightLevels(start);
   if (run_->model.MotionTerm::on()) SharpenLevels();
   run_->model.noise = start.image ? start.image->noise : UnknownNoise(lightest);
   if (run_->model.LightVaries()) {
@@ -82,6 +83,17 @@ void BoardFit::StartLevels(const LightReader& reader, const Start& start) {
     for (std::size_t i = 0; i < own.size(); ++i)
       run_->model.levels[static_cast<std::size_t>(own[i])] = run_->told.cell_levels[static_cast<std::size_t>(cells[i])];
   }
+}
+
+void BoardFit::StartLightLevels(const Start& start) {
+  ForCells(run_->view.size, [&](std::size_t cell, int row, int col) {
+    if (IsDark(row, col)) return;
+    const Eigen::Vector3f& known = start.light_levels.of_ink[start.saturated[cell] != 0];
+    for (std::size_t phase = 0; phase < 4; ++phase) {
+      float& level = run_->model.levels[cell][phase];
+      if (level >= LightLevels::kOverexposed) level = std::max(level, known[run_->view.channel_of_phase[phase]]);
+    }
+  });
 }
 
 void BoardFit::StartFrom(const BoardRun& run) {

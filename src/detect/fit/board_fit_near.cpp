@@ -42,29 +42,34 @@ bool BoardFit::SpreadCornersSuffice() const {
 }
 
 bool BoardFit::BeginsNear(const Start& start) const {
-  return start.near && start.KnowsNoise() && !run_->view.overexposed && !run_->model.own_levels &&
+  return start.near && start.KnowsNoise() && !BeginsAtFullScale(start) && !run_->model.own_levels &&
          !run_->model.MotionTerm::on();
 }
 
 bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice) {
   // The first step only has to come near: a part of the pixels does, whatever their noise.
   // Who judges the noise by what is left needs the levels as they fit. Another's are as sampled, where their neighbours
-  // do not blur into them, and none is overexposed: it may be any that is as light, and edges would seem blurred
-  // instead.
-  const bool knows_levels = start.KnowsNoise() && !run_->view.overexposed &&
+  // do not blur into them, and none begins at full scale: it may be any that is as light, and edges would seem
+  // blurred instead.
+  const bool knows_levels = start.KnowsNoise() && !BeginsAtFullScale(start) &&
                             BoardByPixel().rowwise().norm().maxCoeff() * kClearCell * run_->model.blur_px < 1;
   const LaneSums first = knows_levels && !run_->model.own_levels ? LaneSums::kShapes : LaneSums::kLevels;
   const bool knows_all = first == LaneSums::kShapes && run_->plain_input.stride == kFirstStrideKnown;
   if (knows_all && SpreadCornersSuffice()) UsePixels(1, true);
+  const double known_blur_px = run_->model.blur_px;
   if (!BeginsNear(start)) {
     const bool near = Step(first) && run_->step.corner_px <= kRunawayPx;
     if (!near && !ComeNearByFound(reader, lens, start, choice)) return false;
     if (start.predicted && !LeavePrediction(reader, lens, start, first)) return false;
   }
-  if (run_->view.overexposed) {
-    // Levels began at full scale, and the blur has taken up what they lacked: it begins anew.
+  if (BeginsAtFullScale(start)) {
+    // The blur has taken up what levels lacked: it begins anew.
     run_->model.blur_px = start.blur_px;
     if (!Step(first) || run_->step.corner_px > kRunawayPx) return false;
+  } else if (run_->view.overexposed) {
+    // The same of a cell's level, which is not quite the mean of its ink.
+    run_->model.blur_px = known_blur_px;
+    run_->model.blur_shape = start.blur_shape;
   }
   // The rim's pixels were chosen for a sharper image: what is blurred into them from beside the board would pull it.
   for (double chosen_for = start.blur_px; run_->model.blur_px > kWiderBlur * chosen_for;) {

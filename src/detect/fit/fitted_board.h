@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -40,6 +41,17 @@ struct CellLight {
 
   /// By the edge of a shadow.
   bool crossed() const { return most > 1.25f * least; }
+};
+
+/// Mean levels of an overexposed board's light cells, white and yellow, by channel; zeros of other boards. Above full
+/// scale, edges alone tell them: a fit that begins at full scale takes several steps to them.
+struct LightLevels {
+  /// Mean light of a cell of which much is saturated.
+  static constexpr float kOverexposed = 0.98f;
+
+  std::array<Eigen::Vector3f, 2> of_ink{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};
+
+  bool known() const { return std::max(of_ink[0].maxCoeff(), of_ink[1].maxCoeff()) > 0; }
 };
 
 /// A board after the joint photometric fit.

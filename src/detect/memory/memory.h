@@ -37,6 +37,7 @@ struct RememberedBoard {
   /// (ExpectedBoards); empty where that is not known.
   FixedVector<float, kMaxCells> leads;
   BlurShape blur_shape;
+  LightLevels light_levels;
   double blur_px = 0;  ///< with all of the motion that has no term of its own
   /// How far its fit took it from where it was expected, square of standard deviations.
   double moved_square = std::numeric_limits<double>::infinity();

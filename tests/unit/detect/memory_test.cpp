@@ -485,6 +485,29 @@ TEST(Memory, TakesLessLightForNothingElse) {
       << dark << " units in the dark, " << light << " in light";
 }
 
+TEST(Memory, BeginsOverexposedBoardsAboveFullScale) {
+  // From full scale, where edges alone tell the levels, fits took five passes: .69 times the work of cold frames.
+  std::string scenario = kDriving;
+  scenario += "[[phase]]\nkind = \"bright\"\nlight = 2\nframes = 10\n";
+  const test::StreamFrames stream{std::string_view(scenario)};
+  Follower follower(stream.Options());
+  Detector cold(stream.Options());
+  std::uint64_t with_memory = 0, without = 0;
+  bool was_bright = false;
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const test::StreamFrame frame = stream.Frame(i);
+    const Detected& found = follower.Next(frame.image.view());
+    const bool bright = stream.phase(i) == "bright";
+    if (bright && was_bright) {
+      with_memory += found.stats.work;
+      cold.Detect(frame.image.view());
+      without += cold.stats().work;
+    }
+    was_bright = bright;
+  }
+  EXPECT_LT(20 * with_memory, 11 * without) << with_memory << " units with memory, " << without << " without";
+}
+
 TEST(Memory, MakesTheSameOfTheSameFrames) {
   const test::StreamFrames stream{std::string_view(kDriving)};
   DetectorOptions options = stream.Options();
