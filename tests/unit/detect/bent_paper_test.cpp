@@ -156,7 +156,7 @@ TEST(FindBentPaper, FindsNoneInCornersOfAPlane) {
 
 // Demosaicing and print move corners by several of their deviations, each by itself: of so much, a bend always explains
 // more than it would of noise, and the search for it takes as much work as the board's whole fit.
-TEST(MayBeBent, AsksNoBoardWhoseCornersAreOffEachByItself) {
+TEST(MayBeBent, AsksFewBoardsWhoseCornersAreOffEachByItself) {
   constexpr double kDeviation = 0.002;  // of a corner's coordinates, cells
   const Eigen::Vector2d cell_m(0.0133, 0.0133);
   const RigidTransform pose{RotationFromVector({0.3, 0.1, 0.4}), {0.1, -0.05, 1.2}};
@@ -172,7 +172,7 @@ TEST(MayBeBent, AsksNoBoardWhoseCornersAreOffEachByItself) {
                          Eigen::Matrix2d::Identity() / (kDeviation * kDeviation)});
     asked += MayBeBent(view, corners, least);
   }
-  EXPECT_LE(asked, 2);
+  EXPECT_LE(asked, 40) << "of 100; 91 where what a bend leaves does not count";
 }
 
 }  // namespace
