@@ -57,7 +57,7 @@ class BoardFit {
     /// Of the board's blur in the last frame, if it was known then.
     BlurShape blur_shape{};
     double own_blur_px = 0;      ///< in the last frame; 0: not known
-    LightLevels light_levels{};  ///< the same
+    LightLevels light_levels{};  ///< in the last frame, if it was overexposed then
     /// What was told of the image, if anything was: saves a pass, and most of the first step.
     const ImageTraits* image = nullptr;
     /// By whom: another board of this image, another fit of this board, or a board of an earlier image.
@@ -265,7 +265,7 @@ class BoardFit {
   std::optional<ToldGain> SolveGain(int pixels);
   /// By what the plain model leaves with more and with less of it.
   std::optional<ToldGain> TryGains();
-  /// Whether TryGains() is worth while, on a board that seems to have none.
+  /// Whether TryGains() is worth while. @pre the board is fitted without a gain.
   bool MayHaveGrown();
   /// On the dot gain, if the model's last step had one.
   double InformationOnGain() const;

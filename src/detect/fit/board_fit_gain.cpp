@@ -147,12 +147,13 @@ std::optional<double> BoardFit::LeftAtAGlance(double gain) {
 bool BoardFit::MayHaveGrown() {
   UsePixels(StrideFor(kPixelsOfGlance));
   run_->plain_input.sums = LaneSums::kShapes;
-  const double was = run_->model.dot_gain;
   const std::optional<Parabola> lowest =
-      LowestAround(was, kTriedPx / CellPx(), [&](double gain) { return LeftAtAGlance(gain); });
-  run_->model.dot_gain = was;
-  const double all = kPixels / kPixelsOfGlance;
-  return !lowest || lowest->at * lowest->at * all * lowest->bend / 2 > kNoneAtAGlance * VarianceOfGain();
+      LowestAround(0, kTriedPx / CellPx(), [&](double gain) { return LeftAtAGlance(gain); });
+  run_->model.dot_gain = 0;
+  if (!lowest) return true;
+  constexpr double kAll = kPixels / kPixelsOfGlance;
+  const double explains = kAll * lowest->bend / 2 * lowest->at * lowest->at;
+  return explains > kNoneAtAGlance * VarianceOfGain();
 }
 
 std::optional<BoardFit::ToldGain> BoardFit::TryGains() {
@@ -176,10 +177,11 @@ bool BoardFit::TellGain() {
   const KernelInput input = run_->plain_input;
   // What saturated pixels leave is no χ², which trials would compare: a step takes them as it does for other unknowns.
   // Few pixels of such boards tell it, so all are asked.
-  const bool tried = was != 0 || run_->view.overexposed || MayHaveGrown();
-  const std::optional<ToldGain> told = !tried                   ? std::nullopt
-                                       : run_->view.overexposed ? SolveGain(kMostPixels)
-                                                                : TryGains();
+  std::optional<ToldGain> told;
+  if (run_->view.overexposed)
+    told = SolveGain(kMostPixels);
+  else if (was != 0 || MayHaveGrown())
+    told = TryGains();
   run_->plain_input = input;
   SetLanes();
   run_->told.sums_gone = true;

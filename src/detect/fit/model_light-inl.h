@@ -241,7 +241,7 @@ struct ByStretch {
 
 /// What a term does to the light of pixels. It has some of
 ///   AddPoints(input, m, x, y, p, add_point)  a pixel's light is the mean over several points: add_point(x, y, part),
-///   AddPoint(m, x, y, part, profiles, p)        a point's, in place of AddPoint() below,
+///   AddPoint(m, x, y, part, profiles, p)     a point's, in place of AddPoint() below,
 ///   Bend(input, m, x, y, gaussian, p, by)    what it makes of the light and of its derivatives by the place, and those
 ///                                            by its unknowns, at a point of the board; if it scales the light, it
 ///                                            returns by how much, and all other derivatives are scaled,
