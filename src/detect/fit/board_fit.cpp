@@ -236,9 +236,13 @@ int BoardFit::PixelsOfStep() const {
   return pixels;
 }
 
-void BoardFit::SumPlain() {
+void BoardFit::SumLanes() {
   AccumulateLanes(run_->plain_input, pixels_.lanes());
   work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(PixelsOfStep() / run_->plain_input.stride));
+}
+
+void BoardFit::SumPlain() {
+  SumLanes();
   equations_.Assemble(PlainEquations());
 }
 

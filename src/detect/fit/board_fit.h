@@ -210,7 +210,9 @@ class BoardFit {
   /// Whether these are enough, and all are used.
   bool SpreadCornersSuffice() const;
   int PixelsOfStep() const;
-  /// The kernel's sums of the pixels that are used, and the equations from them. @pre lanes are set.
+  /// The kernel's sums of the pixels that are used. @pre lanes are set.
+  void SumLanes();
+  /// These, and the equations from them.
   void SumPlain();
   /// A step of Gauss-Newton by these sums of the kernel; by shapes alone, the cells' levels stay as they are.
   bool Step(LaneSums sums);
@@ -276,7 +278,9 @@ class BoardFit {
   /// Σ w r² that a step of the plain model leaves with that dot gain, by some of the pixels.
   std::optional<double> LeftWithGain(double gain);
   /// The same with all else as it is.
-  std::optional<double> LeftAtAGlance(double gain);
+  double LeftAtAGlance(double gain);
+  /// What lanes are given for these.
+  void SetLanesWithGain(double gain);
   /// Of a pixel's residual, where it tells the gain.
   double VarianceOfGain() const;
   /// Goes on with the pixels of the board as it lies by now.
@@ -290,7 +294,9 @@ class BoardFit {
   /// that, by the pixels' noise.
   std::optional<BentPaper> FindBend(const Lens& lens, double least_square) const;
   /// Σ of the robust weights at corners that are used, after the last step.
-  double WeightUsed() const;
+  double WeightUsed() const { return SumOfUsed(kWeight); }
+  /// Any of the lanes' sums at these.
+  double SumOfUsed(int which) const;
   /// What the pixels say of these groups of edges.
   EdgeTally TallyOf(std::array<AlikeEdges, 2>& edges, AlikePlaces* places);
   /// After the last step.

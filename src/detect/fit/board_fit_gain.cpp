@@ -65,11 +65,15 @@ std::optional<Parabola> LowestAround(double middle, double step, const Value& va
 
 }  // namespace
 
-std::optional<double> BoardFit::LeftWithGain(double gain) {
+void BoardFit::SetLanesWithGain(double gain) {
   run_->model.dot_gain = gain;
   SetLanes();
   // Weights that follow the light would make χ² no parabola.
   LevelNoise(pixels_.lanes());
+}
+
+std::optional<double> BoardFit::LeftWithGain(double gain) {
+  SetLanesWithGain(gain);
   SumPlain();
   work_.Add(WorkStep::kFitStep);
   const SmallCholesky<BoardEquations::kUnknowns> solver(equations_.normal());
@@ -130,18 +134,10 @@ bool BoardFit::TellGainOfModel(const Lens& lens) {
   return true;
 }
 
-std::optional<double> BoardFit::LeftAtAGlance(double gain) {
-  run_->model.dot_gain = gain;
-  SetLanes();
-  LevelNoise(pixels_.lanes());
-  AccumulateLanes(run_->plain_input, pixels_.lanes());
-  work_.Add(WorkStep::kFitPixel, static_cast<std::uint64_t>(PixelsOfStep() / run_->plain_input.stride));
-  Eigen::Array4f left = Eigen::Array4f::Zero();
-  for (int corner = 0; corner < pixels_.corners(); ++corner)
-    if (used(corner))
-      left += Eigen::Map<const Eigen::Array4f>(pixels_.lanes().sum_data(ProductSum(kResidual, kResidual)) +
-                                               pixels_.Lane(corner));
-  return double{left.sum()};
+double BoardFit::LeftAtAGlance(double gain) {
+  SetLanesWithGain(gain);
+  SumLanes();
+  return SumOfUsed(ProductSum(kResidual, kResidual));
 }
 
 bool BoardFit::MayHaveGrown() {

@@ -61,7 +61,7 @@ bool BoardFit::FindOccludedCorners(bool may_return) {
   // Corners that are all alike are all near the median one.
   const bool alike =
       least_contrast >= kOccludedContrast * most_contrast && most_misfit <= kOccludedRatio * least_misfit;
-  const int pixels_of_corner = pixels_.pixels(pixels_.corners() / 2);
+  const int pixels_of_corner = pixels_.middle().pixels;
   const double ratio = kOccludedRatio * (run_->terms.look_farther ? 1 + kFewPixels / std::max(pixels_of_corner, 1) : 1);
   const auto median = [&](const std::array<double, kMaxCorners>& values) {
     std::size_t next = 0;
@@ -161,8 +161,7 @@ void BoardFit::TellDoubt() {
   Visibility seen = run_->visibility;
   seen.ShowCellsByAnyCorner();
   bool doubtful = AnyOf(OffBy(kOccludedRatio));
-  for (std::size_t cell = 0; cell < cells.size(); ++cell)
-    doubtful |= cells[cell] == Hidden::kNot && !seen.Shows(cell);
+  for (std::size_t cell = 0; cell < cells.size(); ++cell) doubtful |= cells[cell] == Hidden::kNot && !seen.Shows(cell);
   run_->result.doubtful = doubtful;
 }
 

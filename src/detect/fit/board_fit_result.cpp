@@ -52,12 +52,12 @@ std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_squar
   return FindBentPaper(view, std::span(seen).first(shifted_.size()), least);
 }
 
-double BoardFit::WeightUsed() const {
-  Eigen::Array4f weight = Eigen::Array4f::Zero();
+double BoardFit::SumOfUsed(int which) const {
+  Eigen::Array4f of_phases = Eigen::Array4f::Zero();
   for (int corner = 0; corner < pixels_.corners(); ++corner)
     if (used(corner))
-      weight += Eigen::Map<const Eigen::Array4f>(pixels_.lanes().sum_data(kWeight) + pixels_.Lane(corner));
-  return double{weight.sum()};
+      of_phases += Eigen::Map<const Eigen::Array4f>(pixels_.lanes().sum_data(which) + pixels_.Lane(corner));
+  return double{of_phases.sum()};
 }
 
 BoardFit::PixelSums BoardFit::SumPixels() {

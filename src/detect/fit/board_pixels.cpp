@@ -208,9 +208,9 @@ void BoardPixels::FillFours() {
 }
 
 void BoardPixels::MoveFours() {
-  const Eigen::Vector2d middle = place(corners_ / 2).pixel;
   ForFours([&](int, const CornerPlace& place, CornerFour& four, const auto& set) {
-    set(four.off_x, place.pixel.x() - middle.x()), set(four.off_y, place.pixel.y() - middle.y());
+    const Eigen::Vector2d off = place.pixel - middle().pixel;
+    set(four.off_x, off.x()), set(four.off_y, off.y());
     set(four.x_by_x, place.board_by_pixel(0, 0)), set(four.x_by_y, place.board_by_pixel(0, 1));
     set(four.y_by_x, place.board_by_pixel(1, 0)), set(four.y_by_y, place.board_by_pixel(1, 1));
   });

@@ -100,6 +100,11 @@ struct EdgeProfile {
   Normal far;  ///< so far below an edge and farther
 };
 
+/// How far a point lies from each edge along an axis. @param at from the middle one, cells.
+HWY_INLINE void LookFromEdges(V at, V* from) {
+  for (int k = 0; k < kEdges; ++k) from[k] = hn::Sub(at, Splat(static_cast<float>(k - 1)));
+}
+
 /// @param from distance from each edge, cells.
 HWY_INLINE void BlurAlong(const V* from, V scale, const EdgeProfile& profile, EdgesAlong& edges) {
   const D d;
@@ -166,8 +171,9 @@ HWY_INLINE void AddSlopes(const LaneModel& m, V part, V by_x, V by_y, const Twis
 /// FromEdges() makes light and cells of them, once a pixel. @param part of the way, −½ … ½.
 HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const EdgeProfile* profiles, Picture& p) {
   EdgesAlong along, down;
-  const V one = Splat(1), from_x[kEdges] = {hn::Add(x, one), x, hn::Sub(x, one)},
-          from_y[kEdges] = {hn::Add(y, one), y, hn::Sub(y, one)};
+  V from_x[kEdges], from_y[kEdges];
+  LookFromEdges(x, from_x);
+  LookFromEdges(y, from_y);
   BlurAlong(from_x, m.of(ModelLanes::kScaleX), profiles[0], along);
   BlurAlong(from_y, m.of(ModelLanes::kScaleY), profiles[1], down);
   V row[kSide], by_x[kSide], bend_x[kSide];
@@ -183,7 +189,7 @@ HWY_INLINE void AddPoint(const LaneModel& m, V x, V y, V part, const EdgeProfile
   AddSlopes(m, part, light_by_x, light_by_y, twists, p);
   AddBends(hn::Add(bend_x[0], AtEdges(bend_x, down.share)), AtEdges(row, down.bend), p);
   p.by_xy = hn::Add(p.by_xy, AtEdges(by_x, down.slope));
-  p.share[0][0] = hn::Add(p.share[0][0], one);
+  p.share[0][0] = hn::Add(p.share[0][0], Splat(1));
   for (int i = 0; i < kEdges; ++i) p.share[0][i + 1] = hn::Add(p.share[0][i + 1], along.share[i]);
   for (int j = 0; j < kEdges; ++j) {
     p.share[j + 1][0] = hn::Add(p.share[j + 1][0], down.share[j]);

@@ -129,11 +129,11 @@ struct OnLanes<DotGainTerm> {
     const auto fill = [&](V at, V scale, DotGainTerm::Lane moves, const EdgeProfile& of, Axis& axis) HWY_ATTR {
       const V even[kEdges] = {m.of<DotGainTerm>(moves), one, m.of<DotGainTerm>(moves + 1)},
               odd[kEdges] = {m.of<DotGainTerm>(moves + 2), hn::Neg(one), m.of<DotGainTerm>(moves + 3)};
-      V from_even[kEdges], from_odd[kEdges], even_gain[kEdges], odd_gain[kEdges];
+      V from[kEdges], from_even[kEdges], from_odd[kEdges], even_gain[kEdges], odd_gain[kEdges];
+      LookFromEdges(at, from);
       for (int k = 0; k < kEdges; ++k) {
-        const V from = hn::Sub(at, Splat(static_cast<float>(k - 1)));
-        from_even[k] = hn::MulAdd(even[k], gain, from);
-        from_odd[k] = hn::MulAdd(odd[k], gain, from);
+        from_even[k] = hn::MulAdd(even[k], gain, from[k]);
+        from_odd[k] = hn::MulAdd(odd[k], gain, from[k]);
       }
       EdgesAlong sooner, later;
       BlurAlong(from_even, scale, of, sooner);
