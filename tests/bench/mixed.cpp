@@ -5,12 +5,17 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "capture/recording_writer.h"
+#include "chequer/camera_file.h"
+#include "chequer/detector.h"
 #include "simulate/board.h"
 #include "simulate/random.h"
 #include "simulate/render.h"
@@ -120,6 +125,8 @@ struct Request {
   double share = 0;               ///< of frames or boards that have each; 0: its own
   int frames = 100;
   std::uint64_t first = 1;
+  Variant variant = Variant::kSecded;
+  std::string keep;  ///< folder for frames with mistakes; empty: none is kept
 };
 
 struct DrawnFrame {
@@ -242,7 +249,9 @@ class Survey {
     const std::vector<SceneMarker>& markers = frame.scene.markers;
     for (std::size_t i = 0; i < markers.size(); ++i)
       for (Tally* tally : TalliesOf(frame.conditions[i])) ++tally->boards;
-    for (const MarkerPose& pose : Detector(options).Detect(Render(frame.scene, frame.render, seed).view())) {
+    const Image image = Render(frame.scene, frame.render, seed);
+    bool mistaken = false;
+    for (const MarkerPose& pose : Detector(options).Detect(image.view())) {
       const auto far = [&](const SceneMarker& marker) {
         return (pose.camera_from_marker.translation.hnormalized() - marker.camera_from_marker.translation.hnormalized())
             .norm();
@@ -254,9 +263,22 @@ class Survey {
         continue;
       }
       const std::size_t board = static_cast<std::size_t>(there - markers.begin());
-      if (Count(*there, pose, TalliesOf(frame.conditions[board])))
-        fmt::print("frame {} board {}: {}\n", seed, board, fmt::join(frame.conditions[board], ", "));
+      if (!Count(*there, pose, TalliesOf(frame.conditions[board]))) continue;
+      fmt::print("frame {} board {}: {}\n", seed, board, fmt::join(frame.conditions[board], ", "));
+      mistaken = true;
     }
+    if (mistaken && !request_.keep.empty()) Keep(frame, image, seed);
+  }
+
+  /// Keeps a frame with a mistake and its camera, so that others can look at it.
+  void Keep(const DrawnFrame& frame, const Image& image, std::uint64_t seed) const {
+    namespace fs = std::filesystem;
+    fs::create_directories(request_.keep);
+    const auto file = [&](const char* end) { return fs::path(request_.keep) / fmt::format("{}.{}", seed, end); };
+    const auto bytes = EncodeFrame(image.view(), {});
+    std::ofstream(file("png"), std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    WriteCamera(file("toml"), frame.render.camera);
   }
 
   std::vector<Tally*> TalliesOf(const std::vector<const char*>& conditions) {
@@ -266,7 +288,7 @@ class Survey {
   }
 
   const Request request_;
-  const MarkerCode code_{{6, 6}, Variant::kSecded};
+  const MarkerCode code_{{6, 6}, request_.variant};
   Tally all_;
   std::map<std::string, Tally> tallies_;
   int ghosts_ = 0;
@@ -284,6 +306,17 @@ int main(int argc, char** argv) {
   app.add_option("--first", request.first, "First seed")->capture_default_str();
   app.add_option("--only", request.only, "Conditions that may be, comma-separated [all]")->delimiter(',');
   app.add_option("--share", request.share, "Of frames or boards that have each [its own]");
+  app.add_option_function<std::string>(
+         "--variant",
+         [&](const std::string& name) {
+           const auto variant = chequer::ParseVariant(name);
+           if (!variant) throw CLI::ValidationError("--variant", "no variant is called " + name);
+           request.variant = *variant;
+         },
+         "How ids are coded: unconstrained ids are wrong with every cell that is")
+      ->default_str("secded");
+  app.add_option("--keep", request.keep,
+                 "Folder for frames with mistakes, as SEED.png, each with its camera, SEED.toml");
   CLI11_PARSE(app, argc, argv);
   chequer::Survey(request).Run();
 }

@@ -63,20 +63,27 @@ bool CellInks::Measure(const ShownCells& cells) {
   const std::size_t count = cells.lights.light.size();
   board_->colours.resize(count);
   board_->ink.resize(count);
-  board_->veil.resize(count);
+  board_->veil.assign(count, 0);
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
     board_->colours[cell] = chequer::ColourOf(cells.lights.light[cell], board_->white, IsDark(row, col), space_);
     board_->ink[cell] = board_->colours[cell].saturation;
   });
-  const bool lab = space_ == ColorSpace::kLab;
-  board_->classes = {lab ? MeasureYellow(cells) : ClassOf(cells, false),
-                     lab ? MeasureBlue(cells) : ClassOf(cells, true)};
+  if (space_ == ColorSpace::kLab) {
+    float green = 0;
+    board_->classes[1] = MeasureBlue(cells, green);
+    const bool veiled = board_->classes[1].usable && FindVeils(cells, board_->classes[1]);
+    board_->classes[0] = MeasureYellow(cells, veiled);
+    TakeVeilsOff(cells, green);
+  } else {
+    board_->classes = {ClassOf(cells, false), ClassOf(cells, true)};
+    board_->bare = board_->ink;
+  }
   return board_->classes[0].usable || board_->classes[1].usable;
 }
 
-InkClass CellInks::MeasureYellow(const ShownCells& cells) {
+InkClass CellInks::MeasureYellow(const ShownCells& cells, bool veiled) {
   const InkClass by_saturation = ClassOf(cells, false);
-  if (by_saturation.usable && by_saturation.spread() < kClearSpread) return by_saturation;
+  if (by_saturation.usable && by_saturation.spread() < kClearSpread && !veiled) return by_saturation;
   const auto fill = [&](const auto& ink_of) {
     ForCells(cells.size, [&](std::size_t cell, int row, int col) {
       if (!IsDark(row, col)) board_->ink[cell] = ink_of(cell);
@@ -84,34 +91,32 @@ InkClass CellInks::MeasureYellow(const ShownCells& cells) {
   };
   fill([&](std::size_t cell) { return YellowOf(cells.lights.light[cell], board_->white); });
   const InkClass by_difference = ClassOf(cells, false);
-  if (by_difference.usable && (!by_saturation.usable || by_difference.spread() < by_saturation.spread()))
+  if (by_difference.usable && (veiled || !by_saturation.usable || by_difference.spread() < by_saturation.spread()))
     return by_difference;
   fill([&](std::size_t cell) { return board_->colours[cell].saturation; });
   return by_saturation;
 }
 
-InkClass CellInks::MeasureBlue(const ShownCells& cells) {
-  const auto mix = [&](float green) {
+InkClass CellInks::MeasureBlue(const ShownCells& cells, float& green) {
+  const auto mix = [&](float with_green) {
     ForCells(cells.size, [&](std::size_t cell, int row, int col) {
-      if (IsDark(row, col)) board_->ink[cell] = BlueOf(cells.lights.light[cell], board_->white, green);
+      if (IsDark(row, col)) board_->ink[cell] = BlueOf(cells.lights.light[cell], board_->white, with_green);
     });
     return ClassOf(cells, true);
   };
-  float best_green = kGreenWithBlue[0], last = best_green;
-  InkClass best = mix(best_green);
+  float last = green = kGreenWithBlue[0];
+  InkClass best = mix(green);
   if (best.usable && best.spread() < kClearSpread) return best;
-  for (const float green : std::span(kGreenWithBlue).subspan(1)) {
-    const InkClass other = mix(last = green);
+  for (const float with_green : std::span(kGreenWithBlue).subspan(1)) {
+    const InkClass other = mix(last = with_green);
     if (!other.usable || (best.usable && other.spread() >= best.spread())) continue;
     best = other;
-    best_green = green;
+    green = with_green;
   }
-  if (last != best_green) best = mix(best_green);
-  if (best.usable) MeasureVeils(cells, best, best_green);
-  return best;
+  return last == green ? best : mix(green);
 }
 
-void CellInks::MeasureVeils(const ShownCells& cells, const InkClass& dark, float green) {
+bool CellInks::FindVeils(const ShownCells& cells, const InkClass& dark) {
   // Black and blue have as little red light as each other: what a cell has more is white light over it.
   const auto red_of = [&](std::size_t cell) { return cells.lights.light[cell][0] / board_->white[0]; };
   std::vector<float>& values = board_->values;
@@ -121,9 +126,35 @@ void CellInks::MeasureVeils(const ShownCells& cells, const InkClass& dark, float
       values.push_back(red_of(cell));
   });
   const float usual = MedianInPlace(values), least = static_cast<float>(kClearVeil * (dark.inked - dark.plain));
+  bool any = false;
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
-    if (IsDark(row, col) && red_of(cell) - usual > least) board_->veil[cell] = (1 + green) * (red_of(cell) - usual);
+    if (!IsDark(row, col) || red_of(cell) - usual <= least) return;
+    board_->veil[cell] = red_of(cell) - usual;
+    any = true;
   });
+  return any;
+}
+
+void CellInks::TakeVeilsOff(const ShownCells& cells, float green) {
+  board_->bare = board_->ink;
+  ForCells(cells.size, [&](std::size_t cell, int row, int col) {
+    if (IsDark(row, col))
+      board_->bare[cell] -= (1 + green) * board_->veil[cell];
+    else if (cells.lights.overexposed[cell])
+      // What tells yellow is the same under a veil, but not where red and green end at full scale: there it adds blue.
+      board_->bare[cell] += VeilBeside(cells.size, row, col);
+  });
+}
+
+float CellInks::VeilBeside(MarkerSize size, int row, int col) const {
+  float most = 0;
+  constexpr std::array<std::array<int, 2>, 4> kBeside{{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+  for (const auto& [down, right] : kBeside) {
+    const int at_row = row + down, at_col = col + right;
+    if (at_row < 0 || at_col < 0 || at_row >= size.rows || at_col >= size.cols) continue;
+    most = std::max(most, board_->veil[static_cast<std::size_t>(at_row * size.cols + at_col)]);
+  }
+  return most;
 }
 
 InkClass CellInks::ClassOf(const ShownCells& cells, bool dark) const {
@@ -170,7 +201,7 @@ double CellInks::LeadOf(std::size_t cell, bool dark, float half_lit) const {
   const auto lead_of = [&](double ink) { return (ink - c.plain) / distance - 0.5; };
   const double ink = board_->ink[cell];
   double lead = lead_of(ink);
-  for (const double other : {lead_of(half_lit * ink), lead_of(ink - board_->veil[cell])})
+  for (const double other : {lead_of(half_lit * ink), lead_of(board_->bare[cell])})
     lead = lead * other <= 0 ? 0 : (std::abs(lead) < std::abs(other) ? lead : other);
   return lead;
 }

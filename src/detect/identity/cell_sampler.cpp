@@ -78,6 +78,7 @@ void CellSampler::Sample(const BoardInImage& in, CellLights& cells) {
   const std::size_t count = static_cast<std::size_t>(in.size.rows * in.size.cols);
   cells.light.resize(count);
   cells.half_lit.assign(count, 1.0f);
+  cells.overexposed.assign(count, 0);
   if (in.reader.channels() == 3) {
     // The fit's levels are free of what neighbours and the lens mix in.
     std::copy(in.board.levels.begin(), in.board.levels.end(), cells.light.begin());
@@ -129,6 +130,7 @@ void CellSampler::SampleOverexposed(const BoardInImage& in, CellLights& cells) {
   for (std::size_t cell = 0; cell < light.size(); ++cell) middles[cell] = MiddleLight(in, cell);
   if (std::none_of(middles.begin(), middles.end(), brighter_than(kOverexposedLight))) return;
   light = middles;
+  std::ranges::transform(middles, cells.overexposed.begin(), brighter_than(kOverexposedLight));
   EvenOut(in, cells);
 }
 

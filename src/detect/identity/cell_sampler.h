@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "detect/common/cell_unmixer.h"
@@ -14,8 +15,9 @@ namespace chequer {
 /// The light of a board's cells, row by row.
 struct CellLights {
   std::vector<Eigen::Vector3f> light;
-  std::vector<float> half_lit;   ///< which share of the light that a dark cell was assumed to get may have reached it
-  std::size_t mixed_pixels = 0;  ///< of cells that had to be solved for together
+  std::vector<float> half_lit;  ///< which share of the light that a dark cell was assumed to get may have reached it
+  std::vector<std::uint8_t> overexposed;  ///< a channel is at full scale: there may have been more light
+  std::size_t mixed_pixels = 0;           ///< of cells that had to be solved for together
 };
 
 /// A board in an image.
