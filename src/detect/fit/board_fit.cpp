@@ -269,9 +269,13 @@ bool BoardFit::Step(LaneSums sums) {
   return true;
 }
 
+double BoardFit::BlurAfter(double step_px) const {
+  return std::clamp(run_->model.blur_px + step_px, std::max(kLeastBlur, 0.6 * run_->model.blur_px),
+                    std::min(kMostBlur, 1.6 * run_->model.blur_px));
+}
+
 void BoardFit::MoveBlur(double step_px) {
-  const double blur = std::clamp(run_->model.blur_px + step_px, std::max(kLeastBlur, 0.6 * run_->model.blur_px),
-                                 std::min(kMostBlur, 1.6 * run_->model.blur_px));
+  const double blur = BlurAfter(step_px);
   run_->step.blur_share = std::abs(blur / run_->model.blur_px - 1);
   run_->model.blur_px = blur;
 }

@@ -217,6 +217,8 @@ class BoardFit {
   /// A step of Gauss-Newton by these sums of the kernel; by shapes alone, the cells' levels stay as they are.
   bool Step(LaneSums sums);
   /// Within what a step may change.
+  /// No step changes it by more than it may.
+  double BlurAfter(double step_px) const;
   void MoveBlur(double step_px);
   /// By what the last step's sums say of it. @param blur_px that they are of.
   void MoveBlurShape(double blur_px);
@@ -486,6 +488,8 @@ class BoardFit {
   /// A step of Gauss-Newton that is not made yet.
   bool SolveModel(int stride);
   bool StepModel(int stride, bool first);
+  /// Moves the terms, by as much as they may.
+  void MoveTerms();
   /// Whether its blur is so wide that it may have moved.
   bool SeemsMoved() const;
   /// The same, or the plain model has found a motion's shape, or the blur is wider than that of others of the image.

@@ -111,27 +111,41 @@ ModelEquations::Input BoardFit::EquationsOfModel() const {
   return equations;
 }
 
+void BoardFit::MoveTerms() {
+  const ModelColumns columns(run_->model_input.terms);
+  const ModelEquations::Shared information = model_equations_.information().diagonal();
+  Terms::States& terms = run_->model;
+  const Terms::States before = terms;
+  ModelEquations::Shared made;
+  // Terms and the blur do not move by more than they may; the others, and the levels, must not move as if they had.
+  for (int round = 0; round <= Terms::kCount; ++round) {
+    terms = before;
+    made = model_equations_.step();
+    made[columns.blur] = BlurAfter(made[columns.blur]) - run_->model.blur_px;
+    run_->step.terms = 0;
+    Terms::ForEach([&]<class Term>() {
+      if (!run_->model_input.terms.on<Term>()) return;
+      const int own = columns.of<Term>();
+      const double counts = static_cast<Term&>(terms).Move(
+          {made.data() + own, information.data() + own, run_->model.blur_px, BoardByPixel()});
+      run_->step.terms = std::max(run_->step.terms, counts);
+    });
+    if (!model_equations_.Follow(made)) return;
+  }
+}
+
 bool BoardFit::StepModel(int stride, bool first) {
   if (!SolveModel(stride)) return false;
-  const ModelColumns columns(run_->model_input.terms);
+  MoveTerms();
   const ModelEquations::Shared& step = model_equations_.step();
   run_->step.moves.head<BoardGeometry::kParameters>() = step.head<BoardGeometry::kParameters>();
   run_->step.inks = {};
   run_->model.geometry.MoveCoordinates(step.head<BoardGeometry::kParameters>());
-  MoveBlur(step[columns.blur]);
+  MoveBlur(step[ModelColumns(run_->model_input.terms).blur]);
   for (std::size_t level = 0; level < run_->model.levels.size(); ++level)
     for (std::size_t phase = 0; phase < 4; ++phase)
       run_->model.levels[level][phase] +=
           static_cast<float>(model_equations_.LevelStep(static_cast<int>(level), run_->view.channel_of_phase[phase]));
-  run_->step.terms = 0;
-  const ModelEquations::Shared information = model_equations_.information().diagonal();
-  Terms::ForEach([&]<class Term>() {
-    if (!run_->model_input.terms.on<Term>()) return;
-    const int own = columns.of<Term>();
-    const double counts =
-        run_->model.Term::Move({step.data() + own, information.data() + own, run_->model.blur_px, BoardByPixel()});
-    run_->step.terms = std::max(run_->step.terms, counts);
-  });
   run_->step.corner_px = FarthestStepPx();
   return run_->step.corner_px <= (first && run_->model_input.terms.on<MotionTerm>() ? kRunawayMovedPx : kRunawayPx);
 }

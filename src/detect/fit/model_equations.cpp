@@ -10,6 +10,8 @@ namespace {
 
 /// Of the mean information about a level: what is added to each, so that a level that no pixel shows stays as it is.
 constexpr double kRidge = 1e-6;
+/// Steps that differ by a smaller share are the same, but for rounding.
+constexpr double kSame = 1e-9;
 
 }  // namespace
 
@@ -56,20 +58,49 @@ bool ModelEquations::EliminateLevels(const Input& input) {
   return true;
 }
 
+bool ModelEquations::SolveShared() {
+  SharedMatrix normal = normal_;
+  Shared gradient = gradient_;
+  for (Eigen::Index i = 0; i < normal.rows(); ++i) {
+    if (!made_[i]) continue;
+    gradient -= step_[i] * normal_.col(i);
+    normal.col(i).setZero(), normal.row(i).setZero();
+    normal(i, i) = 1;
+  }
+  for (Eigen::Index i = 0; i < normal.rows(); ++i)
+    if (made_[i]) gradient[i] = step_[i];
+  // Of unknowns in very different units.
+  const Shared scale = normal.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
+  normal = scale.asDiagonal() * normal * scale.asDiagonal();
+  const Eigen::LDLT<SharedMatrix> factor(normal);
+  if (factor.info() != Eigen::Success || !factor.isPositive()) return false;
+  step_ = scale.cwiseProduct(factor.solve(scale.cwiseProduct(gradient)));
+  return step_.allFinite();
+}
+
 bool ModelEquations::Solve(const Input& input) {
   Assemble(input);
   const double before = chi_square_;
   if (!EliminateLevels(input)) return false;
   normal_.triangularView<Eigen::StrictlyUpper>() = normal_.transpose();
-  // Of unknowns in very different units.
-  const Shared scale = normal_.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
-  const SharedMatrix scaled = scale.asDiagonal() * normal_ * scale.asDiagonal();
-  const Eigen::LDLT<SharedMatrix> factor(scaled);
-  if (factor.info() != Eigen::Success || !factor.isPositive()) return false;
-  step_ = scale.cwiseProduct(factor.solve(scale.cwiseProduct(gradient_)));
-  if (!step_.allFinite()) return false;
+  made_.setConstant(normal_.rows(), false);
+  if (!SolveShared()) return false;
   chi_square_ -= step_.dot(gradient_);
   fall_ = 1 - chi_square_ / std::max(before, 1e-9);
+  levels_.Solve(step_.data());
+  return true;
+}
+
+bool ModelEquations::Follow(const Shared& made) {
+  bool any = false;
+  for (Eigen::Index i = 0; i < step_.size(); ++i) {
+    if (std::abs(made[i] - step_[i]) <= kSame * std::abs(step_[i])) continue;
+    made_[i] = any = true;
+    step_[i] = made[i];
+  }
+  if (!any) return false;
+  const Shared last = step_;
+  if (!SolveShared()) step_ = last;
   levels_.Solve(step_.data());
   return true;
 }

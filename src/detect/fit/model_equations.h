@@ -43,6 +43,9 @@ class ModelEquations {
   bool Solve(const Input& input);
 
   const Shared& step() const { return step_; }
+  /// Where some shared unknowns were not moved by step() but by what `made` has for them, all others follow: they are
+  /// solved for anew with these as they are, and those of earlier calls since Solve(). False where none differs.
+  bool Follow(const Shared& made);
   double LevelStep(int level, int channel) const { return levels_.step(level, channel); }
   /// Of the shared unknowns, the levels following them.
   const SharedMatrix& information() const { return normal_; }
@@ -69,9 +72,11 @@ class ModelEquations {
  private:
   void Assemble(const Input& input);
   bool EliminateLevels(const Input& input);
+  bool SolveShared();
 
   SharedMatrix normal_;
   Shared gradient_, step_;
+  Eigen::Array<bool, Eigen::Dynamic, 1, 0, ModelColumns::kMostShared, 1> made_;  ///< by unknown: its step is given
   double chi_square_ = 0, fall_ = 0;
   LevelElimination levels_;
 };

@@ -15,7 +15,8 @@ namespace chequer {
 //   kColumns, kLanes     unknowns of its own; values that each lane is given for it,
 //   Input                what all lanes are given for it,
 //   on()                 whether the parameters are fitted,
-//   Move(TermStep)       makes a step within what one may be; returns how far it is over what no longer counts,
+//   Move(TermStep)       makes a step within what one may be and says so; returns how far it is over what no longer
+//   counts,
 // and, where it needs them,
 //   SetInput, SetLanes(TermCorner, set)  write what lanes are given,
 //   AddPrior(information, pull)          what is known beside the pixels (SetPrior()),
@@ -38,10 +39,20 @@ struct TermCorner {
 
 /// A step of Gauss-Newton.
 struct TermStep {
-  const double* of = nullptr;           ///< of the term's unknowns
+  double* of = nullptr;                 ///< of the term's unknowns; Move() leaves what it has made of it
   const double* information = nullptr;  ///< on each of them, all others known
   double blur_px = 1;
   Eigen::Matrix2d board_by_pixel = Eigen::Matrix2d::Zero();  ///< in the board's middle
+
+  template <class Unknowns>
+  Unknowns As() const {
+    return Eigen::Map<const Unknowns>(of);
+  }
+  template <class Unknowns>
+  void Make(const Unknowns& made) const {
+    Eigen::Map<Unknowns> of_term(of);
+    of_term = made;
+  }
 
   /// In standard deviations, all others known, what no longer counts: what a shorter step leaves is of second order.
   /// Sharp shadows under wide blur else drift to widths that the second order of their blur does not hold for.
@@ -64,6 +75,15 @@ template <class Unknowns, class Vector>
 void SetPrior(const Unknowns& known_to, const Unknowns& off, Vector& information, Vector& pull) {
   information = known_to.cwiseProduct(known_to).cwiseInverse();
   pull = information.cwiseProduct(off);
+}
+
+/// The same of unknowns that are small on most boards and large on some: Cauchy's distribution, whose tails pull less. Its
+/// information is that of a Gaussian with the same pull (iteratively reweighted least squares).
+/// @param known_to standard deviation of a Gaussian that is as sharp at 0.
+template <class Unknowns, class Vector>
+void SetTailedPrior(double known_to, const Unknowns& off, Vector& information, Vector& pull) {
+  const double variance = known_to * known_to + off.squaredNorm() / (1 + static_cast<double>(off.size()));
+  SetPrior<Unknowns>(Unknowns::Constant(std::sqrt(variance)), off, information, pull);
 }
 
 /// The light of a point of the board: of what a cell has, the share that is left, and what is added, by phase.

@@ -54,9 +54,10 @@ struct DotGainTerm {
 
   double Move(const TermStep& step) {
     constexpr double kStill = 0.0003;  // cells
-    const double more = std::clamp(step.of[0], -kMostStep, kMostStep);
-    dot_gain = std::clamp(dot_gain + more, -kMost, kMost);
-    return step.WhatCounts(0, more, kStill);
+    const double before = dot_gain;
+    dot_gain = std::clamp(dot_gain + std::clamp(step.of[0], -kMostStep, kMostStep), -kMost, kMost);
+    step.of[0] = dot_gain - before;
+    return step.WhatCounts(0, step.of[0], kStill);
   }
 
   /// Starts by the first step to it, which levels and blur had taken up a part of.

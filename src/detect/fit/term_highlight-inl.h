@@ -63,12 +63,14 @@ struct HighlightTerm {
   double Move(const TermStep& step) {
     // Longer steps lead elsewhere; then what no longer counts, a thousandth of the light or less.
     const Parameters most(0.05 + 0.3 * spot[kAmount], 0.3, 0.3, 0.3), still(0.003, 0.01, 0.01, 0.01), before = spot;
-    spot += Eigen::Map<const Parameters>(step.of).cwiseMax(-most).cwiseMin(most);
+    spot += step.As<Parameters>().cwiseMax(-most).cwiseMin(most);
     // Wider ones are light that falls off; it stays on.
     constexpr double kLeast = 1e-4, kMostLogWidth = 1.6;
     spot[kAmount] = std::max(spot[kAmount], kLeast);
     spot[kLogWidth] = std::clamp(spot[kLogWidth], kSpeck, kMostLogWidth);
-    return step.MostThatCounts<Parameters>(spot - before, still);
+    const Parameters made = spot - before;
+    step.Make(made);
+    return step.MostThatCounts(made, still);
   }
 
   /// What Find() looks at, cell by cell, row by row.

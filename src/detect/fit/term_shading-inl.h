@@ -44,15 +44,17 @@ struct ShadingTerm {
   void AddPrior(Vector information, Vector pull) const {
     // A standard deviation, measured: pixels know it to .001, and with .1 first steps led 2 of 30 fits away from a
     // lamp.
-    constexpr double kKnownTo = 0.03;
-    SetPrior<Eigen::Vector2d>(Eigen::Vector2d::Constant(kKnownTo), -grows, information, pull);
+    constexpr double kKnownTo = 0.08;
+    SetTailedPrior<Eigen::Vector2d>(kKnownTo, -grows, information, pull);
   }
 
   double Move(const TermStep& step) {
     // Longer steps lead elsewhere; then what no longer counts.
     const Eigen::Vector2d most(0.1, 0.1), still(0.001, 0.001), before = grows;
-    grows += Eigen::Map<const Eigen::Vector2d>(step.of).cwiseMax(-most).cwiseMin(most);
-    return step.MostThatCounts<Eigen::Vector2d>(grows - before, still);
+    grows += step.As<Eigen::Vector2d>().cwiseMax(-most).cwiseMin(most);
+    const Eigen::Vector2d made = grows - before;
+    step.Make(made);
+    return step.MostThatCounts(made, still);
   }
 };
 

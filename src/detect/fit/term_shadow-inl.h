@@ -56,14 +56,15 @@ struct ShadowTerm {
   double Move(const TermStep& step) {
     // Longer steps lead elsewhere; then what no longer counts.
     const ShadowEdge::Parameters most(0.1, 0.3, 0.3, 0.5), still(0.003, 0.003, 0.004, 0.03), before = shadow->values();
-    const Eigen::Map<const ShadowEdge::Parameters> of(step.of);
-    ShadowEdge::Parameters values = before + of.cwiseMax(-most).cwiseMin(most);
+    ShadowEdge::Parameters values = before + step.As<ShadowEdge::Parameters>().cwiseMax(-most).cwiseMin(most);
     // The edge is seen through the lens, which makes none sharper than its own blur.
     const Eigen::RowVector2d across(std::cos(values[ShadowEdge::kDirection]), std::sin(values[ShadowEdge::kDirection]));
     const double blur = step.blur_px * (across * step.board_by_pixel).norm();
     values[ShadowEdge::kLogWidth] = std::max(values[ShadowEdge::kLogWidth], std::log(blur));
     shadow = ShadowEdge(values);
-    return step.MostThatCounts<ShadowEdge::Parameters>(shadow->values() - before, still);
+    const ShadowEdge::Parameters made = shadow->values() - before;
+    step.Make(made);
+    return step.MostThatCounts(made, still);
   }
 
   void LightAt(const Eigen::Vector2d& board, LightThere& light) const { light.share *= shadow->At(board); }

@@ -43,9 +43,9 @@ struct VeilTerm {
 
   template <class Vector>
   void AddPrior(Vector information, Vector pull) const {
-    constexpr double kKnownTo = 0.07;  // a standard deviation, a guess
+    constexpr double kKnownTo = 0.2;  // a standard deviation, a guess
     using Unknown = Eigen::Matrix<double, 1, 1>;
-    SetPrior<Unknown>(Unknown(kKnownTo), Unknown(-veil), information, pull);
+    SetTailedPrior<Unknown>(kKnownTo, Unknown(-veil), information, pull);
   }
 
   double Move(const TermStep& step) {
@@ -53,7 +53,8 @@ struct VeilTerm {
     constexpr double kMostStep = 0.2, kStill = 0.001, kLeast = -0.2, kMost = 0.7;
     const double before = veil;
     veil = std::clamp(veil + std::clamp(step.of[0], -kMostStep, kMostStep), kLeast, kMost);
-    return step.WhatCounts(0, veil - before, kStill);
+    step.of[0] = veil - before;
+    return step.WhatCounts(0, step.of[0], kStill);
   }
 };
 

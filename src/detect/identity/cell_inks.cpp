@@ -71,7 +71,9 @@ bool CellInks::Measure(const ShownCells& cells) {
   if (space_ == ColorSpace::kLab) {
     float green = 0;
     board_->classes[1] = MeasureBlue(cells, green);
-    const bool veiled = board_->classes[1].usable && FindVeils(cells, board_->classes[1]);
+    // Elsewhere, what tells inks is the same under a veil.
+    const bool may_count = green != kGreenWithBlue[0] || std::ranges::count(cells.lights.overexposed, 1) > 0;
+    const bool veiled = may_count && board_->classes[1].usable && FindVeils(cells, board_->classes[1]);
     board_->classes[0] = MeasureYellow(cells, veiled);
     TakeVeilsOff(cells, green);
   } else {
