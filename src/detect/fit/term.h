@@ -77,15 +77,6 @@ void SetPrior(const Unknowns& known_to, const Unknowns& off, Vector& information
   pull = information.cwiseProduct(off);
 }
 
-/// The same of unknowns that are small on most boards and large on some: Cauchy's distribution, whose tails pull less. Its
-/// information is that of a Gaussian with the same pull (iteratively reweighted least squares).
-/// @param known_to standard deviation of a Gaussian that is as sharp at 0.
-template <class Unknowns, class Vector>
-void SetTailedPrior(double known_to, const Unknowns& off, Vector& information, Vector& pull) {
-  const double variance = known_to * known_to + off.squaredNorm() / (1 + static_cast<double>(off.size()));
-  SetPrior<Unknowns>(Unknowns::Constant(std::sqrt(variance)), off, information, pull);
-}
-
 /// The light of a point of the board: of what a cell has, the share that is left, and what is added, by phase.
 struct LightThere {
   double share = 1;

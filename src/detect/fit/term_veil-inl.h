@@ -43,9 +43,9 @@ struct VeilTerm {
 
   template <class Vector>
   void AddPrior(Vector information, Vector pull) const {
-    constexpr double kKnownTo = 0.2;  // a standard deviation, a guess
+    constexpr double kKnownTo = 0.15;  // a standard deviation: haze, and as for the shading's
     using Unknown = Eigen::Matrix<double, 1, 1>;
-    SetTailedPrior<Unknown>(kKnownTo, Unknown(-veil), information, pull);
+    SetPrior<Unknown>(Unknown(kKnownTo), Unknown(-veil), information, pull);
   }
 
   double Move(const TermStep& step) {

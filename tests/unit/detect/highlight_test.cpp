@@ -22,11 +22,14 @@ struct Mirror {
   int least_read = 24;  ///< of 25
   double motion_px = 0;
   bool covered = false;  ///< on one side
+  double haze = 0;
+  double gradient = 0;  ///< from one rim of the board to the other
 };
 
 void PrintTo(const Mirror& mirror, std::ostream* out) {
   *out << mirror.tag << (IsBayer(mirror.format) ? " Bayer" : " BGR") << " gloss " << mirror.gloss << " motion "
-       << mirror.motion_px << (mirror.covered ? " covered" : "");
+       << mirror.motion_px << (mirror.covered ? " covered" : "") << " haze " << mirror.haze << " gradient "
+       << mirror.gradient;
 }
 
 class Highlights : public testing::TestWithParam<Mirror> {};
@@ -43,6 +46,9 @@ TEST_P(Highlights, AreFittedAndPosesHonest) {
     Print({.gloss = GetParam().gloss}, 500 + seed, marker);
     stress.options.motion_px = GetParam().motion_px;
     stress.options.motion_angle_rad = 0.5 * static_cast<double>(seed);
+    stress.options.lighting.haze = GetParam().haze;
+    marker.gradient = GetParam().gradient;
+    marker.gradient_angle_rad = 0.7 * static_cast<double>(seed);
     if (GetParam().covered) marker.occluders.push_back({.from = {-0.1, -0.1}, .to = {0.15, 1.1}});
     for (const MarkerPose& found : test::Look(stress, code, seed)) {
       if (!found.id) continue;
@@ -64,7 +70,9 @@ INSTANTIATE_TEST_SUITE_P(Many, Highlights,
                                          Mirror{PixelFormat::kBgr8, "side_px=96", 0.3, 0.5, 1.5, 24, 2},
                                          Mirror{PixelFormat::kBgr8, "side_px=96", 0.5, 0.5, 1.5, 24, 6},
                                          Mirror{PixelFormat::kBayerRg8, "side_px=48", 0.5, 0.5, 1.5, 24, 3},
-                                         Mirror{PixelFormat::kBgr8, "side_px=96", 0.5, 0.5, 2, 20, 0, true}));
+                                         Mirror{PixelFormat::kBgr8, "side_px=96", 0.5, 0.5, 2, 20, 0, true},
+                                         Mirror{PixelFormat::kBayerRg8, "side_px=48", 0.3, 0.5, 1.5, 24, 0, false, 0.25,
+                                                0.5}));
 
 /// A board of 6 x 6 cells, every third of which has a colour, in such light.
 /// @param hidden_cells so many are hidden, the first ones.

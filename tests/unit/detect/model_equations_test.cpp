@@ -58,6 +58,51 @@ class ModelEquationsTest : public testing::TestWithParam<int> {
     return input;
   }
 
+  /// All unknowns in one: the shared ones, then each channel's levels.
+  struct Dense {
+    Eigen::MatrixXd normal;
+    Eigen::VectorXd right;
+    double square = 0;
+
+    Eigen::VectorXd Solve() const { return test::Product(test::Inverse(normal), right); }
+  };
+  Dense DenseSystem(int channels, const std::array<int, 4>& channel_of_phase) const {
+    const int shared = columns_.shared, unknowns = shared + channels * kModelCells;
+    Dense dense{Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns)};
+    for (int corner = 0; corner < kModelCorners; ++corner) {
+      if (hidden_[static_cast<std::size_t>(corner)] != Hidden::kNot) continue;
+      for (int phase = 0; phase < 4; ++phase) {
+        const Eigen::MatrixXd& rows = rows_[static_cast<std::size_t>(pixels_.Lane(corner) + phase)];
+        Eigen::MatrixXd all = Eigen::MatrixXd::Zero(kModelRows, unknowns);
+        all.leftCols(shared) = rows.leftCols(shared);
+        for (int i = 0; i < ModelColumns::kLevels; ++i) {
+          const int level = levels_[static_cast<std::size_t>(corner)][static_cast<std::size_t>(i)];
+          if (level != ModelEquations::kNoLevel)
+            all.col(shared + channel_of_phase[static_cast<std::size_t>(phase)] * kModelCells + level) +=
+                rows.col(columns_.levels + i);
+        }
+        const Eigen::VectorXd residual = rows.col(columns_.residual());
+        dense.normal += test::Product(all.transpose(), all);
+        dense.right += test::Product(all.transpose(), residual);
+        dense.square += residual.squaredNorm();
+      }
+    }
+    return dense;
+  }
+
+  void ExpectSteps(const ModelEquations& equations, int channels, const Eigen::VectorXd& expected) const {
+    const int shared = columns_.shared;
+    for (int i = 0; i < shared; ++i) EXPECT_NEAR(equations.step()[i], expected[i], 1e-4) << "shared " << i;
+    for (int channel = 0; channel < channels; ++channel)
+      for (int level = 0; level < kModelCells; ++level)
+        EXPECT_NEAR(equations.LevelStep(level, channel), expected[shared + channel * kModelCells + level], 1e-4)
+            << "level " << level << " of channel " << channel;
+  }
+
+  static std::array<int, 4> ChannelsOf(int channels) {
+    return channels == 3 ? std::array<int, 4>{0, 1, 1, 2} : std::array<int, 4>{0, 0, 0, 0};
+  }
+
   std::mt19937 random_{5};
   std::uniform_real_distribution<double> value_{-1, 1};
   ModelColumns columns_{ModelTerms().With<MotionTerm, DotGainTerm, ShadowTerm>()};
@@ -69,43 +114,37 @@ class ModelEquationsTest : public testing::TestWithParam<int> {
 };
 
 TEST_P(ModelEquationsTest, SolveAsADenseSystemDoes) {
-  const int channels = GetParam();
-  const std::array<int, 4> channel_of_phase =
-      channels == 3 ? std::array<int, 4>{0, 1, 1, 2} : std::array<int, 4>{0, 0, 0, 0};
-  const int shared = columns_.shared, unknowns = shared + channels * kModelCells;
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(unknowns, unknowns);
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
-  double square = 0;
-  for (int corner = 0; corner < kModelCorners; ++corner) {
-    if (hidden_[static_cast<std::size_t>(corner)] != Hidden::kNot) continue;
-    for (int phase = 0; phase < 4; ++phase) {
-      const Eigen::MatrixXd& rows = rows_[static_cast<std::size_t>(pixels_.Lane(corner) + phase)];
-      Eigen::MatrixXd all = Eigen::MatrixXd::Zero(kModelRows, unknowns);
-      all.leftCols(shared) = rows.leftCols(shared);
-      for (int i = 0; i < ModelColumns::kLevels; ++i) {
-        const int level = levels_[static_cast<std::size_t>(corner)][static_cast<std::size_t>(i)];
-        if (level != ModelEquations::kNoLevel)
-          all.col(shared + channel_of_phase[static_cast<std::size_t>(phase)] * kModelCells + level) +=
-              rows.col(columns_.levels + i);
-      }
-      const Eigen::VectorXd residual = rows.col(columns_.residual());
-      normal += test::Product(all.transpose(), all);
-      right += test::Product(all.transpose(), residual);
-      square += residual.squaredNorm();
-    }
-  }
-  const Eigen::VectorXd expected = test::Product(test::Inverse(normal), right);
+  const int channels = GetParam(), shared = columns_.shared;
+  const Dense dense = DenseSystem(channels, ChannelsOf(channels));
+  const Eigen::VectorXd expected = dense.Solve();
   ModelEquations equations;
   // Twice, so that the second finds what the first has left behind.
-  for (int times = 0; times < 2; ++times) ASSERT_TRUE(equations.Solve(Input(channel_of_phase)));
-  for (int i = 0; i < shared; ++i) EXPECT_NEAR(equations.step()[i], expected[i], 1e-4) << "shared " << i;
-  for (int channel = 0; channel < channels; ++channel)
-    for (int level = 0; level < kModelCells; ++level)
-      EXPECT_NEAR(equations.LevelStep(level, channel), expected[shared + channel * kModelCells + level], 1e-4)
-          << "level " << level << " of channel " << channel;
-  EXPECT_NEAR(equations.chi_square(), square - expected.dot(right), 1e-3 * square);
-  const Eigen::MatrixXd covariance = test::Inverse(normal).topLeftCorner(shared, shared);
+  for (int times = 0; times < 2; ++times) ASSERT_TRUE(equations.Solve(Input(ChannelsOf(channels))));
+  ExpectSteps(equations, channels, expected);
+  EXPECT_NEAR(equations.chi_square(), dense.square - expected.dot(dense.right), 1e-3 * dense.square);
+  const Eigen::MatrixXd covariance = test::Inverse(dense.normal).topLeftCorner(shared, shared);
   EXPECT_LT((equations.information() * covariance - Eigen::MatrixXd::Identity(shared, shared)).norm(), 1e-2);
+}
+
+TEST_P(ModelEquationsTest, FollowStepsThatAreNotMadeInFull) {
+  const int channels = GetParam();
+  Dense dense = DenseSystem(channels, ChannelsOf(channels));
+  ModelEquations equations;
+  ASSERT_TRUE(equations.Solve(Input(ChannelsOf(channels))));
+  ModelEquations::Shared made = equations.step();
+  EXPECT_FALSE(equations.Follow(made));
+  // One after the other: the second call holds what the first was given, too.
+  for (const int limited : {columns_.blur, columns_.of<DotGainTerm>()}) {
+    made = equations.step();
+    made[limited] *= 0.3;
+    const double step = made[limited];
+    EXPECT_TRUE(equations.Follow(made));
+    dense.right -= step * dense.normal.col(limited);
+    dense.normal.col(limited).setZero(), dense.normal.row(limited).setZero();
+    dense.normal(limited, limited) = 1;
+    dense.right[limited] = step;
+  }
+  ExpectSteps(equations, channels, dense.Solve());
 }
 
 INSTANTIATE_TEST_SUITE_P(Channels, ModelEquationsTest, testing::Values(1, 3));
