@@ -215,6 +215,8 @@ inline std::optional<HighlightTerm> HighlightTerm::Find(const Cells& cells) {
   dark.Prepare(), light.Prepare();
   if (dark.FreeBeside(kColumns) == 0) return std::nullopt;
   double best = dark.squares() * (1 - kLeaves * dark.FreeBeside(kColumns) / dark.FreeBeside(0));
+  // Of overexposed boards, no light cells may be left that tell it.
+  const bool light_tells = light.FreeBeside(1) > 0;
   HighlightTerm found;
   found.white = cells.levels[ranges.whitest];
   std::array<highlight::Levels::PerCell, 2 * (kMaxCells / 3 + kBeyond) + 1> down;  // by place, of dark cells
@@ -227,7 +229,8 @@ inline std::optional<HighlightTerm> HighlightTerm::Find(const Cells& cells) {
         if (!(in_dark.gain > best) || !(in_dark.of > 0)) continue;
         const int y = i - kBeyond;
         const double in_light = light.AmountOf(light.AlongX(x, width), light.AlongY(y, width)).of;
-        if (in_light < kLeastInLight * in_dark.of || in_light > kMostInLight * in_dark.of) continue;
+        const double least = kLeastInLight * in_dark.of, most = kMostInLight * in_dark.of;
+        if (light_tells && (in_light < least || in_light > most)) continue;
         best = in_dark.gain;
         found.spot = Parameters(in_dark.of / white, 0.5 * (x - cols), 0.5 * (y - rows), std::log(double{width}));
       }

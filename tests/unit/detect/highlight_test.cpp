@@ -131,6 +131,19 @@ TEST(HighlightTerm, IsFoundInCellsThatShow) {
   ExpectSpot(FindIn(light, 12), there);
 }
 
+TEST(HighlightTerm, IsFoundInDarkCellsWhereLightOnesAreOverexposed) {
+  const HighlightTerm there = SpotOf(0.5, 1, -2, 1.2);
+  // Four yellow cells that are not say anything of a spot and a slope, by how they are printed.
+  int yellow = 0;
+  ExpectSpot(FindIn([&](float ink, const Eigen::Vector2d& at) {
+               const float spot = static_cast<float>(there.At(at));
+               const bool shows = ink == 0.38f && spot < 0.3f && ++yellow <= 4;
+               return shows ? 0.85f - 0.9f * spot : 2.6f * ink + 1.04f * spot;
+             }),
+             there);
+  ASSERT_GE(yellow, 4);
+}
+
 TEST(HighlightTerm, IsNoShadowAndNoGradient) {
   EXPECT_FALSE(FindIn([](float ink, const Eigen::Vector2d&) { return ink; }));
   EXPECT_FALSE(FindIn([](float ink, const Eigen::Vector2d& at) { return at.x() > 0.5 ? 0.3f * ink : ink; }));
