@@ -216,8 +216,7 @@ class BoardFit {
   void SumPlain();
   /// A step of Gauss-Newton by these sums of the kernel; by shapes alone, the cells' levels stay as they are.
   bool Step(LaneSums sums);
-  /// Within what a step may change.
-  /// No step changes it by more than it may.
+  /// The blur after a step, within what one may change.
   double BlurAfter(double step_px) const;
   void MoveBlur(double step_px);
   /// By what the last step's sums say of it. @param blur_px that they are of.

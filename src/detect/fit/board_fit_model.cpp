@@ -137,11 +137,12 @@ void BoardFit::MoveTerms() {
 bool BoardFit::StepModel(int stride, bool first) {
   if (!SolveModel(stride)) return false;
   MoveTerms();
+  const ModelColumns columns(run_->model_input.terms);
   const ModelEquations::Shared& step = model_equations_.step();
   run_->step.moves.head<BoardGeometry::kParameters>() = step.head<BoardGeometry::kParameters>();
   run_->step.inks = {};
   run_->model.geometry.MoveCoordinates(step.head<BoardGeometry::kParameters>());
-  MoveBlur(step[ModelColumns(run_->model_input.terms).blur]);
+  MoveBlur(step[columns.blur]);
   for (std::size_t level = 0; level < run_->model.levels.size(); ++level)
     for (std::size_t phase = 0; phase < 4; ++phase)
       run_->model.levels[level][phase] +=

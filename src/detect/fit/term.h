@@ -15,8 +15,8 @@ namespace chequer {
 //   kColumns, kLanes     unknowns of its own; values that each lane is given for it,
 //   Input                what all lanes are given for it,
 //   on()                 whether the parameters are fitted,
-//   Move(TermStep)       makes a step within what one may be and says so; returns how far it is over what no longer
-//   counts,
+//   Move(TermStep)       makes a step within what one may be, leaves in it what was made, and returns how far that is
+//                        over what no longer counts,
 // and, where it needs them,
 //   SetInput, SetLanes(TermCorner, set)  write what lanes are given,
 //   AddPrior(information, pull)          what is known beside the pixels (SetPrior()),
