@@ -22,6 +22,7 @@
 #include "chequer/camera_file.h"
 #include "chequer/detector.h"
 #include "chequer/detector_memory.h"
+#include "core/file.h"
 #include "evaluate/frame_score.h"
 #include "simulate/random.h"
 
@@ -92,9 +93,7 @@ class Evidence {
                                    reel.truth[frame].phase, round, what);
     if (!folder_.empty() && kept_ < kMostKept) {
       const std::string name = fmt::format("{:03}_{}_{}_{}_{}.png", kept_++, reel.stream, reel.seed(), frame, round);
-      const auto bytes = EncodeFrame(image.view(), {});
-      std::ofstream(folder_ / name, std::ios::binary)
-          .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+      WriteFileAtomically(folder_ / name, EncodeFrame(image.view(), {}));
       WriteCamera(folder_ / "camera.toml", reel.scenario.camera.render.camera);
       FrameTruth truth = reel.truth[frame];
       truth.file = name;

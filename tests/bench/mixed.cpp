@@ -6,7 +6,6 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <numbers>
 #include <string>
@@ -16,6 +15,7 @@
 #include "capture/recording_writer.h"
 #include "chequer/camera_file.h"
 #include "chequer/detector.h"
+#include "core/file.h"
 #include "simulate/board.h"
 #include "simulate/random.h"
 #include "simulate/render.h"
@@ -275,9 +275,7 @@ class Survey {
     namespace fs = std::filesystem;
     fs::create_directories(request_.keep);
     const auto file = [&](const char* end) { return fs::path(request_.keep) / fmt::format("{}.{}", seed, end); };
-    const auto bytes = EncodeFrame(image.view(), {});
-    std::ofstream(file("png"), std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    WriteFileAtomically(file("png"), EncodeFrame(image.view(), {}));
     WriteCamera(file("toml"), frame.render.camera);
   }
 

@@ -48,24 +48,20 @@ struct TermStep {
   Unknowns As() const {
     return Eigen::Map<const Unknowns>(of);
   }
-  template <class Unknowns>
-  void Make(const Unknowns& made) const {
-    Eigen::Map<Unknowns> of_term(of);
-    of_term = made;
-  }
 
   /// In standard deviations, all others known, what no longer counts: what a shorter step leaves is of second order.
   /// Sharp shadows under wide blur else drift to widths that the second order of their blur does not hold for.
   static constexpr double kStillDeviations = 0.2;
-  /// The step of an unknown as it was made, over what no longer counts.
-  double WhatCounts(int unknown, double made, double still) const {
+  /// Leaves the step of an unknown as it was made, and returns that over what no longer counts.
+  double Make(int unknown, double made, double still) const {
+    of[unknown] = made;
     return std::min(std::abs(made) / still, std::abs(made) * std::sqrt(information[unknown]) / kStillDeviations);
   }
   /// The same of all unknowns: that of the one that counts most.
   template <class Unknowns>
-  double MostThatCounts(const Unknowns& made, const Unknowns& still) const {
+  double Make(const Unknowns& made, const Unknowns& still) const {
     double most = 0;
-    for (int i = 0; i < static_cast<int>(made.size()); ++i) most = std::max(most, WhatCounts(i, made[i], still[i]));
+    for (int i = 0; i < static_cast<int>(made.size()); ++i) most = std::max(most, Make(i, made[i], still[i]));
     return most;
   }
 };

@@ -56,8 +56,7 @@ struct DotGainTerm {
     constexpr double kStill = 0.0003;  // cells
     const double before = dot_gain;
     dot_gain = std::clamp(dot_gain + std::clamp(step.of[0], -kMostStep, kMostStep), -kMost, kMost);
-    step.of[0] = dot_gain - before;
-    return step.WhatCounts(0, step.of[0], kStill);
+    return step.Make(0, dot_gain - before, kStill);
   }
 
   /// Starts by the first step to it, which levels and blur had taken up a part of.

@@ -68,9 +68,7 @@ struct HighlightTerm {
     constexpr double kLeast = 1e-4, kMostLogWidth = 1.6;
     spot[kAmount] = std::max(spot[kAmount], kLeast);
     spot[kLogWidth] = std::clamp(spot[kLogWidth], kSpeck, kMostLogWidth);
-    const Parameters made = spot - before;
-    step.Make(made);
-    return step.MostThatCounts(made, still);
+    return step.Make<Parameters>(spot - before, still);
   }
 
   /// What Find() looks at, cell by cell, row by row.
@@ -215,8 +213,11 @@ inline std::optional<HighlightTerm> HighlightTerm::Find(const Cells& cells) {
   dark.Prepare(), light.Prepare();
   if (dark.FreeBeside(kColumns) == 0) return std::nullopt;
   double best = dark.squares() * (1 - kLeaves * dark.FreeBeside(kColumns) / dark.FreeBeside(0));
-  // Of overexposed boards, no light cells may be left that tell it.
-  const bool light_tells = light.FreeBeside(1) > 0;
+  const auto light_agrees = [&](int x, int y, float width, double in_dark) {
+    if (light.FreeBeside(1) == 0) return true;  // of overexposed boards, no light cells may be left that tell it
+    const double in_light = light.AmountOf(light.AlongX(x, width), light.AlongY(y, width)).of;
+    return in_light >= kLeastInLight * in_dark && in_light <= kMostInLight * in_dark;
+  };
   HighlightTerm found;
   found.white = cells.levels[ranges.whitest];
   std::array<highlight::Levels::PerCell, 2 * (kMaxCells / 3 + kBeyond) + 1> down;  // by place, of dark cells
@@ -228,9 +229,7 @@ inline std::optional<HighlightTerm> HighlightTerm::Find(const Cells& cells) {
         const highlight::Levels::Amount in_dark = dark.AmountOf(along, down[static_cast<std::size_t>(i)]);
         if (!(in_dark.gain > best) || !(in_dark.of > 0)) continue;
         const int y = i - kBeyond;
-        const double in_light = light.AmountOf(light.AlongX(x, width), light.AlongY(y, width)).of;
-        const double least = kLeastInLight * in_dark.of, most = kMostInLight * in_dark.of;
-        if (light_tells && (in_light < least || in_light > most)) continue;
+        if (!light_agrees(x, y, width, in_dark.of)) continue;
         best = in_dark.gain;
         found.spot = Parameters(in_dark.of / white, 0.5 * (x - cols), 0.5 * (y - rows), std::log(double{width}));
       }

@@ -57,15 +57,14 @@ struct MotionTerm {
   double Move(const TermStep& step) {
     // Longer steps lead elsewhere; px, and as a share of the way, and rad. Then, px and rad, what no longer counts.
     constexpr double kMostPx = 1, kMostShare = 0.25, kMostTurn = 0.03, kStillPx = 0.04, kStillTurn = 0.004;
-    const Eigen::Vector3d sought = step.As<Eigen::Vector3d>();
-    Eigen::Vector2d more = sought.head<2>();
+    Eigen::Vector2d more(step.of[0], step.of[1]);
     const double most = std::max(kMostPx, kMostShare * motion_px.norm());
     if (more.norm() > most) more *= most / more.norm();
     motion_px += more;
-    const double more_turn = std::clamp(sought[2], -kMostTurn, kMostTurn);
+    const double more_turn = std::clamp(step.of[2], -kMostTurn, kMostTurn);
     turn += more_turn;
-    step.Make(Eigen::Vector3d(more.x(), more.y(), more_turn));
-    return std::max(more.norm() / kStillPx, step.WhatCounts(2, more_turn, kStillTurn));
+    step.of[0] = more.x(), step.of[1] = more.y();
+    return std::max(more.norm() / kStillPx, step.Make(2, more_turn, kStillTurn));
   }
 
   /// Takes the way's part out of a blur that looked round: across the way it stays, the fit's lies between.

@@ -52,9 +52,7 @@ struct ShadingTerm {
     // Longer steps lead elsewhere; then what no longer counts.
     const Eigen::Vector2d most(0.1, 0.1), still(0.001, 0.001), before = grows;
     grows += step.As<Eigen::Vector2d>().cwiseMax(-most).cwiseMin(most);
-    const Eigen::Vector2d made = grows - before;
-    step.Make(made);
-    return step.MostThatCounts(made, still);
+    return step.Make<Eigen::Vector2d>(grows - before, still);
   }
 };
 

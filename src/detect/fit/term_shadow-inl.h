@@ -62,9 +62,7 @@ struct ShadowTerm {
     const double blur = step.blur_px * (across * step.board_by_pixel).norm();
     values[ShadowEdge::kLogWidth] = std::max(values[ShadowEdge::kLogWidth], std::log(blur));
     shadow = ShadowEdge(values);
-    const ShadowEdge::Parameters made = shadow->values() - before;
-    step.Make(made);
-    return step.MostThatCounts(made, still);
+    return step.Make<ShadowEdge::Parameters>(shadow->values() - before, still);
   }
 
   void LightAt(const Eigen::Vector2d& board, LightThere& light) const { light.share *= shadow->At(board); }

@@ -53,8 +53,7 @@ struct VeilTerm {
     constexpr double kMostStep = 0.2, kStill = 0.001, kLeast = -0.2, kMost = 0.7;
     const double before = veil;
     veil = std::clamp(veil + std::clamp(step.of[0], -kMostStep, kMostStep), kLeast, kMost);
-    step.of[0] = veil - before;
-    return step.WhatCounts(0, step.of[0], kStill);
+    return step.Make(0, veil - before, kStill);
   }
 };
 

@@ -69,13 +69,12 @@ bool CellInks::Measure(const ShownCells& cells) {
     board_->ink[cell] = board_->colours[cell].saturation;
   });
   if (space_ == ColorSpace::kLab) {
-    float green = 0;
-    board_->classes[1] = MeasureBlue(cells, green);
+    board_->classes[1] = MeasureBlue(cells);
     // Elsewhere, what tells inks is the same under a veil.
-    const bool may_count = green != kGreenWithBlue[0] || std::ranges::count(cells.lights.overexposed, 1) > 0;
-    const bool veiled = may_count && board_->classes[1].usable && FindVeils(cells, board_->classes[1]);
+    const bool may_count = board_->green != kGreenWithBlue[0] || std::ranges::count(cells.lights.overexposed, 1) > 0;
+    const bool veiled = may_count && board_->classes[1].usable && FindVeils(cells);
     board_->classes[0] = MeasureYellow(cells, veiled);
-    TakeVeilsOff(cells, green);
+    TakeVeilsOff(cells);
   } else {
     board_->classes = {ClassOf(cells, false), ClassOf(cells, true)};
     board_->bare = board_->ink;
@@ -99,7 +98,8 @@ InkClass CellInks::MeasureYellow(const ShownCells& cells, bool veiled) {
   return by_saturation;
 }
 
-InkClass CellInks::MeasureBlue(const ShownCells& cells, float& green) {
+InkClass CellInks::MeasureBlue(const ShownCells& cells) {
+  float& green = board_->green;
   const auto mix = [&](float with_green) {
     ForCells(cells.size, [&](std::size_t cell, int row, int col) {
       if (IsDark(row, col)) board_->ink[cell] = BlueOf(cells.lights.light[cell], board_->white, with_green);
@@ -118,7 +118,8 @@ InkClass CellInks::MeasureBlue(const ShownCells& cells, float& green) {
   return last == green ? best : mix(green);
 }
 
-bool CellInks::FindVeils(const ShownCells& cells, const InkClass& dark) {
+bool CellInks::FindVeils(const ShownCells& cells) {
+  const InkClass& dark = Of(true);
   // Black and blue have as little red light as each other: what a cell has more is white light over it.
   const auto red_of = [&](std::size_t cell) { return cells.lights.light[cell][0] / board_->white[0]; };
   std::vector<float>& values = board_->values;
@@ -137,11 +138,11 @@ bool CellInks::FindVeils(const ShownCells& cells, const InkClass& dark) {
   return any;
 }
 
-void CellInks::TakeVeilsOff(const ShownCells& cells, float green) {
+void CellInks::TakeVeilsOff(const ShownCells& cells) {
   board_->bare = board_->ink;
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
     if (IsDark(row, col))
-      board_->bare[cell] -= (1 + green) * board_->veil[cell];
+      board_->bare[cell] -= (1 + board_->green) * board_->veil[cell];
     else if (cells.lights.overexposed[cell])
       // What tells yellow is the same under a veil, but not where red and green end at full scale: there it adds blue.
       board_->bare[cell] += VeilBeside(cells.size, row, col);

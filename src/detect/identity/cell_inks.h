@@ -57,14 +57,15 @@ class CellInks {
   /// Measures the light cells: by their saturation, or where that is spread widely by a difference of light if that is
   /// spread less, or where a veil lies over some, as that leaves it as it is.
   InkClass MeasureYellow(const ShownCells& cells, bool veiled);
-  /// Measures the dark cells. @param[out] green share of green light in what tells blue from black.
-  InkClass MeasureBlue(const ShownCells& cells, float& green);
-  /// Finds white light that lies over dark cells, such as the mirror image of a lamp. Whether there is some.
-  bool FindVeils(const ShownCells& cells, const InkClass& dark);
+  /// Measures the dark cells, and by which share of green light.
+  InkClass MeasureBlue(const ShownCells& cells);
+  /// Finds white light that lies over dark cells, such as the mirror image of a lamp. Whether there is some. @pre
+  /// MeasureBlue() has found the class usable.
+  bool FindVeils(const ShownCells& cells);
   /// The most that lies over the dark cells beside a light one.
   float VeilBeside(MarkerSize size, int row, int col) const;
   /// What cells may be without veils.
-  void TakeVeilsOff(const ShownCells& cells, float green);
+  void TakeVeilsOff(const ShownCells& cells);
   InkClass ClassOf(const ShownCells& cells, bool dark) const;
   /// How far the kernel's cells lie from the nearer mean, root mean square; 0 if they are too few.
   double KernelDeviation(const ShownCells& cells, bool dark, const InkClass& by_border) const;
@@ -74,6 +75,7 @@ class CellInks {
     Eigen::Vector3f white = Eigen::Vector3f::Zero();
     std::vector<CellColour> colours;
     std::vector<float> ink;           ///< what tells saturated cells from others
+    float green = 0;                  ///< share of green light in what tells blue from black
     std::vector<float> veil;          ///< white light that lies over dark cells, as a share of white's
     std::vector<float> bare;          ///< what its `ink` may be without such light
     std::array<InkClass, 2> classes;  ///< of light (0) and dark (1) ones
