@@ -370,7 +370,7 @@ bool BoardFit::FitBesideHidden(const LightReader& reader, const Lens& lens, cons
 void BoardFit::FinishBent(const LightReader& reader, const Lens& lens, const Start& start) {
   Finish(lens);
   // The board that tells the image's traits has told its own.
-  if (!start.TellsGain() && run_->told.unexplained_shifts > kShiftsOfOtherGain) {
+  if (!start.TellsGain() && !run_->terms.look_farther && run_->told.unexplained_shifts > kShiftsOfOtherGain) {
     PrepareGain(reader, lens);
     if (TellGain()) {
       if (!Settle(lens, start, true, true)) return;

@@ -136,6 +136,7 @@ void BoardFit::MoveTerms() {
 
 bool BoardFit::StepModel(int stride, bool first) {
   if (!SolveModel(stride)) return false;
+  run_->told.sums_gone = false;
   MoveTerms();
   const ModelColumns columns(run_->model_input.terms);
   const ModelEquations::Shared& step = model_equations_.step();
@@ -268,16 +269,16 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
     // square.
     const bool all_known = start.image && noise_known && run_->model.DotGainTerm::on() && run_->model.LitEvenly() &&
                            run_->model.motion_px.isZero();
-    if (pass == 0 && all_known && run_->step.corner_px < kStillPx && run_->step.blur_share < kNearPx &&
-        run_->step.terms <= 1) {
+    const bool placed =
+        all_known && run_->step.corner_px < kStillPx && run_->step.blur_share < kNearPx && run_->step.terms <= 1;
+    // Where others have told the motion too, a step that is not long leaves little.
+    const bool placed_moving = motion_known && run_->step.corner_px < kNearMovedPx &&
+                               run_->step.blur_share < kNearMovedBlur && run_->step.terms <= kNearMovedTerms;
+    if (pass == 0 && (placed || placed_moving)) {
       run_->visibility.ShowCellsByAllCorners();
       EvenOutShading(start);
       break;
     }
-    // Where others have told the motion too, a step that is not long leaves little.
-    if (pass == 0 && motion_known && run_->step.corner_px < kNearMovedPx && run_->step.blur_share < kNearMovedBlur &&
-        run_->step.terms <= kNearMovedTerms)
-      break;
     // What was not fitted yet says nothing of what is occluded, or of the noise.
     const bool fitted = pass > 0, judged = fitted && (Still() || still || pass >= kModelPassesOfLight);
     still = Still();
