@@ -32,7 +32,13 @@ struct HighlightTerm {
   PhaseValues white{};
 
   bool on() const { return spot[kAmount] > 0; }
-  bool IsSeen() const { return spot[kAmount] > kUnseen && spot[kLogWidth] > kSpeck; }
+  /// Whether it counts on a board. One beyond its outer cells' middles counts by what it adds there: less is what lies
+  /// beside the board, or a motion that is not quite known.
+  bool IsSeenOn(MarkerSize size) const {
+    const Eigen::Vector2d outer = Eigen::Vector2d(size.cols - 1, size.rows - 1) / 2,
+                          there = spot.segment<2>(kX).cwiseMax(-outer).cwiseMin(outer);
+    return At(there) > kUnseen && spot[kLogWidth] > kSpeck;
+  }
 
   double At(const Eigen::Vector2d& board) const {
     return spot[kAmount] * std::exp(-(board - spot.segment<2>(kX)).squaredNorm() * std::exp(-2 * spot[kLogWidth]) / 2);
