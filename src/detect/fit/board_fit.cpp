@@ -247,6 +247,7 @@ void BoardFit::SumPlain() {
 }
 
 bool BoardFit::Step(LaneSums sums) {
+  MovePixelsByLight();
   SetLanes();
   run_->plain_input.sums = sums;
   SumPlain();

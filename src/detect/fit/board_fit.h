@@ -434,13 +434,13 @@ class BoardFit {
 
   // What is done to the pixels' light before they are fitted: board_fit_light.cpp.
   /// What cells' levels tell of a shading beside what was taken out before, if that counts; tells of the veil over it.
-  std::optional<Shading> ShadingOfLevels(const Start& start);
+  std::optional<Shading> ShadingOfLevels(const Start& start, LevelsFrom from);
   /// Takes that out of the pixels, and leaves the veil in. Where terms of the light are on, ShadingTerm and VeilTerm
-  /// have them. How much steeper the shading is than before, of the light's logarithm, a cell.
-  Eigen::Vector2d EvenOutShading(const Start& start);
+  /// have them. Returns what was taken out now.
+  std::optional<Shading> EvenOutShading(const Start& start, LevelsFrom from = LevelsFrom::kFit);
   /// Whether what was taken out of the pixels is the shading that the levels tell by now; if not, it is from here on.
   /// @param variances that pixels leave.
-  bool ShadingHolds(const Start& start, double variances);
+  bool ShadingHolds(const Start& start, double variances, LevelsFrom from = LevelsFrom::kFit);
   /// Of the plain fit: takes back the one that was told from cells which turn out to be occluded, and evens out what
   /// the others tell.
   void FollowShading(const Lens& lens, const Start& start);
@@ -463,6 +463,9 @@ class BoardFit {
   Eigen::Matrix<double, BoardGeometry::kParameters, 2> MovedByShading() const;
   /// The same of a shadow's edge that the motion may have blurred or not. @param in_pixels on moves of the geometry.
   BoardGeometry::Parameters MovedByShadow(const BoardGeometry::Information& in_pixels) const;
+  /// As the lens blurs what is already shaded, more light comes to a pixel from its lighter side: it shows what lies
+  /// σ² ∇log(light) away, by the blur and the motion as they are known by now.
+  void MovePixelsByLight();
   /// Takes a bent shading out of each pixel. @param spread SpreadOfLight::of_pixels.
   void EvenOutPixels(const Shading& shading, const Eigen::Matrix2d& spread);
   double LightAt(int corner) const;

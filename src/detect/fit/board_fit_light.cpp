@@ -13,15 +13,9 @@ namespace {
 
 /// No pixel is brightened more.
 constexpr double kLeastShading = 0.02;
-/// Of larger cells the light's bend is taken out too: a vignetting of a tenth makes a board of 40 px cells seem 3e-5
-/// smaller, three standard deviations; in small cells it does not count.
+/// In larger cells weak light counts, too: a vignetting of a tenth makes a board of 40 px cells seem 3e-5 smaller,
+/// three standard deviations.
 constexpr double kFineCellPx = 12;
-/// In others, a shading that changes less, per cell, is left alone: it moves a pose by less than a fifth of its
-/// deviation (of 10 px cells blurred by 0.8 px, edges by 0.002 px). Told from few levels, it would move it as much by
-/// its noise, otherwise in each frame (measured: poses with and without memory differed by 0.13 instead of 0.09
-/// deviations). Of stronger ones the same is left out in part, so that one that is as strong does not decide by its
-/// noise (measured: with and without memory, poses of knocked frames differ by 0.35 instead of 0.40 deviations).
-constexpr double kWeakShading = 0.003;
 /// Under one that changes less, per cell, a veil moves a board by less than a fifth of its deviation (reckoned: dark
 /// cells that seem to fall off as well, under a quarter of white, of 10 px).
 constexpr double kSteepUnderVeil = 0.006;
@@ -37,30 +31,38 @@ constexpr double kOtherShading = 0.05;
 /// Of these, twice: the levels of cells in uneven light are not quite those of their middles.
 constexpr double kTwiceCellPx = 24;
 
-/// What counts of a slope, as estimates are shrunk (James and Stein): nothing of a weak one, nearly all of a strong
-/// one, and what lies between changes steadily.
-Eigen::Vector2d Shrunk(const Eigen::Vector2d& slope) {
-  const double square = slope.squaredNorm(), weak = kWeakShading * kWeakShading;
-  return square > weak ? Eigen::Vector2d((1 - weak / square) * slope) : Eigen::Vector2d::Zero();
+/// How much the light changes at most, per cell, on a board.
+double MostChange(const Shading& shading, MarkerSize size) {
+  double most = 0;
+  for (const double y : {-0.5, 0.5}) {
+    const Eigen::Vector2d change = shading.SlopeAt({0.5 * size.cols, y * size.rows});
+    // At the opposite rim, the bend changes it by as much the other way.
+    most = std::max({most, change.norm(), (2 * shading.slope - change).norm()});
+  }
+  return most;
 }
 
-/// @param slope per plane unit, @param bend of x², xy and y² on the board.
-LightFall FallOf(const Eigen::Vector2d& slope, const Eigen::Vector3d& bend, const Eigen::Matrix2d& board_by_plane) {
-  const Eigen::Matrix2d square = (Eigen::Matrix2d() << bend[0], bend[1] / 2, bend[1] / 2, bend[2]).finished();
-  const Eigen::Matrix2d per_plane = board_by_plane.transpose() * square * board_by_plane;
+/// The light's second order, from the board to the plane. @param bend of x², xy and y².
+Eigen::Matrix2d BendOnPlane(const Eigen::Vector3d& bend, const Eigen::Matrix2d& board_by_plane) {
+  const Eigen::Matrix2d on_board = (Eigen::Matrix2d() << bend[0], bend[1] / 2, bend[1] / 2, bend[2]).finished();
+  return board_by_plane.transpose() * on_board * board_by_plane;
+}
+
+/// @param slope per plane unit, @param bend as BendOnPlane() has it.
+LightFall FallOf(const Eigen::Vector2d& slope, const Eigen::Matrix2d& bend) {
   const auto value = [](double of) { return static_cast<float>(of); };
-  return {value(slope.x()), value(slope.y()), value(per_plane(0, 0)), value(2 * per_plane(0, 1)),
-          value(per_plane(1, 1))};
+  return {value(slope.x()), value(slope.y()), value(bend(0, 0)), value(2 * bend(0, 1)), value(bend(1, 1))};
 }
 
-/// How a shading moves a board whose light spreads so far. @param slope of the light's logarithm, a cell.
-BoardGeometry::Parameters MoveBySlope(const BoardGeometry& geometry, const Eigen::Matrix2d& spread,
-                                      const Eigen::Vector2d& slope) {
-  const Eigen::Matrix2d board_by_plane = geometry.PlaneByBoard({0, 0}).inverse();
-  const Eigen::Vector2d per_px = board_by_plane.transpose() * slope, cells = board_by_plane * (spread * per_px);
-  BoardGeometry::Parameters move = BoardGeometry::Parameters::Zero();
-  move[0] = cells.x(), move[3] = cells.y();
-  return move;
+/// How a shading moves a board whose light spreads so far, cells. @param slope, bend of the light's logarithm.
+BoardGeometry::Parameters MoveByShading(const BoardGeometry& geometry, const Eigen::Matrix2d& spread,
+                                        const Eigen::Vector2d& slope, const Eigen::Vector3d& bend) {
+  const Eigen::Matrix2d board_by_plane = geometry.PlaneByBoard({0, 0}).inverse(),
+                        by_slope = board_by_plane * spread * board_by_plane.transpose();
+  const Eigen::Matrix2d slope_by_place = (Eigen::Matrix2d() << 2 * bend[0], bend[1], bend[1], 2 * bend[2]).finished();
+  const Eigen::Vector2d middle = by_slope * slope;
+  const Eigen::Matrix2d grows = by_slope * slope_by_place;
+  return {middle.x(), grows(0, 0), grows(0, 1), middle.y(), grows(1, 0), grows(1, 1), 0, 0};
 }
 
 }  // namespace
@@ -78,10 +80,11 @@ BoardFit::SpreadOfLight BoardFit::HowLightSpreads() const {
 
 Eigen::Matrix<double, BoardGeometry::kParameters, 2> BoardFit::MovedByShading() const {
   const SpreadOfLight spread = HowLightSpreads();
-  const Eigen::Vector2d slope = run_->light.slope + run_->model.grows;
+  const Eigen::Vector2d slope = run_->light.taken_out.slope + run_->model.grows;
   Eigen::Matrix<double, BoardGeometry::kParameters, 2> moved;
   for (int way = 0; way < 2; ++way)
-    moved.col(way) = MoveBySlope(run_->model.geometry, spread.uncertain[static_cast<std::size_t>(way)], slope);
+    moved.col(way) = MoveByShading(run_->model.geometry, spread.uncertain[static_cast<std::size_t>(way)], slope,
+                                   run_->light.taken_out.bend);
   return moved;
 }
 
@@ -104,9 +107,20 @@ BoardGeometry::Parameters BoardFit::MovedByShadow(const BoardGeometry::Informati
   return InverseOf(in_pixels) * pull;
 }
 
+void BoardFit::MovePixelsByLight() {
+  if (run_->light.shading.size() == 0) return;
+  const Shading& light = run_->light.taken_out;
+  const Eigen::Matrix2d spread = HowLightSpreads().of_pixels,
+                        board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
+  pixels_.SetMove(spread * (board_by_plane.transpose() * light.slope),
+                  2 * spread * BendOnPlane(light.bend, board_by_plane));
+}
+
 void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread) {
   const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(run_->model.geometry);
   const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse().transpose();
+  // MovePixelsByLight() has what is linear in the place.
+  const Shading linear{even.slope, even.BendOfLogarithm(), false};
   LaneBlock& lanes = pixels_.lanes();
   for (int lane = 0; lane < lanes.lanes(); ++lane)
     for (int i = 0; i < lanes.count(lane); ++i) {
@@ -118,7 +132,7 @@ void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread)
       const float of_phase = run_->light.veil[static_cast<std::size_t>(lane & 3)],
                   over = std::signbit(light) ? -of_phase : of_phase;
       light = over + (light - over) / static_cast<float>(share);
-      const Eigen::Vector2d shift = spread * (board_by_plane * even.SlopeAt(board)) / share;
+      const Eigen::Vector2d shift = spread * (board_by_plane * (even.SlopeAt(board) / share - linear.SlopeAt(board)));
       u += static_cast<float>(shift.x());
       v += static_cast<float>(shift.y());
     }
@@ -126,7 +140,7 @@ void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread)
 
 double BoardFit::LightAt(int corner) const { return run_->model.LightAt(pixels_.place(corner).board).share; }
 
-std::optional<Shading> BoardFit::ShadingOfLevels(const Start& start) {
+std::optional<Shading> BoardFit::ShadingOfLevels(const Start& start, LevelsFrom from) {
   if (run_->model.own_levels || run_->model.LightVaries()) return std::nullopt;
   const double cell_px = CellPx();
   run_->light.shade_twice = cell_px > kTwiceCellPx;
@@ -139,40 +153,37 @@ std::optional<Shading> BoardFit::ShadingOfLevels(const Start& start) {
                     .phases = run_->view.channels == 3 ? 4 : 1,
                     .blue_phase = run_->view.channels == 3 ? 3 - run_->view.red_phase : -1,
                     .fine = cell_px > kFineCellPx,
-                    .veil = veil};
+                    .from = from,
+                    .veil = veil,
+                    .before = run_->light.taken_out};
   std::optional<Shading> shading = FindShading(cells);
   // Levels tell of a veil as long as no light was taken out.
   if (shading && run_->light.shading.size() == 0 && shading->slope.norm() > kSteepUnderVeil) {
     cells.veil = veil = FindVeil(cells, *shading);
     if (veil != PhaseValues{}) shading = FindShading(cells);
   }
-  if (!shading || cell_px > kFineCellPx) return shading;
-  const bool bends = !shading->bend.isZero();
-  // Of all of it, whatever was taken out before: else what counts would depend on the order.
-  if (!bends) shading->slope = Shrunk(run_->light.slope + shading->slope) - run_->light.slope;
-  if (shading->slope.norm() < (bends ? kWeakShading : kNoShading)) return std::nullopt;
+  if (shading && MostChange(*shading, run_->view.size) < kNoShading) return std::nullopt;
   return shading;
 }
 
-Eigen::Vector2d BoardFit::EvenOutShading(const Start& start) {
-  const std::optional<Shading> shading = ShadingOfLevels(start);
-  if (!shading) return Eigen::Vector2d::Zero();
+std::optional<Shading> BoardFit::EvenOutShading(const Start& start, LevelsFrom from) {
+  const std::optional<Shading> shading = ShadingOfLevels(start, from);
+  if (!shading) return std::nullopt;
   const PhaseValues& veil = run_->light.veil;
   run_->light.bent |= shading->bent;
   pixels_.PrepareChange();
-  // Taken out of every pixel; levels then are those in the light of the board's centre. As the lens blurs what is
-  // already shaded, more light comes to a pixel from its lighter side: it shows what lies σ² ∇log(light) away.
-  const SpreadOfLight spread = HowLightSpreads();
+  // Taken out of every pixel; levels then are those in the light of the board's centre.
   const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse();
-  const Eigen::Vector2d per_px = board_by_plane.transpose() * shading->slope;
-  run_->light.slope += shading->slope;
+  run_->light.taken_out.slope += shading->slope;
+  run_->light.taken_out.bend += shading->BendOfLogarithm();
   if (shading->bent) {
-    EvenOutPixels(*shading, spread.of_pixels);
+    EvenOutPixels(*shading, HowLightSpreads().of_pixels);
   } else {
-    pixels_.MoveOrigin(spread.of_pixels * per_px);
-    EvenOutLanes(FallOf(per_px, shading->bend, board_by_plane), veil, pixels_.lanes());
+    const Eigen::Vector2d slope = board_by_plane.transpose() * shading->slope;
+    EvenOutLanes(FallOf(slope, BendOnPlane(shading->bend, board_by_plane)), veil, pixels_.lanes());
   }
   if (run_->light.shading.size() == 0) run_->light.shading.Assign(run_->model.levels.size(), 1);
+  MovePixelsByLight();
   for (std::size_t cell = 0; cell < run_->model.levels.size(); ++cell) {
     const float share = static_cast<float>(shading->At(MiddleOfCell(run_->view.size, static_cast<int>(cell))));
     run_->light.shading[cell] *= share;
@@ -181,14 +192,15 @@ Eigen::Vector2d BoardFit::EvenOutShading(const Start& start) {
       level = veil[phase] + (level - veil[phase]) / share;
     }
   }
-  return shading->slope;
+  return shading;
 }
 
-bool BoardFit::ShadingHolds(const Start& start, double variances) {
+bool BoardFit::ShadingHolds(const Start& start, double variances, LevelsFrom from) {
   if (run_->light.shading.size() == 0) return true;
-  const Eigen::Vector2d change = EvenOutShading(start);
-  if (change.isZero()) return true;
-  const BoardGeometry::Parameters move = MoveBySlope(run_->model.geometry, HowLightSpreads().of_pixels, change);
+  const std::optional<Shading> change = EvenOutShading(start, from);
+  if (!change) return true;
+  const BoardGeometry::Parameters move =
+      MoveByShading(run_->model.geometry, HowLightSpreads().of_pixels, change->slope, change->BendOfLogarithm());
   return move.dot(InformationOnMoves() * move) < kOtherShading * kOtherShading * variances;
 }
 
@@ -210,7 +222,7 @@ bool BoardFit::TakeBackShading() {
   Shade(run_->model.levels, run_->light.shading, run_->light.veil);
   run_->light.shading.Assign(0, 1);
   run_->light.bent = false;
-  run_->light.slope.setZero();
+  run_->light.taken_out = {};
   return true;
 }
 

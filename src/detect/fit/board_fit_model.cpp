@@ -78,6 +78,7 @@ bool BoardFit::BlursWidely(double image_blur_px) const {
 }
 
 bool BoardFit::SolveModel(int stride) {
+  MovePixelsByLight();
   SetModelInput(stride);
   SetModelLanes();
   AccumulateModel(run_->model_input, pixels_.lanes(), model_lanes_);
@@ -234,7 +235,7 @@ bool BoardFit::Settled(const BoardRun::Step& before) const {
 void BoardFit::FollowLight(const Start& start, bool light_follows) {
   if (light_follows) {
     run_->visibility.ShowCellsByAllCorners();
-    EvenOutShading(start);
+    EvenOutShading(start, LevelsFrom::kFirstSteps);
   }
   TellNoise(start);
 }
@@ -276,7 +277,7 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
                                run_->step.blur_share < kNearMovedBlur && run_->step.terms <= kNearMovedTerms;
     if (pass == 0 && (placed || placed_moving)) {
       run_->visibility.ShowCellsByAllCorners();
-      EvenOutShading(start);
+      EvenOutShading(start, LevelsFrom::kFirstSteps);
       break;
     }
     // What was not fitted yet says nothing of what is occluded, or of the noise.

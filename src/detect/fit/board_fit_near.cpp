@@ -80,7 +80,7 @@ bool BoardFit::ComeNear(const LightReader& reader, const Lens& lens, const Start
     if (!grows && !Recollect(reader, lens, start)) return false;
     if (!Step(first) || run_->step.corner_px > kRunawayPx) return false;
   }
-  EvenOutShading(start);
+  EvenOutShading(start, LevelsFrom::kFirstSteps);
   return true;
 }
 

@@ -116,7 +116,9 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
     const bool follows = pass == lit_by || (uneven ? pass < passes_of_light : again);
     const bool near = run_->step.corner_px < kSettledPx && run_->step.blur_share < kSettledBlur;
     // The levels of one that is near are fitted, not sampled.
-    const bool lit_anew = near && !uneven && pass > 1 && pass + 1 < last && !ShadingHolds(start, step.variances);
+    const bool lit_anew =
+        near && !uneven && pass + 1 < last &&
+        !ShadingHolds(start, step.variances, untold.gains > 0 ? LevelsFrom::kFirstSteps : LevelsFrom::kFit);
     const bool ends = noise_known && !changed && !follows && near && !lit_anew && run_->step.shape_gain < shape_left &&
                       !WhatIsLeftCounts(step, before, settled.square);
     // With a strong dot gain that it does not know, a fit need not come to its end.

@@ -250,8 +250,10 @@ void BoardPixels::TakeOutBend() {
 }
 
 Eigen::Matrix3d BoardPixels::BoardFromPlane(const BoardGeometry& geometry) const {
-  const Eigen::Matrix3d to_origin = (Eigen::Matrix3d() << 1, 0, origin_.x(), 0, 1, origin_.y(), 0, 0, 1).finished();
-  const Eigen::Matrix3d board_from_plane = geometry.plane_from_board().inverse() * to_origin;
+  Eigen::Matrix3d plane_from_lanes = Eigen::Matrix3d::Identity();
+  plane_from_lanes.topLeftCorner<2, 2>() = by_lane_;
+  plane_from_lanes.topRightCorner<2, 1>() = origin_;
+  const Eigen::Matrix3d board_from_plane = geometry.plane_from_board().inverse() * plane_from_lanes;
   return board_from_plane / board_from_plane(2, 2);
 }
 
@@ -264,6 +266,7 @@ int BoardPixels::Collect(const LightReader& reader, const Lens& lens, MarkerSize
   }
   for (int corner = 0; corner < corners_; ++corner) places_[static_cast<std::size_t>(corner)].board = Printed(corner);
   origin_ = geometry.ToPlane({0, 0});
+  by_lane_.setIdentity();
   collected_ = {geometry, blur_px, of_lane, 0, 0, origin_, false, paper};
   Place(lens, geometry);
   lanes_.Reset(4 * corners_, kLaneCapacity);
@@ -330,6 +333,7 @@ void BoardPixels::PrepareChange() {
 int BoardPixels::Reuse(const Lens& lens, const BoardGeometry& geometry) {
   if (collected_.originals_kept) lanes_.RestoreOriginals();
   origin_ = collected_.origin;
+  by_lane_.setIdentity();
   PlaceCorners(lens, geometry);
   return collected_.inside;
 }

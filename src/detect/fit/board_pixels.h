@@ -111,10 +111,12 @@ class BoardPixels {
   /// @}
   /// Towards −x, −y.
   int Cell(int corner) const { return CellsAround(size_, corner)[0]; }
-  /// Of the lanes' plane coordinates.
-  const Eigen::Vector2d& origin() const { return origin_; }
-  /// Moves all pixels' plane coordinates alike.
-  void MoveOrigin(const Eigen::Vector2d& by) { origin_ += by; }
+  /// How far the pixels' plane coordinates are moved from where they were collected: all alike, and by so much more per
+  /// unit from the board's middle.
+  void SetMove(const Eigen::Vector2d& by, const Eigen::Matrix2d& by_place) {
+    origin_ = collected_.origin + by;
+    by_lane_ = Eigen::Matrix2d::Identity() + by_place;
+  }
   /// The homography from them to the board, its last entry 1.
   Eigen::Matrix3d BoardFromPlane(const BoardGeometry& geometry) const;
   LaneBlock& lanes() { return lanes_; }
@@ -148,7 +150,8 @@ class BoardPixels {
   std::array<CornerFour, kMostFours> fours_;
   std::array<int, kMaxCorners> rank_{};
   int spread_ = 0;  ///< the first so many ranks are those of corners spread over the board
-  Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();       ///< of the lanes' coordinates, on the plane
+  Eigen::Matrix2d by_lane_ = Eigen::Matrix2d::Identity();  ///< the plane's coordinates by the lanes'
   LaneBlock lanes_;
 };
 

@@ -73,12 +73,12 @@ struct BoardRun {
   };
   /// What was done to the pixels' light.
   struct Light {
-    FixedVector<float, kMaxCells> shading;            ///< that was taken out, by cell; empty: none
-    PhaseValues veil{};                               ///< over that (see ShadedCells)
-    bool bent = false;                                ///< it is bent
-    Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< of its logarithm, a cell
-    bool shade_twice = false;                         ///< the first shading is not good enough for boards as large
-    BoardGeometry collected_for;                      ///< where the pixels were chosen, and for which motion
+    FixedVector<float, kMaxCells> shading;  ///< that was taken out, by cell; empty: none
+    PhaseValues veil{};                     ///< over that (see ShadedCells)
+    bool bent = false;                      ///< it is bent
+    Shading taken_out;                      ///< all in all, as the logarithm's slope and second order
+    bool shade_twice = false;               ///< the first shading is not good enough for boards as large
+    BoardGeometry collected_for;            ///< where the pixels were chosen, and for which motion
     Eigen::Vector2d collected_for_motion = Eigen::Vector2d::Zero();
     /// The pixels' weights fade out by where the board lies. Not before it has come near: where it was thought to lie,
     /// there are its pixels.

@@ -17,22 +17,26 @@ constexpr float kLeastLevel = 1e-4f, kMostLevel = 0.97f;
 constexpr double kMostPerCell = 0.2;
 /// The same for one that may be bent.
 constexpr double kMostPerCellBent = 0.5;
-/// A bent shading is tried where the slope is steeper than that per cell and the spread about it, as a share of the
-/// light, larger than what noise leaves in levels.
-constexpr double kSteep = 0.03, kUneven = 0.007;
-/// The spread of the light cells about a slope, as a share of the light. Where it is smaller, noise explains it, and of
-/// cells that are not fine the second order is not looked for. (Measured: with .003, boards in even light ask in vain,
-/// in 2 % of a frame's instructions, and squared errors in flicker are 3 % smaller.)
-constexpr double kQuiet = 0.005;
-/// Either has to explain all but this of the slope's sum of squares.
-constexpr double kBentLeaves = 0.25;
+/// A bent shading is tried where the slope is steeper than that per cell and it can explain all but the last of the sum
+/// of squares, which it has to: by the third order of its logarithm, of which a slope and a second order leave so much
+/// at most for each cell (reckoned, for six cells: 3.3).
+constexpr double kSteep = 0.03, kLeftOfThird = 9, kBentLeaves = 0.25;
 /// A bent shading falls no lower, as a share of the light at the centre.
 constexpr double kLeastLight = 0.05;
 constexpr int kSteps = 4;
 /// Degrees of freedom, of the offsets and five terms, that leave the second order something to be told from.
-constexpr double kFewestOfFine = 10;
+constexpr double kFewestOfBend = 10;
 /// A weak shading bends no more, of the logarithm, per cell².
 constexpr double kMostBend = 0.03;
+/// Except in fine cells, a slope that is less steep, per cell, moves a pose by less than a fifth of its deviation (of
+/// 10 px cells blurred by 0.8 px, edges by 0.002 px). Told from few levels, it would move it as much by its noise,
+/// otherwise in each frame (measured: poses with and without memory differed by 0.13 instead of 0.09 deviations).
+constexpr double kWeakSlope = 0.003;
+/// A second order whose square over its variance is less may be noise: 2 of 100 boards without one have more (χ² of
+/// 3), and as many where few degrees of freedom tell that variance, if it is so much over them more (F distribution).
+constexpr double kBendByChance = 9.8, kOverFreedom = 5.5;
+/// Levels are no surer than that: rounding.
+constexpr double kSurestLevel = 1e-5;
 
 /// Of the light cells: the standard deviation of veils, the most of one, and the least by which cells of one ink
 /// differ; those that differ by more than the last are not what they seem to be (guesses).
@@ -54,6 +58,8 @@ constexpr int kFewestDark = 4;
 constexpr double kMisread = 0.04;
 /// Inks whose light cells differ by less in what they send of blue are not told apart by it, as a share of white's.
 constexpr float kLeastApart = 0.25f;
+
+double Square(double value) { return value * value; }
 
 constexpr int kLightTerms = 5;
 using LightTerms = Eigen::Matrix<double, kLightTerms, 1>;
@@ -185,17 +191,64 @@ bool IsLight(const LightTerms& bent, MarkerSize size) {
   return true;
 }
 
-/// A slope and the second order of the light's logarithm, by a regression on powers. Nothing where the cells hardly
-/// tell them, or too steep ones, or if they leave more than `most_square`.
-std::optional<Shading> FindWeak(const Regression& regression, double most_square) {
-  if (regression.freedom < kFewestOfFine) return std::nullopt;
+/// What counts of an estimate whose square, over `by_chance`, is so large, as James and Stein shrink it: nothing of a
+/// weak one, nearly all of a strong one, and what lies between changes steadily, so that none decides by its noise.
+double WhatCounts(double square, double by_chance) { return square > by_chance ? 1 - by_chance / square : 0; }
+
+/// The second order of the light's logarithm as the cells tell it, and its information in the noise that they leave.
+struct ToldBend {
+  Eigen::Vector3d bend = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  double by_chance = 0;  ///< its square in that may be by chance
+};
+
+/// None where the cells hardly tell one, or more than a weak shading's.
+ToldBend BendOf(const Regression& regression) {
+  if (regression.freedom < kFewestOfBend) return {};
   const SmallCholesky<kLightTerms> solver(regression.normal);
-  if (!solver.positive()) return std::nullopt;
-  const LightTerms weak = solver.Solve(regression.right);
-  if (!weak.allFinite() || weak.head<2>().norm() > kMostPerCell || weak.tail<3>().norm() > kMostBend)
-    return std::nullopt;
-  if (regression.square - weak.dot(regression.right) > most_square) return std::nullopt;
-  return Shading{weak.head<2>(), weak.tail<3>(), false};
+  if (!solver.positive()) return {};
+  const LightTerms told = solver.Solve(regression.right);
+  if (!told.allFinite() || told.head<2>().norm() > kMostPerCell || told.tail<3>().norm() > kMostBend) return {};
+  const double left = regression.square - told.dot(regression.right), freedom = regression.freedom - kLightTerms,
+               variance = std::max(left / freedom, Square(kSurestLevel));
+  const Eigen::Matrix<double, kLightTerms, kLightTerms> normal = regression.normal.selfadjointView<Eigen::Lower>();
+  const Eigen::Matrix3d information = normal.bottomRightCorner<3, 3>() - normal.bottomLeftCorner<3, 2>() *
+                                                                             normal.topLeftCorner<2, 2>().inverse() *
+                                                                             normal.topRightCorner<2, 3>();
+  return {told.tail<3>(), information / variance, kBendByChance * (1 + kOverFreedom / freedom)};
+}
+
+/// A slope and a second order of the light's logarithm, by a regression on powers. @param slope_normal of the slope.
+Shading FindWeak(const ShadedCells& cells, const Regression& regression, const Eigen::Matrix2d& slope_normal) {
+  const Eigen::Matrix2d by_right = slope_normal.inverse();
+  const auto slope_with = [&](const Eigen::Vector3d& bend) -> Eigen::Vector2d {
+    return by_right * (regression.right.head<2>() - regression.normal.bottomLeftCorner<3, 2>().transpose() * bend);
+  };
+  const auto all_slope = [&](const Eigen::Vector2d& slope) -> Eigen::Vector2d {
+    const Eigen::Vector2d all = cells.before.slope + slope;
+    return cells.fine ? all : Eigen::Vector2d(WhatCounts(all.squaredNorm(), Square(kWeakSlope)) * all);
+  };
+  const ToldBend told = BendOf(regression);
+  const Eigen::Vector3d linear = Shading::BendOfLinear(all_slope(slope_with(told.bend))),
+                        beside = cells.before.bend + told.bend - linear;
+  const double square = cells.from == LevelsFrom::kFit ? beside.dot(told.information * beside) : 0,
+               counts = cells.fine ? 1 : WhatCounts(square, told.by_chance);
+  const Eigen::Vector3d bend = linear + counts * beside - cells.before.bend;
+  return {all_slope(slope_with(bend)) - cells.before.slope, bend, false};
+}
+
+/// The third order of the logarithm of the polynomial that has those of a shading below it.
+double ThirdOrderOf(const Shading& weak) {
+  const double slope = weak.slope.norm();
+  return slope * (slope * slope / 3 + (weak.bend - Shading::BendOfLinear(weak.slope)).norm());
+}
+
+/// What a shading of the light's logarithm leaves of the sum of squares.
+double LeftBy(const Shading& shading, const Regression& regression) {
+  LightTerms terms;
+  terms << shading.slope, shading.bend;
+  return regression.square - 2 * terms.dot(regression.right) +
+         terms.dot(regression.normal.selfadjointView<Eigen::Lower>() * terms);
 }
 
 /// Gauss and Newton's descent from the slope. Nothing if it leaves more than `most_square`.
@@ -217,8 +270,6 @@ std::optional<Shading> FindBent(const ShadedCells& cells, const Eigen::Vector2d&
   }
   return std::nullopt;
 }
-
-double Square(double value) { return value * value; }
 
 /// A linear regression of levels on how much the light there is above that at the centre.
 struct LevelLine {
@@ -324,19 +375,15 @@ std::optional<Shading> FindShading(const ShadedCells& told) {
     cells.saturated = std::span(inks).first(cells.saturated.size());
     if (!std::ranges::equal(cells.saturated, told.saturated)) regression = regress(cells);
   }
-  const Eigen::Matrix2d normal = regression.normal.topLeftCorner<2, 2>().selfadjointView<Eigen::Lower>();
-  if (!(normal.determinant() > 1)) return std::nullopt;
-  const Eigen::Vector2d slope = normal.inverse() * regression.right.head<2>();
-  if (!slope.allFinite()) return std::nullopt;
-  const double square = regression.square - slope.dot(regression.right.head<2>());
-  if (slope.norm() > kSteep && square > kUneven * kUneven * regression.freedom)
-    if (const auto bent = FindBent(cells, slope, kBentLeaves * square)) return bent;
-  if (cells.fine || square > kQuiet * kQuiet * regression.freedom)
-    if (const auto weak =
-            FindWeak(regression, cells.fine ? std::numeric_limits<double>::infinity() : kBentLeaves * square))
-      return weak;
-  if (slope.norm() > kMostPerCell) return std::nullopt;
-  return Shading{slope, Eigen::Vector3d::Zero(), false};
+  const Eigen::Matrix2d slope_normal = regression.normal.topLeftCorner<2, 2>().selfadjointView<Eigen::Lower>();
+  if (!(slope_normal.determinant() > 1)) return std::nullopt;
+  const Shading weak = FindWeak(cells, regression, slope_normal);
+  if (!weak.slope.allFinite() || !weak.bend.allFinite()) return std::nullopt;
+  const double slope = weak.slope.norm(), left = LeftBy(weak, regression);
+  if (slope > kSteep && Square(kLeftOfThird * ThirdOrderOf(weak)) * regression.freedom > left)
+    if (const auto bent = FindBent(cells, weak.slope, kBentLeaves * left)) return bent;
+  if (slope > kMostPerCell) return std::nullopt;
+  return weak;
 }
 
 PhaseValues FindVeil(const ShadedCells& cells, const Shading& shading) {

@@ -47,15 +47,17 @@ std::size_t CollectAndCheck(double x, double y, double cell_px, double most_px,
   for (std::size_t i = 0; i < table.size(); ++i) table[i] = static_cast<float>(i) / 255;
   const Lens lens(BentCamera());
   BoardPixels pixels;
-  pixels.Collect(LightReader(image, table), lens, kBoard, BoardAt(lens, x, y, cell_px), 0.8);
+  const BoardGeometry board = BoardAt(lens, x, y, cell_px);
+  pixels.Collect(LightReader(image, table), lens, kBoard, board, 0.8);
+  const Eigen::Matrix3d board_from_lanes = pixels.BoardFromPlane(board);
   const LaneBlock& lanes = pixels.lanes();
   std::set<std::pair<int, int>> seen;
   double farthest = 0;
   for (int lane = 0; lane < lanes.lanes(); ++lane)
     for (int i = 0; i < lanes.count(lane); ++i) {
       const std::size_t at = lanes.Place(lane, i);
-      const Eigen::Vector2d on_plane = pixels.origin() + Eigen::Vector2d(lanes.u_data()[at], lanes.v_data()[at]);
-      const Eigen::Vector2d pixel = lens.ToImage(on_plane);
+      const Eigen::Vector3d in_lane(lanes.u_data()[at], lanes.v_data()[at], 1);
+      const Eigen::Vector2d pixel = lens.ToImage(board.ToPlane((board_from_lanes * in_lane).hnormalized()));
       const int px = static_cast<int>(std::lround(pixel.x())), py = static_cast<int>(std::lround(pixel.y()));
       farthest = std::max(farthest, (pixel - Eigen::Vector2d(px, py)).norm());
       EXPECT_EQ((px & 1) + 2 * (py & 1), lane % 4) << "phase of pixel " << px << ", " << py;
@@ -108,7 +110,7 @@ class ReusedPixels : public testing::Test {
     LaneBlock& lanes = pixels_.lanes();
     for (int lane = 0; lane < lanes.lanes(); ++lane)
       for (int i = 0; i < lanes.count(lane); ++i) lanes.light_data()[lanes.Place(lane, i)] *= 0.5f;
-    pixels_.MoveOrigin({0.01, 0.02});
+    pixels_.SetMove({0.01, 0.02}, Eigen::Matrix2d::Constant(1e-3));
   }
   bool HoldFor(const BoardGeometry& board, double blur_px = 0.8, int of_lane = BoardPixels::kLaneCapacity) const {
     return pixels_.HoldFor(lens_, board, blur_px, of_lane);
@@ -126,17 +128,18 @@ class ReusedPixels : public testing::Test {
 
 TEST_F(ReusedPixels, AreAsTheyWereCollected) {
   const std::vector<float> collected = All();
-  const Eigen::Vector2d origin = pixels_.origin();
+  const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(board_);
   for (int change = 0; change < 2; ++change) {
     for (int times = 0; times < 2; ++times) {
       pixels_.PrepareChange();
       Change();
     }
     ASSERT_NE(All(), collected);
+    ASSERT_NE(pixels_.BoardFromPlane(board_), board_from_plane);
     ASSERT_TRUE(HoldFor(board_));
     EXPECT_EQ(pixels_.Reuse(lens_, board_), 25);
     EXPECT_EQ(All(), collected) << "after change " << change;
-    EXPECT_EQ(pixels_.origin(), origin);
+    EXPECT_EQ(pixels_.BoardFromPlane(board_), board_from_plane);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "simulate/random.h"
@@ -35,7 +36,9 @@ struct ShadedBoard {
 
 TEST(Shading, FindsAWeakGradient) {
   const ShadedBoard board([](double x, double y) { return std::exp(0.02 * x - 0.01 * y); });
-  const auto shading = FindShading(board.Cells());
+  ShadedCells cells = board.Cells();
+  cells.fine = true;
+  const auto shading = FindShading(cells);
   ASSERT_TRUE(shading);
   EXPECT_FALSE(shading->bent);
   EXPECT_NEAR(shading->slope.x(), 0.02, 1e-6);
@@ -52,6 +55,7 @@ TEST(Shading, CellsThatWereTakenForTheOtherInkAreReadByTheirColour) {
     ShadedCells cells = board.Cells();
     cells.phases = 4;
     cells.blue_phase = 3;
+    cells.fine = true;
     const auto shading = FindShading(cells);
     ASSERT_TRUE(shading);
     EXPECT_NEAR(shading->slope.x(), slope, 1e-6);
@@ -71,24 +75,60 @@ TEST(Shading, FineCellsTellHowAWeakLightBends) {
   EXPECT_NEAR(shading->At({-2.5, 2.5}), light(-2.5, 2.5), 1e-6);
 }
 
+/// What noise of 4 in 1,000 leaves of a light.
+template <class Light>
+std::optional<Shading> FindInNoise(const Light& light, Random& random) {
+  return FindShading(
+      ShadedBoard([&](double x, double y) { return light(x, y) * (1 + 0.004 * random.Normal()); }).Cells());
+}
+
 TEST(Shading, CoarseCellsTellABendThatIsMoreThanNoise) {
   // Over a sensor whose rows are exposed one after the other, a lamp's flicker bends the light by as much.
-  const auto light = [](double x, double y) { return std::exp(0.01 * x + 0.04 * y - 0.006 * y * y); };
+  const auto bent = [](double x, double y) { return std::exp(0.01 * x + 0.04 * y - 0.006 * y * y); };
+  const auto linear = [](double x, double y) { return 1 + 0.01 * x + 0.04 * y; };
   Random random(3);
   int bent_by_chance = 0;
   for (int i = 0; i < 200; ++i) {
-    const auto noise = [&](double x, double y, double bend) {
-      return light(x, y) * std::exp(bend * y * y) * (1 + 0.004 * random.Normal());
-    };
-    const auto found = FindShading(ShadedBoard([&](double x, double y) { return noise(x, y, 0); }).Cells());
+    const auto found = FindInNoise(bent, random);
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->bend[2], -0.006, 0.003) << "board " << i;
     EXPECT_NE(found->bend[2], 0) << "board " << i;
-    const auto sloped = FindShading(ShadedBoard([&](double x, double y) { return noise(x, y, 0.006); }).Cells());
+    const auto sloped = FindInNoise(linear, random);
     ASSERT_TRUE(sloped);
-    bent_by_chance += !sloped->bend.isZero(0);
+    bent_by_chance += !(sloped->bend - Shading::BendOfLinear(sloped->slope)).isZero(1e-12);
   }
   EXPECT_LE(bent_by_chance, 4) << "of 200 boards without a bend";
+}
+
+TEST(Shading, IsTheSameHoweverMuchOfItWasTakenOutBefore) {
+  // A weak slope and a bend near what noise makes: neither may depend on the order in which it was found.
+  const auto light = [](double x, double y) { return std::exp(0.006 * x - 0.004 * y - 0.0015 * y * y); };
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    Random all_random(seed), rest_random(seed);
+    const auto all = FindInNoise(light, all_random);
+    ASSERT_TRUE(all);
+    Shading part;
+    part.slope = {0.01, 0.02};
+    part.bend = {0.002, 0, -0.003};
+    const ShadedBoard left([&](double x, double y) {
+      return light(x, y) * (1 + 0.004 * rest_random.Normal()) / part.At({x, y});
+    });
+    ShadedCells cells = left.Cells();
+    cells.before = part;
+    const auto rest = FindShading(cells);
+    ASSERT_TRUE(rest);
+    EXPECT_LT((part.slope + rest->slope - all->slope).norm(), 1e-6) << "seed " << seed;
+    EXPECT_LT((part.bend + rest->bend - all->bend).norm(), 1e-6) << "seed " << seed;
+  }
+}
+
+TEST(Shading, CountsTheMoreTheSurerItIs) {
+  const auto slope_of = [](double true_slope) {
+    return FindShading(ShadedBoard([&](double x, double) { return std::exp(true_slope * x); }).Cells())->slope.x();
+  };
+  EXPECT_EQ(slope_of(0.002), 0);
+  EXPECT_NEAR(slope_of(0.006), 0.006 * 3 / 4, 1e-6);
+  EXPECT_NEAR(slope_of(0.03), 0.03 * 0.99, 1e-6);
 }
 
 TEST(Shading, FindsALightThatFallsLinearly) {
