@@ -19,6 +19,10 @@ constexpr double kMotionBlurReach = 0.1, kMotionBlurReachAllCells = 0.4;
 constexpr double kReachBlurs = 2.2;
 /// Larger ones have more pixels than the model with all its terms needs.
 constexpr double kLargeCellPx = 12;
+/// Plain blurs, which are wide with the way, that make a way long: four of the lens's. Its shape is then so far from a
+/// round one that steps of the plain model may not come to its end. In smaller cells than large ones, such a way is
+/// wide, and fits that settle in one frame and not in the next would differ (measured: by a tenth more).
+constexpr double kLongWayOfPlain = 3;
 /// Boards that are hidden in part and lie farther from where their pixels were chosen have others (measured: under
 /// hands, poses with and without memory differ by 0.08 deviations instead of 0.10, in a tenth more work).
 constexpr double kOtherPixelsOfRestPx = 0.2;
@@ -303,9 +307,15 @@ bool BoardFit::LiesOffItsPixels() const {
          FarthestMove(run_->light.collected_for) > kOtherPixelsOfRestPx;
 }
 
+bool BoardFit::FollowsLongWayInVain() const {
+  return !run_->told.settled && run_->terms.may_move && CellPx() > kLargeCellPx &&
+         run_->model.blur_shape.way_px.norm() > kLongWayOfPlain * run_->model.blur_px;
+}
+
 bool BoardFit::NeedsTermsAfterAll(const Start& start) const {
   if (run_->terms.wide) return false;
   if (BlursWidely(BlurOfImage(start))) return true;
+  if (FollowsLongWayInVain()) return true;
   return SeemsMoved() && run_->told.pixel_variance > kExplained;
 }
 

@@ -377,6 +377,8 @@ class BoardFit {
   bool LookFarther(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
   /// Whether a plain fit ended so far from where its pixels were chosen that others are the board's.
   bool LiesOffItsPixels() const;
+  /// Whether a plain fit of large cells has not come to its end beside a way that is long for its lens.
+  bool FollowsLongWayInVain() const;
   /// Whether a plain fit that has settled shows a motion, or so wide a blur, that it did not show at first.
   bool NeedsTermsAfterAll(const Start& start) const;
   /// Starts from another fit of the board.

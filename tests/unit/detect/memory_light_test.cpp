@@ -15,10 +15,10 @@
 namespace chequer {
 namespace {
 
-constexpr double kSideOfLit = 0.12, kFocalOfLit = 1000, kLitPx = 60;
+constexpr double kSideOfLit = 0.12, kFocalOfLit = 1000;
 
 /// Four boards that drive by a few pixels a frame, each in light that falls to a third from one rim to the other.
-std::vector<SceneMarker> BoardsInFallingLight(const MarkerCode& code, int frame) {
+std::vector<SceneMarker> BoardsInFallingLight(const MarkerCode& code, double side_px, int frame) {
   std::vector<SceneMarker> markers;
   for (int i = 0; i < 4; ++i) {
     SceneMarker& marker = markers.emplace_back();
@@ -26,7 +26,7 @@ std::vector<SceneMarker> BoardsInFallingLight(const MarkerCode& code, int frame)
     marker.side_m = kSideOfLit;
     marker.gradient = 0.65;
     marker.gradient_angle_rad = 0.4 + 1.6 * i;
-    const double depth = kSideOfLit * kFocalOfLit / kLitPx, m_per_px = depth / kFocalOfLit,
+    const double depth = kSideOfLit * kFocalOfLit / side_px, m_per_px = depth / kFocalOfLit,
                  x = (i % 2 ? 150 : -150) + 2.5 * frame, y = (i / 2 ? 110 : -110) + 0.7 * frame * (i - 1);
     marker.camera_from_marker = FacingPose({x * m_per_px, y * m_per_px, depth}, 0.5 * i + 0.02 * frame);
   }
@@ -39,7 +39,7 @@ struct Compared {
 };
 
 /// @param smear_px of the camera, in every second frame after the first four.
-Compared FollowInFallingLight(double smear_px) {
+Compared FollowInFallingLight(double side_px, double smear_px) {
   const MarkerCode code({6, 6}, Variant::kSecded);
   RenderOptions render;
   render.camera.fx = render.camera.fy = kFocalOfLit;
@@ -54,7 +54,7 @@ Compared FollowInFallingLight(double smear_px) {
   constexpr int kFrames = 16;
   for (int frame = 0; frame < kFrames; ++frame) {
     Scene scene;
-    scene.markers = BoardsInFallingLight(code, frame);
+    scene.markers = BoardsInFallingLight(code, side_px, frame);
     render.motion_px = frame >= 4 && frame % 2 ? smear_px : 0;
     render.motion_angle_rad = frame;
     const Image image = Render(scene, render, static_cast<std::uint64_t>(frame + 1));
@@ -72,9 +72,16 @@ Compared FollowInFallingLight(double smear_px) {
 TEST(MemoryInFallingLight, PosesOfAShakenCameraAreThoseWithoutIt) {
   // Boards whose motion others had told were not asked for the light: they lay 6 deviations off. And fits of some of
   // the pixels, which had looked for a dot gain, passed for those of all.
-  const Compared compared = FollowInFallingLight(8);
+  const Compared compared = FollowInFallingLight(60, 8);
   EXPECT_LT(std::sqrt(compared.differences.position()), 0.2);
   EXPECT_LT(std::sqrt(compared.differences.orientation()), 0.2);
+  EXPECT_LT(compared.errors.position(), 1.5);
+  EXPECT_LT(compared.errors.orientation(), 1.5);
+}
+
+TEST(MemoryInFallingLight, PosesOfLargeCellsUnderAShakenCameraAreHonest) {
+  // Steps of the plain model did not come to their end beside a way of 13 blurs: squared errors of 2.5 and 1.1.
+  const Compared compared = FollowInFallingLight(130, 8);
   EXPECT_LT(compared.errors.position(), 1.5);
   EXPECT_LT(compared.errors.orientation(), 1.5);
 }
