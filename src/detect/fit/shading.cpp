@@ -18,8 +18,8 @@ constexpr double kMostPerCell = 0.2;
 /// The same for one that may be bent.
 constexpr double kMostPerCellBent = 0.5;
 /// A bent shading is tried where the slope is steeper than that per cell and it can explain all but the last of the sum
-/// of squares, which it has to: by the third order of its logarithm, of which a slope and a second order leave so much
-/// at most for each cell (reckoned, for six cells: 3.3).
+/// of squares, which it has to: by the third order of its logarithm, of which a slope and a second order leave 3.3
+/// times as much for each of six cells (reckoned, along one axis), and less than so many times (a guess).
 constexpr double kSteep = 0.03, kLeftOfThird = 9, kBentLeaves = 0.25;
 /// A bent shading falls no lower, as a share of the light at the centre.
 constexpr double kLeastLight = 0.05;
@@ -228,6 +228,8 @@ Shading FindWeak(const ShadedCells& cells, const Regression& regression, const E
     const Eigen::Vector2d all = cells.before.slope + slope;
     return cells.fine ? all : Eigen::Vector2d(WhatCounts(all.squaredNorm(), Square(kWeakSlope)) * all);
   };
+  // Of all of it, whatever was taken out before: else what counts would depend on the order. What noise may make of the
+  // second order is left out, so that light falls linearly; first levels do not tell it.
   const ToldBend told = BendOf(regression);
   const Eigen::Vector3d linear = Shading::BendOfLinear(all_slope(slope_with(told.bend))),
                         beside = cells.before.bend + told.bend - linear;
