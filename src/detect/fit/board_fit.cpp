@@ -21,7 +21,7 @@ constexpr double kReachBlurs = 2.2;
 constexpr double kLargeCellPx = 12;
 /// Plain blurs, which are wide with the way, that make a way long: four of the lens's. Its shape is then so far from a
 /// round one that steps of the plain model may not come to its end. In smaller cells than large ones, such a way is
-/// wide, and fits that settle in one frame and not in the next would differ (measured: by a tenth more).
+/// wide, and fits that settle in one frame and not in the next would differ (measured: by a twentieth more).
 constexpr double kLongWayOfPlain = 3;
 /// Boards that are hidden in part and lie farther from where their pixels were chosen have others (measured: under
 /// hands, poses with and without memory differ by 0.08 deviations instead of 0.10, in a tenth more work).
@@ -173,6 +173,7 @@ void BoardFit::SetPlaces() {
 }
 
 void BoardFit::SetLanes() {
+  MovePixelsByLight();
   const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(run_->model.geometry);
   for (int i = 0; i < 9; ++i)
     run_->plain_input.board_from_plane[i] = static_cast<float>(board_from_plane(i / 3, i % 3));
@@ -251,7 +252,6 @@ void BoardFit::SumPlain() {
 }
 
 bool BoardFit::Step(LaneSums sums) {
-  MovePixelsByLight();
   SetLanes();
   run_->plain_input.sums = sums;
   SumPlain();

@@ -468,8 +468,8 @@ class BoardFit {
   /// As the lens blurs what is already shaded, more light comes to a pixel from its lighter side: it shows what lies
   /// σ² ∇log(light) away, by the blur and the motion as they are known by now.
   void MovePixelsByLight();
-  /// Takes a bent shading out of each pixel. @param spread SpreadOfLight::of_pixels.
-  void EvenOutPixels(const Shading& shading, const Eigen::Matrix2d& spread);
+  /// Takes a bent shading out of each pixel.
+  void EvenOutPixels(const Shading& shading);
   double LightAt(int corner) const;
 
   // The model with all its terms: board_fit_model.cpp, and what it is given: board_fit_model_lanes.cpp.

@@ -42,10 +42,14 @@ double MostChange(const Shading& shading, MarkerSize size) {
   return most;
 }
 
-/// The light's second order, from the board to the plane. @param bend of x², xy and y².
+/// The quadratic form of a bend of x², xy and y².
+Eigen::Matrix2d FormOf(const Eigen::Vector3d& bend) {
+  return (Eigen::Matrix2d() << bend[0], bend[1] / 2, bend[1] / 2, bend[2]).finished();
+}
+
+/// The light's second order, from the board to the plane.
 Eigen::Matrix2d BendOnPlane(const Eigen::Vector3d& bend, const Eigen::Matrix2d& board_by_plane) {
-  const Eigen::Matrix2d on_board = (Eigen::Matrix2d() << bend[0], bend[1] / 2, bend[1] / 2, bend[2]).finished();
-  return board_by_plane.transpose() * on_board * board_by_plane;
+  return board_by_plane.transpose() * FormOf(bend) * board_by_plane;
 }
 
 /// @param slope per plane unit, @param bend as BendOnPlane() has it.
@@ -59,9 +63,8 @@ BoardGeometry::Parameters MoveByShading(const BoardGeometry& geometry, const Eig
                                         const Eigen::Vector2d& slope, const Eigen::Vector3d& bend) {
   const Eigen::Matrix2d board_by_plane = geometry.PlaneByBoard({0, 0}).inverse(),
                         by_slope = board_by_plane * spread * board_by_plane.transpose();
-  const Eigen::Matrix2d slope_by_place = (Eigen::Matrix2d() << 2 * bend[0], bend[1], bend[1], 2 * bend[2]).finished();
   const Eigen::Vector2d middle = by_slope * slope;
-  const Eigen::Matrix2d grows = by_slope * slope_by_place;
+  const Eigen::Matrix2d grows = 2 * by_slope * FormOf(bend);
   return {middle.x(), grows(0, 0), grows(0, 1), middle.y(), grows(1, 0), grows(1, 1), 0, 0};
 }
 
@@ -116,7 +119,8 @@ void BoardFit::MovePixelsByLight() {
                   2 * spread * BendOnPlane(light.bend, board_by_plane));
 }
 
-void BoardFit::EvenOutPixels(const Shading& even, const Eigen::Matrix2d& spread) {
+void BoardFit::EvenOutPixels(const Shading& even) {
+  const Eigen::Matrix2d spread = HowLightSpreads().of_pixels;
   const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(run_->model.geometry);
   const Eigen::Matrix2d board_by_plane = run_->model.geometry.PlaneByBoard({0, 0}).inverse().transpose();
   // MovePixelsByLight() has what is linear in the place.
@@ -177,13 +181,12 @@ std::optional<Shading> BoardFit::EvenOutShading(const Start& start, LevelsFrom f
   run_->light.taken_out.slope += shading->slope;
   run_->light.taken_out.bend += shading->BendOfLogarithm();
   if (shading->bent) {
-    EvenOutPixels(*shading, HowLightSpreads().of_pixels);
+    EvenOutPixels(*shading);
   } else {
     const Eigen::Vector2d slope = board_by_plane.transpose() * shading->slope;
     EvenOutLanes(FallOf(slope, BendOnPlane(shading->bend, board_by_plane)), veil, pixels_.lanes());
   }
   if (run_->light.shading.size() == 0) run_->light.shading.Assign(run_->model.levels.size(), 1);
-  MovePixelsByLight();
   for (std::size_t cell = 0; cell < run_->model.levels.size(); ++cell) {
     const float share = static_cast<float>(shading->At(MiddleOfCell(run_->view.size, static_cast<int>(cell))));
     run_->light.shading[cell] *= share;

@@ -78,7 +78,6 @@ bool BoardFit::BlursWidely(double image_blur_px) const {
 }
 
 bool BoardFit::SolveModel(int stride) {
-  MovePixelsByLight();
   SetModelInput(stride);
   SetModelLanes();
   AccumulateModel(run_->model_input, pixels_.lanes(), model_lanes_);

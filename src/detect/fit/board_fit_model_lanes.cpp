@@ -77,6 +77,7 @@ void BoardFit::MapLevels() {
 }
 
 void BoardFit::SetModelInput(int stride) {
+  MovePixelsByLight();
   const Eigen::Matrix3d board_from_plane = pixels_.BoardFromPlane(run_->model.geometry);
   for (int i = 0; i < 9; ++i)
     run_->model_input.board_from_plane[i] = static_cast<float>(board_from_plane(i / 3, i % 3));
