@@ -204,12 +204,10 @@ HardFrame DrawHardFrame(const HardSceneOptions& options, std::uint64_t seed) {
 }
 
 HardStream::HardStream(const HardSceneOptions& options, std::uint64_t seed)
-    : options_(options),
-      random_(900000 + seed),
-      seed_(random_.Bits()),
-      light_seed_(random_.Bits()),
-      plain_(DrawPlainFrame(random_, options.variant)) {
-  Random stays(seed_);
+    : options_(options), random_(900000 + seed) {
+  Random stays(random_.Bits());
+  light_seed_ = random_.Bits();
+  plain_ = DrawPlainFrame(random_, options.variant);
   AddFrameConditions(options_, kStays, stays, plain_);
   for (std::size_t i = 0; i < plain_.conditions.size(); ++i) {
     AddBoardConditions(options_, kStays, stays, plain_, i);

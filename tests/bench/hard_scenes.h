@@ -52,8 +52,7 @@ class HardStream {
 
   const HardSceneOptions options_;
   Random random_;
-  const std::uint64_t seed_;  ///< of what stays
-  std::uint64_t light_seed_;  ///< of what all boards are in now
+  std::uint64_t light_seed_ = 0;  ///< of what all boards are in now
   HardFrame plain_;
   std::vector<Drive> drives_;
   int frames_ = 0;

@@ -5,28 +5,20 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "bench/hard_scenes.h"
+#include "bench/hard_survey.h"
 #include "capture/recording_writer.h"
 #include "chequer/camera_file.h"
 #include "chequer/detector.h"
 #include "core/file.h"
 #include "simulate/render.h"
-#include "support/pose_errors.h"
 
 namespace chequer::bench {
 namespace {
-
-/// A squared error over covariance and dimension beyond that is gross: one board in 20,000 where covariances are
-/// honest.
-constexpr double kGross = 8;
-/// A squared error counts this much at most in means: one flipped pose would outweigh all others.
-constexpr double kMostSquare = 20;
 
 struct Request {
   HardSceneOptions scenes;
@@ -48,10 +40,9 @@ struct Tally {
 
 /// Counts a board that was found. Prints how it fared and returns true if its id is wrong or its error gross.
 bool Count(const SceneMarker& marker, const MarkerPose& pose, const std::vector<Tally*>& tallies) {
-  test::PoseErrors errors;
-  errors.Add(marker.camera_from_marker, pose);
+  const Squares squares = SquaresOf(marker.camera_from_marker, pose);
   const bool wrong = pose.id && *pose.id != marker.board.id, ambiguous = pose.Has(Warning::kAmbiguous),
-             gross = !ambiguous && std::max(errors.position(), errors.orientation()) > kGross;
+             gross = !ambiguous && squares.largest() > kGross;
   for (Tally* tally : tallies) {
     ++tally->found;
     tally->read += pose.id.has_value();
@@ -59,12 +50,12 @@ bool Count(const SceneMarker& marker, const MarkerPose& pose, const std::vector<
     tally->ambiguous += ambiguous;
     tally->gross += gross;
     if (ambiguous) continue;
-    tally->position += std::min(errors.position(), kMostSquare);
-    tally->orientation += std::min(errors.orientation(), kMostSquare);
+    tally->position += std::min(squares.position, kMostSquare);
+    tally->orientation += std::min(squares.orientation, kMostSquare);
   }
   if (!wrong && !gross) return false;
-  fmt::print("{}squared errors {:.1f} {:.1f}, {} corners, ", wrong ? "wrong id, " : "", errors.position(),
-             errors.orientation(), pose.corners_used);
+  fmt::print("{}squared errors {:.1f} {:.1f}, {} corners, ", wrong ? "wrong id, " : "", squares.position,
+             squares.orientation, pose.corners_used);
   return true;
 }
 
@@ -77,20 +68,17 @@ class Survey {
     for (std::uint64_t seed = request_.first; seed < past; ++seed) Look(seed);
     fmt::print("{:<12} {:>6} {:>6} {:>6} {:>6} {:>7} {:>8}  {:>7} {:>7}\n", "condition", "boards", "found", "read",
                "wrong", "gross", "share", "sq/pos", "sq/rot");
-    all_.Print("all");
-    for (const auto& [name, tally] : tallies_) tally.Print(name);
+    tallies_.Print();
     if (ghosts_ > 0) fmt::print("{} poses where no board is\n", ghosts_);
   }
 
  private:
   void Look(std::uint64_t seed) {
     const HardFrame frame = DrawHardFrame(request_.scenes, seed);
-    DetectorOptions options;
-    options.families = {{.code = code_, .side_m = HardFrame::kSideM, .roster = {}}};
-    options.camera = frame.render.camera;
+    const DetectorOptions options = OptionsFor(frame.render.camera, request_.scenes.variant);
     const std::vector<SceneMarker>& markers = frame.scene.markers;
     for (std::size_t i = 0; i < markers.size(); ++i)
-      for (Tally* tally : TalliesOf(frame.conditions[i])) ++tally->boards;
+      for (Tally* tally : tallies_.Of(frame.conditions[i])) ++tally->boards;
     const Image image = Render(frame.scene, frame.render, seed);
     bool mistaken = false;
     for (const MarkerPose& pose : Detector(options).Detect(image.view())) {
@@ -100,7 +88,7 @@ class Survey {
         continue;
       }
       const std::vector<const char*>& conditions = frame.conditions[*board];
-      if (!Count(markers[*board], pose, TalliesOf(conditions))) continue;
+      if (!Count(markers[*board], pose, tallies_.Of(conditions))) continue;
       fmt::print("frame {} board {}: {}\n", seed, *board, fmt::join(conditions, ", "));
       mistaken = true;
     }
@@ -116,16 +104,8 @@ class Survey {
     WriteCamera(file("toml"), frame.render.camera);
   }
 
-  std::vector<Tally*> TalliesOf(const std::vector<const char*>& conditions) {
-    std::vector<Tally*> tallies{&all_};
-    for (const char* name : conditions) tallies.push_back(&tallies_[name]);
-    return tallies;
-  }
-
   const Request request_;
-  const MarkerCode code_{{6, 6}, request_.scenes.variant};
-  Tally all_;
-  std::map<std::string, Tally> tallies_;
+  Tallies<Tally> tallies_;
   int ghosts_ = 0;
 };
 
@@ -138,9 +118,7 @@ int main(int argc, char** argv) {
       "errors are against their covariances, for each condition. Lists wrong ids and gross errors.");
   chequer::bench::Request request;
   app.add_option("--frames", request.frames, "Frames, of one to nine boards")->capture_default_str();
-  app.add_option("--first", request.first, "First seed")->capture_default_str();
-  app.add_option("--only", request.scenes.only, "Conditions that may be, comma-separated [all]")->delimiter(',');
-  app.add_option("--share", request.scenes.share, "Of frames or boards that have each [its own]");
+  AddSceneOptions(app, request.scenes, request.first);
   app.add_option_function<std::string>(
          "--variant",
          [&](const std::string& name) {

@@ -7,11 +7,10 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
 
-#include "bench/hard_scenes.h"
+#include "bench/hard_survey.h"
 #include "capture/recording_writer.h"
 #include "chequer/camera_file.h"
 #include "chequer/detector.h"
@@ -19,15 +18,10 @@
 #include "core/file.h"
 #include "simulate/random.h"
 #include "simulate/render.h"
-#include "support/pose_errors.h"
 
 namespace chequer::bench {
 namespace {
 
-/// A squared error over covariance and dimension beyond that is gross.
-constexpr double kGross = 8;
-/// A squared error or difference counts this much at most in means.
-constexpr double kMostSquare = 20;
 /// A difference between a pose with and without memory beyond that is listed: root mean square, standard deviations.
 constexpr double kFarApart = 1;
 constexpr std::chrono::milliseconds kFrameTime{33};
@@ -39,24 +33,15 @@ struct Request {
   std::string keep;  ///< folder for the frames; empty: none is kept
 };
 
-struct Squares {
-  double position = 0, orientation = 0;  ///< squared errors over covariance and dimension
-
-  double largest() const { return std::max(position, orientation); }
-  double mean() const { return (position + orientation) / 2; }
-};
-
-Squares SquaresOf(const RigidTransform& camera_from_marker, const MarkerPose& pose) {
-  test::PoseErrors errors;
-  errors.Add(camera_from_marker, pose);
-  return {errors.position(), errors.orientation()};
-}
-
-/// What one way of looking made of boards.
+/// What one way of looking made of boards, or of one.
 struct Looks {
   int read = 0, carried = 0, wrong = 0, twice = 0, ghosts = 0, posed = 0, gross = 0;
   double squares = 0;
 
+  void Add(const Looks& more) {
+    read += more.read, carried += more.carried, wrong += more.wrong, posed += more.posed, gross += more.gross;
+    squares += more.squares;
+  }
   void Print() const {
     fmt::print("{:6d} {:5d} {:5d} {:5d} {:5d} {:6.3f}", read, carried, wrong + twice + ghosts, gross, posed,
                squares / std::max(posed, 1));
@@ -68,6 +53,11 @@ struct Tally {
   double differences = 0;
   Looks cold, memory;
 
+  void Add(const Tally& more) {
+    boards += more.boards, lost += more.lost, both += more.both, apart += more.apart;
+    differences += more.differences;
+    cold.Add(more.cold), memory.Add(more.memory);
+  }
   void Print(const std::string& name) const {
     fmt::print("{:<12} {:6d} |", name, boards);
     cold.Print();
@@ -122,18 +112,14 @@ class Survey {
         "{:<12} {:>6} |{:>6} {:>5} {:>5} {:>5} {:>5} {:>6} |{:>6} {:>5} {:>5} {:>5} {:>5} {:>6} | {:>5} {:>5} {:>6}\n",
         "condition", "boards", "read", "carry", "wrong", "gross", "posed", "sq", "read", "carry", "wrong", "gross",
         "posed", "sq", "lost", "apart", "differ");
-    all_.Print("all");
-    for (const auto& [name, tally] : tallies_) tally.Print(name);
+    tallies_.Print();
   }
 
  private:
   void Look(std::uint64_t seed) {
     HardStream stream(request_.scenes, seed);
     HardFrame frame = stream.Next();
-    DetectorOptions options;
-    options.families = {
-        {.code = MarkerCode({6, 6}, request_.scenes.variant), .side_m = HardFrame::kSideM, .roster = {}}};
-    options.camera = frame.render.camera;
+    const DetectorOptions options = OptionsFor(frame.render.camera, request_.scenes.variant);
     Detector cold(options), detector(options);
     DetectorMemory memory;
     std::vector<MarkerPose> alone, remembered;
@@ -156,18 +142,18 @@ class Survey {
 
   void Compare(const HardFrame& frame, const std::vector<MarkerPose>& alone, const std::vector<MarkerPose>& remembered,
                const std::string& name) {
-    const auto cold = ByBoard(frame, alone, all_.cold), memory = ByBoard(frame, remembered, all_.memory);
+    const auto cold = ByBoard(frame, alone, tallies_.all().cold),
+               memory = ByBoard(frame, remembered, tallies_.all().memory);
     for (std::size_t i = 0; i < cold.size(); ++i) {
       const SceneMarker& marker = frame.scene.markers[i];
-      for (Tally* tally : TalliesOf(frame.conditions[i])) {
-        ++tally->boards;
-        std::string mistake;
-        if (cold[i] != nullptr) Tell("cold: ", Count(marker, *cold[i], tally->cold), mistake);
-        if (memory[i] != nullptr) Tell("memory: ", Count(marker, *memory[i], tally->memory), mistake);
-        Tell("", Differ(cold[i], memory[i], *tally), mistake);
-        if (tally == &all_ && !mistake.empty())
-          fmt::print("{} board {}: {}{}\n", name, i, mistake, fmt::join(frame.conditions[i], ", "));
-      }
+      Tally board;
+      board.boards = 1;
+      std::string mistake;
+      if (cold[i] != nullptr) Tell("cold: ", Count(marker, *cold[i], board.cold), mistake);
+      if (memory[i] != nullptr) Tell("memory: ", Count(marker, *memory[i], board.memory), mistake);
+      mistake += Differ(cold[i], memory[i], board);
+      if (!mistake.empty()) fmt::print("{} board {}: {}{}\n", name, i, mistake, fmt::join(frame.conditions[i], ", "));
+      for (Tally* tally : tallies_.Of(frame.conditions[i])) tally->Add(board);
     }
   }
 
@@ -191,15 +177,8 @@ class Survey {
     return fmt::format("apart by {:.2f}, ", std::sqrt(square));
   }
 
-  std::vector<Tally*> TalliesOf(const std::vector<const char*>& conditions) {
-    std::vector<Tally*> tallies{&all_};
-    for (const char* name : conditions) tallies.push_back(&tallies_[name]);
-    return tallies;
-  }
-
   const Request request_;
-  Tally all_;
-  std::map<std::string, Tally> tallies_;
+  Tallies<Tally> tallies_;
 };
 
 }  // namespace
@@ -213,9 +192,7 @@ int main(int argc, char** argv) {
   chequer::bench::Request request;
   app.add_option("--streams", request.streams, "Streams, of one to nine boards")->capture_default_str();
   app.add_option("--frames", request.frames, "Frames of each")->capture_default_str();
-  app.add_option("--first", request.first, "First seed")->capture_default_str();
-  app.add_option("--only", request.scenes.only, "Conditions that may be, comma-separated [all]")->delimiter(',');
-  app.add_option("--share", request.scenes.share, "Of frames or boards that have each [its own]");
+  AddSceneOptions(app, request.scenes, request.first);
   app.add_option("--keep", request.keep, "Folder for the frames: SEED/FRAME.png, and SEED/camera.toml");
   CLI11_PARSE(app, argc, argv);
   chequer::bench::Survey(request).Run();
