@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <string_view>
 #include <utility>
 
 #include "simulate/board.h"
+#include "simulate/processing.h"
 
 namespace chequer::bench {
 namespace {
@@ -64,6 +66,29 @@ constexpr FrameCondition kFrameConditions[] = {
      [](Random& random, RenderOptions&, std::vector<SceneMarker>& markers) {
        const double cells = random.Uniform(0.02, 0.12);
        for (SceneMarker& marker : markers) marker.ink_spread_cells = cells;
+     }},
+    {"bent", 0.08, true,
+     [](Random& random, RenderOptions&, std::vector<SceneMarker>& markers) {
+       for (SceneMarker& marker : markers) {
+         marker.bend_per_m = 1 / random.LogUniform(0.3, 3);
+         marker.bend_angle_rad = Turn(random);
+       }
+     }},
+    {"webcam", 0.15, true,
+     [](Random& random, RenderOptions& to, auto&) {
+       constexpr std::string_view kNames[] = {"webcam-mjpeg", "webcam-yuyv", "webcam-nv12"};
+       const CameraPreset preset = *FindCameraPreset(kNames[random.Below(3)]);
+       to.format = preset.format;
+       to.jpeg_quality = preset.jpeg_quality;
+       to.processing = preset.processing;
+       to.processing.chromatic_aberration_px = 0;  // which moves boards; a calibration of the lens would take it up
+     }},
+    {"processed", 0.1, true,
+     [](Random& random, RenderOptions& to, auto&) {
+       if (to.format == PixelFormat::kBayerRg8) to.format = PixelFormat::kBgr8;
+       to.processing.sharpening = random.Uniform(0, 1.5);
+       to.processing.denoising_levels = random.Uniform(0, 6);
+       to.processing.saturation = random.Uniform(0.9, 1.4);
      }},
 };
 

@@ -2,12 +2,17 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "bench/hard_scenes.h"
+#include "capture/png.h"
+#include "capture/recording_writer.h"
 #include "chequer/detector.h"
+#include "core/convert.h"
+#include "core/file.h"
 #include "support/pose_errors.h"
 
 // What surveys of hard frames have in common.
@@ -61,6 +66,12 @@ inline DetectorOptions OptionsFor(const CameraModel& camera, Variant variant) {
   options.families = {{.code = MarkerCode({6, 6}, variant), .side_m = HardFrame::kSideM, .roster = {}}};
   options.camera = camera;
   return options;
+}
+
+/// Writes a frame as PNG; those of YUV formats, which PNG does not hold, as the BGR image that they are read as.
+inline void KeepFrame(const std::filesystem::path& png, const Image& image) {
+  const auto write = [&](const ImageView& view) { WriteFileAtomically(png, EncodeFrame(view, {})); };
+  PngHolds(image.view().format()) ? write(image.view()) : write(ToBgr(image.view()).view());
 }
 
 /// The options of a command that say which frames are drawn.

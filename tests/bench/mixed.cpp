@@ -11,10 +11,8 @@
 #include <vector>
 
 #include "bench/hard_survey.h"
-#include "capture/recording_writer.h"
 #include "chequer/camera_file.h"
 #include "chequer/detector.h"
-#include "core/file.h"
 #include "simulate/render.h"
 
 namespace chequer::bench {
@@ -100,7 +98,7 @@ class Survey {
     namespace fs = std::filesystem;
     fs::create_directories(request_.keep);
     const auto file = [&](const char* end) { return fs::path(request_.keep) / fmt::format("{}.{}", seed, end); };
-    WriteFileAtomically(file("png"), EncodeFrame(image.view(), {}));
+    KeepFrame(file("png"), image);
     WriteCamera(file("toml"), frame.render.camera);
   }
 

@@ -11,11 +11,9 @@
 #include <vector>
 
 #include "bench/hard_survey.h"
-#include "capture/recording_writer.h"
 #include "chequer/camera_file.h"
 #include "chequer/detector.h"
 #include "chequer/detector_memory.h"
-#include "core/file.h"
 #include "simulate/random.h"
 #include "simulate/render.h"
 
@@ -136,7 +134,7 @@ class Survey {
   void Keep(const HardFrame& frame, const Image& image, std::uint64_t seed, int number) const {
     const std::filesystem::path folder = std::filesystem::path(request_.keep) / std::to_string(seed);
     std::filesystem::create_directories(folder);
-    WriteFileAtomically(folder / fmt::format("{:03d}.png", number), EncodeFrame(image.view(), {}));
+    KeepFrame(folder / fmt::format("{:03d}.png", number), image);
     WriteCamera(folder / "camera.toml", frame.render.camera);
   }
 
