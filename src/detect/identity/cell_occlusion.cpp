@@ -4,19 +4,27 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/median.h"
 
 namespace chequer {
 namespace {
 
-/// A cell is hidden if its hue is farther from its ink's, or of the kernel from both of its class, than this share of
-/// the inks' distance, and than so many times the median distance of the border's cells from theirs (guesses).
-constexpr float kOffColour = 0.45f, kOffUsual = 6;
-/// A light border cell is too dark if it has a smaller share of the light of the border's median cell of its ink, told
-/// by so many at least (guesses).
-constexpr float kLeastOfInk = 0.8f;
+/// A cell is hidden if its hue is farther from its ink's, or of the kernel from both of its class, than the first share
+/// of the inks' distance, and than so many times the median distance of the border's cells from theirs (guesses).
+/// It looks mixed from the second share on (a guess).
+constexpr float kOffColour = 0.45f, kTinted = 0.15f, kOffUsual = 6;
+/// A light cell looks mixed if it has a smaller share of the light of the border's median cell of its ink, a dark one
+/// if it has more than that of its ink by a larger share of white's. So many tell what an ink has at least (guesses).
+constexpr float kLeastOfInk = 0.8f, kMostOverInk = 0.2f;
 constexpr std::size_t kFewestOfInk = 3;
+/// Ink that reflects less than nothing, by more than this share of white's light, was not in the light that the fit
+/// took it to be in (a guess).
+constexpr float kMostBelowBlack = 0.15f;
+/// Blur, cells, from which on light within a cell hardly tells that something lies over a part of it, and its colour
+/// has to. Below, the light tells better. (Measured: by colours, too, 9 of 33 sharp boards with a wire would be read.)
+constexpr double kBlurred = 0.14;
 /// One line of cells is hidden if no more cells than that line and so many others have no used corner (a guess).
 constexpr int kFewUnseen = 2;
 /// Least difference of a cell to its neighbours, as a share of the contrast of the board (a guess).
@@ -32,6 +40,7 @@ float LightnessOf(const Eigen::Vector3f& light) { return light[0] + light[1]; }
 void CellOcclusion::Find(const FittedBoard& board, MarkerSize size, std::span<const Eigen::Vector3f> light) {
   Visibility& visibility = found_.Start().visibility;
   visibility = board.visibility;
+  found_->blurred = board.motion.BlurPx(board.image.blur_px) > kBlurred * board.geometry.CellSide();
   // Cells that no corner tells of may look like the board's: where they are but a line or so, only those that do not
   // are evidence of a cover. More of them lie under one.
   found_->wrong.assign(light.size(), 0);
@@ -101,13 +110,25 @@ float CellOcclusion::OffInks(const ShownCells& cells, std::size_t cell, int row,
   return std::min((hue - inks[0]).norm(), (hue - inks[1]).norm());
 }
 
-void CellOcclusion::MeasureLightness(const ShownCells& cells) {
+void CellOcclusion::MeasureLightness(const ShownCells& cells, const Eigen::Vector3f& white) {
   std::vector<float>& values = found_->values;
+  const float of_white = LightnessOf(white);
+  // What is overexposed does not tell how light white is.
+  const bool white_told = std::ranges::find(cells.lights.overexposed, 1) == cells.lights.overexposed.end();
+  found_->below_black = false;
   for (std::size_t saturated = 0; saturated < 2; ++saturated) {
-    values.clear();
-    for (const std::size_t cell : found_->classes[0].told_by[saturated])
-      values.push_back(LightnessOf(cells.lights.light[cell]));
-    found_->least_light[saturated] = values.size() < kFewestOfInk ? 0 : kLeastOfInk * MedianInPlace(values);
+    const auto median_of = [&](OfClass& of_class) -> std::optional<float> {
+      values.clear();
+      for (const std::size_t cell : of_class.told_by[saturated])
+        values.push_back(LightnessOf(cells.lights.light[cell]));
+      if (values.size() < kFewestOfInk) return std::nullopt;
+      return MedianInPlace(values);
+    };
+    const std::optional<float> light = median_of(found_->classes[0]), dark = median_of(found_->classes[1]);
+    found_->classes[0].lightness[saturated] = {.least = light ? kLeastOfInk * *light : 0};
+    found_->classes[1].lightness[saturated] = {};
+    if (dark && white_told) found_->classes[1].lightness[saturated].most = *dark + kMostOverInk * of_white;
+    found_->below_black = found_->below_black || (dark && *dark < -kMostBelowBlack * of_white);
   }
 }
 
@@ -125,55 +146,62 @@ void CellOcclusion::MeasureInkHues(OfClass& of_class) {
   for (std::size_t saturated = 0; saturated < 2; ++saturated)
     for (const std::size_t cell : of_class.told_by[saturated])
       values.push_back((found_->hues[cell] - of_class.inks[saturated]).norm());
-  const float apart = (of_class.inks[1] - of_class.inks[0]).norm();
-  of_class.most_off = std::max(kOffColour * apart, kOffUsual * MedianInPlace(values));
+  const float apart = (of_class.inks[1] - of_class.inks[0]).norm(), usual = MedianInPlace(values);
+  of_class.most_off = std::max(kOffColour * apart, kOffUsual * usual);
+  of_class.least_tint = std::max(kTinted * apart, kOffUsual * usual);
   of_class.told = true;
 }
 
-bool CellOcclusion::IsTooDark(const ShownCells& cells, std::size_t cell, int row, int col) const {
-  return IsBorder(cells.size, row, col) && !IsDark(row, col) &&
-         LightnessOf(cells.lights.light[cell]) < found_->least_light[cells.border[cell]];
+bool CellOcclusion::LooksMixed(const ShownCells& cells, std::size_t cell, int row, int col, float off_inks) const {
+  const OfClass& of_class = found_->classes[IsDark(row, col)];
+  const auto& [plain, inked] = of_class.lightness;
+  const float light = LightnessOf(cells.lights.light[cell]);
+  const bool border = IsBorder(cells.size, row, col);
+  LightRange range{std::min(plain.least, inked.least), std::max(plain.most, inked.most)};
+  if (border) range = cells.border[cell] ? inked : plain;
+  if (!found_->blurred) return border && light < range.least;
+  return light < range.least || light > range.most ||
+         (off_inks > of_class.least_tint && !cells.lights.overexposed[cell]);
 }
 
 bool CellOcclusion::AddOffColour(const ShownCells& cells, const Eigen::Vector3f& white) {
   MeasureHues(cells, white);
   for (OfClass& of_class : found_->classes) MeasureInkHues(of_class);
-  MeasureLightness(cells);
-  found_->too_dark.assign(found_->wrong.size(), 0);
+  MeasureLightness(cells, white);
+  found_->mixed.assign(found_->wrong.size(), 0);
   ForCells(cells.size, [&](std::size_t cell, int row, int col) {
     const OfClass& of_class = found_->classes[IsDark(row, col)];
     if (!of_class.told || found_->wrong[cell]) return;
-    if (!(OffInks(cells, cell, row, col) <= of_class.most_off)) found_->wrong[cell] = 1;
-    found_->too_dark[cell] = IsTooDark(cells, cell, row, col);
+    const float off = OffInks(cells, cell, row, col);
+    if (!(off <= of_class.most_off)) found_->wrong[cell] = 1;
+    found_->mixed[cell] = LooksMixed(cells, cell, row, col, off);
   });
   return HideWrong(cells.size, Hidden::kOffColour);
 }
 
 template <class Uneven>
-int CellOcclusion::EndsCovered(MarkerSize size, int row, int col, const Uneven& uneven) const {
+int CellOcclusion::ToldOfLine(MarkerSize size, int row, int col, const Uneven& uneven) const {
   const auto index = [&](Cell at) { return static_cast<std::size_t>(at.row * size.cols + at.col); };
-  const auto shows = [&](int r, int c) {
-    return found_->visibility.Shows(index({r, c})) && !found_->too_dark[index({r, c})];
-  };
-  // A hand hides those beside an end, too.
-  const auto covered = [&](Cell end) {
-    const bool across = end.row == row;  // the border runs along the column
-    return !shows(end.row, end.col) && shows(end.row - across, end.col - !across) &&
-           shows(end.row + across, end.col + !across);
-  };
-  const auto of_line = [&](Cell first, Cell last) {
-    const bool at_first = covered(first), at_last = covered(last);
+  const auto shows = [&](Cell at) { return found_->visibility.Shows(index(at)) && !found_->mixed[index(at)]; };
+  const auto of_line = [&](bool along_row) {
+    const int last = (along_row ? size.cols : size.rows) - 1;
+    const auto at = [&](int i, int across) { return along_row ? Cell{row + across, i} : Cell{i, col + across}; };
+    // A hand hides those beside it, too.
+    const auto covered = [&](int i) { return !shows(at(i, 0)) && shows(at(i, -1)) && shows(at(i, 1)); };
+    const bool at_first = covered(0), at_last = covered(last);
     if (at_first == at_last) return 2 * int{at_first};
-    return 1 + int{uneven(index(at_first ? last : first))};
+    bool more = uneven(index(at(at_first ? last : 0, 0)));
+    for (int i = 1; i < last && found_->blurred; ++i) more = more || covered(i);
+    return 1 + int{more};
   };
-  return std::max(of_line({0, col}, {size.rows - 1, col}), of_line({row, 0}, {row, size.cols - 1}));
+  return std::max(of_line(true), of_line(false));
 }
 
 void CellOcclusion::FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light) {
   const Visibility& visibility = found_->visibility;
   found_->reached.assign(light.size(), Reach::kNone);
-  const bool none_dark = std::ranges::find(found_->too_dark, 1) == found_->too_dark.end();
-  if (none_dark && visibility.ShowsAll() && visibility.ShowsAllCorners()) return;
+  const bool none_mixed = std::ranges::find(found_->mixed, 1) == found_->mixed.end();
+  if (none_mixed && visibility.ShowsAll() && visibility.ShowsAllCorners()) return;
   std::vector<std::uint8_t>& clear = found_->seen;
   clear.assign(light.size(), 0);
   Eigen::Vector3f most = Eigen::Vector3f::Zero();
@@ -187,12 +215,13 @@ void CellOcclusion::FindReached(const BoardInImage& in, std::span<const Eigen::V
   const auto uneven = [&](std::size_t cell) {
     return (LightDiffers(in, cell).array() > kOneLight * most.array()).any();
   };
+  const bool hidden = !visibility.ShowsAll() || !visibility.ShowsAllCorners();
   ForCells(in.size, [&](std::size_t cell, int row, int col) {
     if (!visibility.Shows(cell)) return;
-    const int ends = IsBorder(in.size, row, col) ? 0 : EndsCovered(in.size, row, col, uneven);
+    const int told = IsBorder(in.size, row, col) ? 0 : ToldOfLine(in.size, row, col, uneven);
     const bool too_dark = !IsDark(row, col) && LightnessOf(light[cell]) < kLeastOfDarkest * darkest;
-    if (ends == 2 || (ends == 1 && uneven(cell)))
-      found_->reached[cell] = Reach::kInLine;
+    if (told == 2 || (told == 1 && uneven(cell)) || (hidden && found_->mixed[cell] != 0))
+      found_->reached[cell] = Reach::kOver;
     else if (!clear[cell] && (too_dark || uneven(cell)))
       found_->reached[cell] = Reach::kBeside;
   });

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -19,7 +20,7 @@ namespace chequer {
 enum class Reach : std::uint8_t {
   kNone,
   kBeside,  ///< what hides a cell beside it, or one of its corners
-  kInLine,  ///< what hides a single border cell at an end of its row or column
+  kOver,    ///< it lies there for all that is seen: its colour is mixed with the cell's, or it runs along its line
 };
 
 /// Finds the cells of a board that something lies over, beside those that no corner shows.
@@ -32,12 +33,16 @@ class CellOcclusion {
   /// @param white light of its white cells.
   bool AddOffColour(const ShownCells& cells, const Eigen::Vector3f& white);
   /// Finds cells that show but may be covered in part: beside hidden ones, those whose light is uneven, and light ones
-  /// that are too dark; between two ends that something narrow lies over, such as a wire, which may hide no corner, all
-  /// of the row or column; in line with one such end, those whose light is uneven. @pre all hidden cells are known.
+  /// that are too dark; on boards that are hidden in part, those that look mixed; in line with a border cell that
+  /// something narrow lies over, such as a wire, which may hide no corner, those whose light is uneven, or, where more
+  /// tells of it, all of the row or column. @pre all hidden cells are known.
   void FindReached(const BoardInImage& in, std::span<const Eigen::Vector3f> light);
   const Visibility& visibility() const { return found_->visibility; }
   /// @pre FindReached().
   Reach ReachOf(std::size_t cell) const { return found_->reached[cell]; }
+  /// Whether an ink of the border reflects less than nothing: the light that the fit took it to be in is not its own,
+  /// but what a cover makes of it. @pre AddOffColour().
+  bool BelowBlack() const { return found_->below_black; }
 
  private:
   /// Marks the cells that do not stand out from their neighbours as their class should.
@@ -45,12 +50,20 @@ class CellOcclusion {
   /// Hides the cells that look wrong, and those between them. Whether there are more hidden ones now.
   bool HideWrong(MarkerSize size, Hidden why);
 
-  /// The hues of dark or of light cells.
+  static constexpr float kAnyLight = std::numeric_limits<float>::max();
+  /// Of one ink.
+  struct LightRange {
+    float least = -kAnyLight, most = kAnyLight;
+  };
+  /// The hues of dark or of light cells, and their light.
   struct OfClass {
     std::array<std::vector<std::size_t>, 2> told_by;  ///< border cells that show, of the plain and of the saturated ink
     std::array<Eigen::Vector3f, 2> inks{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};  ///< their median hues
-    float most_off = 0;  ///< a cell whose hue lies farther from both is none of the board's
-    bool told = false;   ///< both inks show
+    float most_off = 0;    ///< a cell whose hue lies farther from both is none of the board's
+    float least_tint = 0;  ///< one whose hue lies as far from both looks mixed with another colour
+    bool told = false;     ///< both inks show
+    /// Of the plain and of the saturated ink: cells beyond it have something over them.
+    std::array<LightRange, 2> lightness;
   };
 
   /// Measures the hues of all cells, and sorts the border's cells by ink.
@@ -59,30 +72,34 @@ class CellOcclusion {
   void MeasureInkHues(OfClass& of_class);
   /// How far the hue of a cell lies from its ink's, if that is known as the border's, else from the nearer one's.
   float OffInks(const ShownCells& cells, std::size_t cell, int row, int col) const;
-  /// Measures how light the border's light cells must be at least. @pre MeasureHues().
-  void MeasureLightness(const ShownCells& cells);
-  /// Whether a cell is one of these and is too dark for its ink.
-  bool IsTooDark(const ShownCells& cells, std::size_t cell, int row, int col) const;
-  /// Of the border cells at the ends of a cell's row, or of its column, those that something narrow lies over: the more
-  /// of the two. One end is hidden or too dark between two that are not, the other one, too, or its light is uneven.
+  /// Measures by the border how light light cells must be at least, and dark ones at most. @pre MeasureHues().
+  /// @param white as AddOffColour() has it.
+  void MeasureLightness(const ShownCells& cells, const Eigen::Vector3f& white);
+  /// Whether a cell is too dark or too light for its ink, or in the kernel for both of its class, or has another hue;
+  /// in sharp images, whether it is a light one of the border that is too dark. @param off_inks OffInks().
+  bool LooksMixed(const ShownCells& cells, std::size_t cell, int row, int col, float off_inks) const;
+  /// What tells that something narrow lies over a kernel cell's row, or over its column, of the one that more tells of:
+  /// 1 for an end that is hidden or looks mixed between two that are not and do not, 2 if the other end is so too or
+  /// its light is uneven, or if a cell between them is so.
   template <class Uneven>
-  int EndsCovered(MarkerSize size, int row, int col, const Uneven& uneven) const;
+  int ToldOfLine(MarkerSize size, int row, int col, const Uneven& uneven) const;
 
   /// What is known of one board, by cell where nothing else is said.
   struct Found {
     Visibility visibility;
     std::vector<std::uint8_t> wrong;  ///< by cell: those that do not look like the board's, and what lies between them
-    std::vector<std::uint8_t> too_dark;  ///< by cell: light border cells that are, for their ink
-    std::vector<Reach> reached;          ///< by cell
+    std::vector<std::uint8_t> mixed;  ///< by cell: those that look mixed with the colour of something over them
+    std::vector<Reach> reached;
     // What single steps need.
     /// Of a light cell, the shares of the three channels in its light; of a dark one, how much more of white's light
     /// each of them has than the least.
     std::vector<Eigen::Vector3f> hues;
     std::vector<float> values;
-    std::array<OfClass, 2> classes;      ///< light, dark
-    std::array<float, 2> least_light{};  ///< of light border cells, of the plain and of the saturated ink
+    std::array<OfClass, 2> classes;  ///< light, dark
     std::vector<std::uint8_t> seen;
     NeighbourLead neighbours;
+    bool below_black = false;
+    bool blurred = false;  ///< so widely that the light of a cell that is covered in part is hardly uneven
   };
 
   Scratch<Found> found_;
