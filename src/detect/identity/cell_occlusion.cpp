@@ -40,7 +40,9 @@ float LightnessOf(const Eigen::Vector3f& light) { return light[0] + light[1]; }
 void CellOcclusion::Find(const FittedBoard& board, MarkerSize size, std::span<const Eigen::Vector3f> light) {
   Visibility& visibility = found_.Start().visibility;
   visibility = board.visibility;
-  found_->blurred = board.motion.BlurPx(board.image.blur_px) > kBlurred * board.geometry.CellSide();
+  // A motion that no term has is a part of the blur.
+  const BlurShape term{board.image.motion_px, 0};
+  found_->blurred = term.BlurPx(board.image.blur_px) > kBlurred * board.geometry.CellSide();
   // Cells that no corner tells of may look like the board's: where they are but a line or so, only those that do not
   // are evidence of a cover. More of them lie under one.
   found_->wrong.assign(light.size(), 0);
