@@ -22,8 +22,9 @@ constexpr std::size_t kFewestOfInk = 3;
 /// Ink that reflects less than nothing, by more than this share of white's light, was not in the light that the fit
 /// took it to be in (a guess).
 constexpr float kMostBelowBlack = 0.15f;
-/// Blur, cells, from which on light within a cell hardly tells that something lies over a part of it, and its colour
-/// has to. Below, the light tells better. (Measured: by colours, too, 9 of 33 sharp boards with a wire would be read.)
+/// A blur of so many cells hides how the light differs within a cell that is covered in part: its colour has to tell.
+/// In sharper images the light tells better. (Measured: if colours counted there too, 9 of 33 sharp boards with a wire
+/// would be read.)
 constexpr double kBlurred = 0.14;
 /// One line of cells is hidden if no more cells than that line and so many others have no used corner (a guess).
 constexpr int kFewUnseen = 2;
@@ -203,7 +204,8 @@ void CellOcclusion::FindReached(const BoardInImage& in, std::span<const Eigen::V
   const Visibility& visibility = found_->visibility;
   found_->reached.assign(light.size(), Reach::kNone);
   const bool none_mixed = std::ranges::find(found_->mixed, 1) == found_->mixed.end();
-  if (none_mixed && visibility.ShowsAll() && visibility.ShowsAllCorners()) return;
+  const bool hidden = !visibility.ShowsAll() || !visibility.ShowsAllCorners();
+  if (none_mixed && !hidden) return;
   std::vector<std::uint8_t>& clear = found_->seen;
   clear.assign(light.size(), 0);
   Eigen::Vector3f most = Eigen::Vector3f::Zero();
@@ -217,7 +219,6 @@ void CellOcclusion::FindReached(const BoardInImage& in, std::span<const Eigen::V
   const auto uneven = [&](std::size_t cell) {
     return (LightDiffers(in, cell).array() > kOneLight * most.array()).any();
   };
-  const bool hidden = !visibility.ShowsAll() || !visibility.ShowsAllCorners();
   ForCells(in.size, [&](std::size_t cell, int row, int col) {
     if (!visibility.Shows(cell)) return;
     const int told = IsBorder(in.size, row, col) ? 0 : ToldOfLine(in.size, row, col, uneven);

@@ -20,7 +20,7 @@ namespace chequer {
 enum class Reach : std::uint8_t {
   kNone,
   kBeside,  ///< what hides a cell beside it, or one of its corners
-  kOver,    ///< it lies there for all that is seen: its colour is mixed with the cell's, or it runs along its line
+  kOver,    ///< what has mixed its colour with the cell's, or runs along the cell's row or column
 };
 
 /// Finds the cells of a board that something lies over, beside those that no corner shows.
@@ -78,9 +78,10 @@ class CellOcclusion {
   /// Whether a cell is too dark or too light for its ink, or in the kernel for both of its class, or has another hue;
   /// in sharp images, whether it is a light one of the border that is too dark. @param off_inks OffInks().
   bool LooksMixed(const ShownCells& cells, std::size_t cell, int row, int col, float off_inks) const;
-  /// What tells that something narrow lies over a kernel cell's row, or over its column, of the one that more tells of:
-  /// 1 for an end that is hidden or looks mixed between two that are not and do not, 2 if the other end is so too or
-  /// its light is uneven, or if a cell between them is so.
+  /// The evidence that something narrow runs along a kernel cell's row or its column, the stronger of the two. 0: none.
+  /// 1: the border cell at one end is hidden or looks mixed, and its neighbours in the border are clear. 2: so is the
+  /// other end, or its light is uneven; in blurred images also if a cell between the ends is hidden or looks mixed, and
+  /// those on either side of the line are clear.
   template <class Uneven>
   int ToldOfLine(MarkerSize size, int row, int col, const Uneven& uneven) const;
 
@@ -98,8 +99,8 @@ class CellOcclusion {
     std::array<OfClass, 2> classes;  ///< light, dark
     std::vector<std::uint8_t> seen;
     NeighbourLead neighbours;
-    bool below_black = false;
-    bool blurred = false;  ///< so widely that the light of a cell that is covered in part is hardly uneven
+    bool below_black = false;  ///< BelowBlack()
+    bool blurred = false;      ///< so widely that the light of a cell that is covered in part is hardly uneven
   };
 
   Scratch<Found> found_;

@@ -139,14 +139,14 @@ struct Readings {
   test::PoseErrors errors;  ///< of all that were found
 };
 
+/// How the camera takes and delivers the frames.
 struct Shooting {
   int jpeg_quality = 100;
   double blur_px = 0.6, motion_px = 0;
-  Variant variant = Variant::kSecded;
 };
 
 Readings ReadFrames(Covers covers, int frames, const Shooting& shooting = {}) {
-  const MarkerCode code({6, 6}, shooting.variant);
+  const MarkerCode code({6, 6}, Variant::kSecded);
   RenderOptions render;
   render.camera = {.width = 640, .height = 480, .fx = 1000, .fy = 1000, .cx = 320, .cy = 240};
   if (shooting.jpeg_quality < 100) render.jpeg_quality = shooting.jpeg_quality;
@@ -199,14 +199,14 @@ TEST(CoveredBoards, HaveNoWrongIdUnderAWireAlongCells) {
 }
 
 TEST(CoveredBoards, HaveNoWrongIdUnderAStripInABlurredImage) {
-  // Its edges blur away, and cells that it lies over in part have mixed colours. Three of these ids were wrong before
-  // all that looks mixed was taken for covered, too.
+  // The blur hides its edges, and a cell that it covers in part has a mixed colour. Three of these ids were wrong while
+  // cells of mixed colours counted in full.
   const Readings readings = ReadFrames(Strip, 44, {.blur_px = 1.2, .motion_px = 3});
   EXPECT_GT(readings.decided, readings.boards / 12);
 }
 
 TEST(CoveredBoards, HaveNoWrongIdUnderAWireInABlurredImage) {
-  // Two of these ids were wrong.
+  // Two of these ids were wrong while cells of mixed colours counted in full.
   const Readings readings = ReadFrames(Wire, 45, {.blur_px = 1.2, .motion_px = 5});
   EXPECT_GT(readings.decided, readings.boards / 40);
 }
