@@ -185,6 +185,14 @@ void UndoRollingShutter(const ImageJob& job, std::size_t board, const Identity& 
                      job.lens, measured);
 }
 
+/// The poses of a board whose paper may bend.
+std::optional<BoardPoses> PosesOnPaper(const BoardMeasurement& measured, std::span<const ShiftedCorner> corners) {
+  std::optional<BoardPoses> poses = PosesOf(measured);
+  if (!poses) return std::nullopt;
+  const std::optional<BoardMeasurement> bent = AllowForBend(corners, measured, poses->poses[0]);
+  return bent ? PosesOf(*bent) : poses;
+}
+
 /// Makes the pose better by what was learnt of the board, nothing else: all that is found in a stream is the same
 /// without it. Whether it does.
 bool UseLearntLevels(const ImageJob& job, std::size_t board, const FittedBoard& fitted, PhotometricFit& fit,
@@ -233,7 +241,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
     const Eigen::Vector2d cell_m = CellOf(job, identity, index, outcome.expected.agrees);
     BoardMeasurement measured = MeasurementOf(*fitted, size, cell_m, job.options.print_tolerance, job.lens);
     UndoRollingShutter(job, index, identity, measured);
-    outcome.poses = PosesOf(measured);
+    outcome.poses = PosesOnPaper(measured, fitted->bend_corners);
     if (!outcome.poses) return refuse(Refusal::kNoPose);
   }
   outcome.accepted = true;

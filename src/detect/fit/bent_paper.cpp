@@ -14,13 +14,9 @@
 namespace chequer {
 namespace {
 
-constexpr int kMoves = BoardGeometry::kParameters, kBends = 3, kUnknowns = BentPaper::kUnknowns;
-/// What is known of paper before the image is looked at, standard deviations of q, 1 / cells: a board of 6 cells lies
-/// on a cylinder of a radius of 30 cells, and does not bend across that.
-constexpr double kBendKnownTo = 1.0 / 60, kAcrossKnownTo = 1.0 / 3000;
-/// The mean square of the distance from a corner of the pixels along one of its edges, which reach half a cell to
-/// either side: they tell of that coordinate that the edge is square to.
-constexpr double kAlongEdge = 1.0 / 12;
+constexpr int kMoves = BoardGeometry::kParameters, kBends = LinearBend::kBends, kUnknowns = BentPaper::kUnknowns;
+/// A cylinder does not bend across its bend: how far that is known, as kBendKnownTo.
+constexpr double kAcrossKnownTo = 1.0 / 3000;
 /// Flat boards are not asked any further where a homography and a bend, found in one linear step, gain less than that
 /// share of what they have to: bends that gain just as much are so weak that both gain alike.
 constexpr double kRoughly = 0.8;
@@ -33,10 +29,6 @@ constexpr int kStepsWithoutDirection = 2;
 constexpr int kMostSteps = 25;
 /// A step that will explain so little more, as a share of what is unexplained plus one, is the last.
 constexpr double kSettled = 1e-4;
-
-Eigen::Vector3d SquaresOf(const Eigen::Vector2d& board) {
-  return {board.x() * board.x(), board.x() * board.y(), board.y() * board.y()};
-}
 
 /// The direction of the strongest bend, and how strong it is there: 1 / radius.
 struct Cylinder {
@@ -56,111 +48,6 @@ struct Cylinder {
   }
   /// How `across` moves with q.
   Eigen::Vector3d AcrossByBend() const { return SquaresOf(direction.unitOrthogonal()); }
-};
-
-/// Columns of a linear fit: the moves of a homography, a bend, and how far corners are off. Products of all of them
-/// with each other.
-constexpr int kLinearColumns = kMoves + kBends + 1;
-using LinearProducts = Eigen::Matrix<double, kLinearColumns, kLinearColumns>;
-
-/// A homography and a bend of least squares, near one that there is: linear. The moves follow the bend.
-struct Linear {
-  Eigen::Matrix<double, kMoves, kBends> followed = Eigen::Matrix<double, kMoves, kBends>::Zero();
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of the bend
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-};
-
-/// @param products the lower triangle.
-std::optional<Linear> SolveLinear(const LinearProducts& products) {
-  const SmallCholesky<kMoves> factor(products.topLeftCorner<kMoves, kMoves>());
-  if (!factor.positive()) return std::nullopt;
-  const Eigen::Matrix<double, kBends, kMoves> common = products.block<kBends, kMoves>(kMoves, 0);
-  Linear linear;
-  for (int bend = 0; bend < kBends; ++bend) linear.followed.col(bend) = factor.Solve(common.row(bend));
-  const Eigen::Matrix3d of_bends = products.block<kBends, kBends>(kMoves, kMoves);
-  linear.information = of_bends.selfadjointView<Eigen::Lower>();
-  linear.information -= common.lazyProduct(linear.followed);
-  linear.gradient = products.row(kLinearColumns - 1).segment<kBends>(kMoves);
-  linear.gradient -=
-      linear.followed.transpose().lazyProduct(products.row(kLinearColumns - 1).head<kMoves>().transpose());
-  linear.information.diagonal().array() += 1 / (kBendKnownTo * kBendKnownTo);
-  return linear;
-}
-
-/// The same products for corners that are off by their shifts, four corners at a time. Most of a homography's moves are
-/// of x or of y alone, by 1, x or y: their products are sums of information times powers.
-class ShiftProducts {
- public:
-  using Four = Eigen::Array4f;
-  struct Corners {
-    Four x = Four::Zero(), y = Four::Zero(), shift_x = Four::Zero(), shift_y = Four::Zero();
-    Four xx = Four::Zero(), xy = Four::Zero(), yy = Four::Zero();  ///< information
-  };
-
-  /// @param camera where it is, from the board's middle and along its axes: in cells, its z in widths of one.
-  ShiftProducts(const Eigen::Vector3d& camera, double cell_ratio)
-      : camera_x_(static_cast<float>(camera.x())),
-        camera_y_(static_cast<float>(camera.y())),
-        by_depth_(static_cast<float>(std::sqrt(cell_ratio) / camera.z())) {}
-
-  void Add(const Corners& at) {
-    const Four &x = at.x, &y = at.y, square_x = x * x, product = x * y, square_y = y * y;
-    // A point behind the plane is seen where its ray meets the plane: shifted along the way from below the camera.
-    const Four lower_x = by_depth_ * (x - camera_x_), lower_y = by_depth_ * (y - camera_y_);
-    const float mean = static_cast<float>(kAlongEdge);
-    const Four by_x[]{square_x,  product, lower_x * square_x, lower_x * product, lower_x * (square_y + mean),
-                      at.shift_x};
-    const Four by_y[]{product,           square_y,           lower_y * (square_x + mean),
-                      lower_y * product, lower_y * square_y, at.shift_y};
-    const Four powers[]{Four::Ones(), x, y, square_x, product, square_y};
-    for (int i = 0; i < 6; ++i) {
-      xx_.col(i) += at.xx * powers[i];
-      xy_.col(i) += at.xy * powers[i];
-      yy_.col(i) += at.yy * powers[i];
-    }
-    for (int row = 0; row < kColumns; ++row) {
-      const Four pull_x = at.xx * by_x[row] + at.xy * by_y[row], pull_y = at.xy * by_x[row] + at.yy * by_y[row];
-      for (int i = 0; i < 3; ++i) {
-        x_.col(3 * row + i) += pull_x * powers[i];
-        y_.col(3 * row + i) += pull_y * powers[i];
-      }
-      for (int col = 0; col <= row; ++col) both_.col(kColumns * row + col) += by_x[col] * pull_x + by_y[col] * pull_y;
-    }
-  }
-
-  /// The lower triangle.
-  LinearProducts Sum() const {
-    constexpr int kPower[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-    LinearProducts products = LinearProducts::Zero();
-    for (int row = 0; row < 3; ++row)
-      for (int col = 0; col < 3; ++col) {
-        const int power = kPower[row][col];
-        products(row, col) = double{xx_.col(power).sum()};
-        products(3 + row, col) = double{xy_.col(power).sum()};
-        products(3 + row, 3 + col) = double{yy_.col(power).sum()};
-      }
-    for (int row = 0; row < kColumns; ++row) {
-      for (int col = 0; col < 3; ++col) {
-        products(6 + row, col) = double{x_.col(3 * row + col).sum()};
-        products(6 + row, 3 + col) = double{y_.col(3 * row + col).sum()};
-      }
-      for (int col = 0; col <= row; ++col) products(6 + row, 6 + col) = double{both_.col(kColumns * row + col).sum()};
-    }
-    return products;
-  }
-
- private:
-  static constexpr int kBoth = 2 + kBends;    ///< columns that move x and y: two moves, and the bend
-  static constexpr int kColumns = kBoth + 1;  ///< these, and the shifts
-  template <int kCount>
-  using Fours = Eigen::Array<float, 4, kCount>;
-
-  float camera_x_, camera_y_, by_depth_;
-  /// By 1, x, y, x², xy, y².
-  Fours<6> xx_ = Fours<6>::Zero(), xy_ = Fours<6>::Zero(), yy_ = Fours<6>::Zero();
-  /// Of columns that move both, and of the shifts, with those that move x or y alone: by 1, x, y.
-  Fours<3 *kColumns> x_ = Fours<3 * kColumns>::Zero(), y_ = Fours<3 * kColumns>::Zero();
-  Fours<kColumns* kColumns> both_ = Fours<kColumns * kColumns>::Zero();  ///< with each other
 };
 
 /// A board of bent paper in front of a camera, in widths of a cell.
@@ -220,14 +107,11 @@ class BendSolver {
   /// What the bend leaves unknown of the homography of the middle.
   bool TellUncertainty(BentPaper& paper) const {
     const Lying lying{paper.camera_from_board_, paper.bend_};
-    std::optional<Linear> linear = Linearised(lying, paper);
+    std::optional<LinearBend> linear = Linearised(lying, paper);
     if (!linear) return false;
     const Eigen::Vector3d across = Cylinder(paper.bend_).AcrossByBend() / kAcrossKnownTo;
     linear->information += across * across.transpose();
-    const SmallCholesky<kBends> bends(linear->information);
-    if (!bends.positive()) return false;
-    const Eigen::LLT<Eigen::Matrix3d> covariance(bends.Inverse());
-    paper.uncertain_ = linear->followed.lazyProduct(Eigen::Matrix3d(covariance.matrixL()));
+    paper.uncertain_ = linear->UncertainMoves();
     return paper.uncertain_.allFinite();
   }
 
@@ -343,8 +227,8 @@ class BendSolver {
     return best;
   }
 
-  std::optional<Linear> Linearised(const Lying& lying, const BentPaper& paper) const {
-    LinearProducts products = LinearProducts::Zero();
+  std::optional<LinearBend> Linearised(const Lying& lying, const BentPaper& paper) const {
+    LinearBend::Products products = LinearBend::Products::Zero();
     const Cylinder cylinder(lying.bend);
     const Eigen::Matrix3d rotation = lying.camera_from_board.rotation.toRotationMatrix();
     for (const SeenCorner& seen : seen_) {
@@ -353,16 +237,16 @@ class BendSolver {
       const Eigen::Matrix2d plane_by_board = paper.SeenByBoard(seen.board), board_by_plane = plane_by_board.inverse();
       const Eigen::Matrix2d information =
           plane_by_board.transpose().lazyProduct(seen.information.lazyProduct(plane_by_board).eval());
-      Eigen::Matrix<double, kLinearColumns, 2> on_board;
+      Eigen::Matrix<double, LinearBend::kColumns, 2> on_board;
       for (int axis = 0; axis < 2; ++axis)
         on_board.col(axis).head<kMoves>() = BoardGeometry::MoveByParameters(seen.board, axis);
       // A pixel that shows a point which the bend moved that way has coordinates that are off the other way.
       on_board.middleRows<kBends>(kMoves) = -board_by_plane.lazyProduct(by.rightCols<kBends>()).transpose();
-      on_board.row(kLinearColumns - 1) = (board_by_plane * (paper.Seen(seen.board) - seen.plane)).transpose();
-      const Eigen::Matrix<double, kLinearColumns, 2> weighted = on_board.lazyProduct(information);
+      on_board.row(LinearBend::kColumns - 1) = (board_by_plane * (paper.Seen(seen.board) - seen.plane)).transpose();
+      const Eigen::Matrix<double, LinearBend::kColumns, 2> weighted = on_board.lazyProduct(information);
       products += on_board.lazyProduct(weighted.transpose());
     }
-    return SolveLinear(products);
+    return LinearBend::Of(products);
   }
 
   const BoardView& view_;
@@ -394,34 +278,12 @@ double LeastBend::Gain(double left, std::size_t corners) const {
 
 bool MayBeBent(const BoardView& view, std::span<const ShiftedCorner> corners, const LeastBend& least) {
   if (view.fitted_as) return true;
-  const std::size_t count = corners.size();
   const auto starts = PosesAtCentre(view.geometry, {1, view.cell_ratio}, view.focal);
   if (!starts) return false;
-  const RigidTransform& start = (*starts)[0];
-  Eigen::Vector3d camera = -(start.rotation.conjugate() * start.translation);
-  camera.y() /= view.cell_ratio;
-  ShiftProducts products(camera, view.cell_ratio);
-  for (; !corners.empty(); corners = corners.subspan(std::min<std::size_t>(4, corners.size()))) {
-    ShiftProducts::Corners four;
-    for (std::size_t i = 0; i < std::min<std::size_t>(4, corners.size()); ++i) {
-      const ShiftedCorner& corner = corners[i];
-      const Eigen::Index lane = static_cast<Eigen::Index>(i);
-      const auto set = [&](ShiftProducts::Four& to, double value) { to[lane] = static_cast<float>(value); };
-      set(four.x, corner.board.x()), set(four.y, corner.board.y());
-      set(four.shift_x, corner.shift.x()), set(four.shift_y, corner.shift.y());
-      set(four.xx, corner.information(0, 0)), set(four.xy, corner.information(0, 1));
-      set(four.yy, corner.information(1, 1));
-    }
-    products.Add(four);
-  }
-  const LinearProducts sums = products.Sum();
-  const std::optional<Linear> linear = SolveLinear(sums);
+  const std::optional<LinearBend> linear = FindLinearBend((*starts)[0], view.cell_ratio, corners);
   if (!linear) return false;
-  const SmallCholesky<kBends> bends(linear->information);
-  if (!bends.positive()) return false;
-  const double gain = linear->gradient.dot(bends.Solve(linear->gradient)),
-               square = sums(kLinearColumns - 1, kLinearColumns - 1);
-  return gain > kRoughly * least.Gain(0, count) && gain > kRoughlyOfLeft * least.Gain(square - gain, count);
+  return linear->gain > kRoughly * least.Gain(0, corners.size()) &&
+         linear->gain > kRoughlyOfLeft * least.Gain(linear->square - linear->gain, corners.size());
 }
 
 std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const SeenCorner> corners,

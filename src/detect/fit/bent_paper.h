@@ -1,21 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 #include <span>
 
 #include "chequer/geometry.h"
 #include "detect/common/board_geometry.h"
+#include "detect/fit/linear_bend.h"
 
 namespace chequer {
-
-/// A corner whose pixels say that it lies elsewhere, board coordinates, and how well they know.
-struct ShiftedCorner {
-  int corner = 0;
-  Eigen::Vector2d board = Eigen::Vector2d::Zero();  ///< where it is printed
-  Eigen::Vector2d shift = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
-};
 
 /// Where a corner is seen to lie.
 struct SeenCorner {
@@ -52,6 +46,10 @@ class BentPaper {
   /// Of the corners' shifts, information times squares: what is left, and by how much that is less than without a bend.
   double left() const { return left_; }
   double gain() const { return gain_; }
+  /// By how many standard deviations of this one's bend it is another, roughly.
+  double DeviationsFrom(const BentPaper& other) const {
+    return std::sqrt(gain_ * (bend_ - other.bend_).squaredNorm() / bend_.squaredNorm());
+  }
 
  private:
   friend class BendSolver;

@@ -291,9 +291,16 @@ class BoardFit {
   void FinishBent(const LightReader& reader, const Lens& lens, const Start& start);
   /// Fits on by the pixels that show the board as it was found to be bent.
   bool FitBent(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Whether the corners' places can tell of a bend of the paper.
+  bool TellsOfBend(const Lens& lens) const;
+  /// The cells' levels follow where edges lie and hide a part of it: what share of a shift corners show, with the
+  /// levels held as they are, in the mean.
+  double ShareOfShiftsSeen() const;
+  /// The corners' shifts as they are, by that variance.
+  void GiveShifts(double variance, std::vector<ShiftedCorner>& to) const;
   /// The bend of the paper if that explains where the corners lie. @param least_square of a shift, information times
   /// that, by the pixels' noise.
-  std::optional<BentPaper> FindBend(const Lens& lens, double least_square) const;
+  std::optional<BentPaper> FindBend(const Lens& lens, double least_square);
   /// Σ of the robust weights at corners that are used, after the last step.
   double WeightUsed() const { return SumOfUsed(kWeight); }
   /// Any of the lanes' sums at these.

@@ -34,22 +34,40 @@ SeenCorner BoardFit::SeenAt(const ShiftedCorner& corner) const {
   return {corner.board, seen.plane, board_by_plane.transpose() * corner.information * board_by_plane};
 }
 
-std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_square) const {
-  // What inks, lights, motions, a rolling shutter and some of the pixels leave of the corners' places is not the
-  // paper's.
-  const bool may_bend = run_->bend.taken_out || run_->told.unexplained_shifts > kOffByBend;
-  if (!may_bend || run_->bend.turns_over_rows || MayBeOutOfRegister() || !lens.calibrated() ||
-      static_cast<int>(shifted_.size()) < kFewestOfBend || run_->terms.rough || run_->model.own_levels ||
-      run_->model.shadow || !run_->model.motion_px.isZero())
-    return std::nullopt;
+bool BoardFit::TellsOfBend(const Lens& lens) const {
+  // What inks, a rolling shutter and some of the pixels leave of the corners' places is not the paper's.
+  return !run_->bend.turns_over_rows && !MayBeOutOfRegister() && lens.calibrated() &&
+         static_cast<int>(shifted_.size()) >= kFewestOfBend && !run_->terms.rough;
+}
+
+double BoardFit::ShareOfShiftsSeen() const {
+  double alone = 0;
+  for (const ShiftedCorner& corner : shifted_) alone += corner.information(0, 0) + corner.information(1, 1);
+  const auto seen = [](const auto& normal) { return normal(0, 0) + normal(3, 3); };
+  return (run_->terms.look_farther ? seen(model_equations_.information()) : seen(equations_.normal())) / alone;
+}
+
+void BoardFit::GiveShifts(double variance, std::vector<ShiftedCorner>& to) const {
+  const double seen = ShareOfShiftsSeen();
+  to = shifted_;
+  for (ShiftedCorner& corner : to) {
+    corner.shift *= 1 / seen;
+    corner.information *= seen / variance;
+  }
+}
+
+std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_square) {
+  if (!run_->bend.taken_out && run_->told.unexplained_shifts < kOffByBend) return std::nullopt;
+  const std::vector<ShiftedCorner>& corners = run_->result.bend_corners;
+  GiveShifts(1, run_->result.bend_corners);
   const BoardView view{run_->model.geometry, lens.focal(), run_->view.cell_ratio,
                        run_->bend.taken_out ? &*run_->bend.taken_out : nullptr};
   const LeastBend least{kLeastBend * kLeastBend, least_square};
-  if (!MayBeBent(view, shifted_, least)) return std::nullopt;
+  if (!MayBeBent(view, corners, least)) return std::nullopt;
   std::array<SeenCorner, kMaxCorners> seen;
-  std::transform(shifted_.begin(), shifted_.end(), seen.begin(),
+  std::transform(corners.begin(), corners.end(), seen.begin(),
                  [&](const ShiftedCorner& corner) { return SeenAt(corner); });
-  return FindBentPaper(view, std::span(seen).first(shifted_.size()), least);
+  return FindBentPaper(view, std::span(seen).first(corners.size()), least);
 }
 
 double BoardFit::SumOfUsed(int which) const {
@@ -133,7 +151,8 @@ void BoardFit::Finish(const Lens& lens) {
   // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
   double chi_square_per_shift = shifts.chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
   run_->told.unexplained_shifts = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
-  run_->bend.found = FindBend(lens, chi_square_per_pixel);
+  const bool may_bend = TellsOfBend(lens);
+  run_->bend.found = may_bend ? FindBend(lens, chi_square_per_pixel) : std::nullopt;
   if (const std::optional<BentPaper>& bent = run_->bend.found) {
     shifts.square_px *= std::min(bent->left() / std::max(shifts.chi_square, 1e-9), 1.0);
     chi_square_per_shift = bent->left() / (2 * n - BentPaper::kUnknowns);
@@ -142,6 +161,8 @@ void BoardFit::Finish(const Lens& lens) {
   run_->result.reprojection_rms_px = std::sqrt(shifts.square_px / n);
   run_->told.pixel_variance = std::max(chi_square_per_pixel, 1e-9);
   run_->told.variance = variance;
+  run_->result.bend_corners.clear();
+  if (may_bend && !run_->bend.found) GiveShifts(variance, run_->result.bend_corners);
   TellEdgeTally();
   TellInformation(InformationOnMoves(), variance);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,

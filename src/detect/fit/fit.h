@@ -8,6 +8,7 @@
 #include "detect/fit/board_fit.h"
 #include "detect/fit/fitted_board.h"
 #include "detect/fit/hypotheses.h"
+#include "detect/fit/weak_bend.h"  // for those who find poses
 
 namespace chequer {
 

@@ -14,6 +14,7 @@
 #include "detect/fit/edge_tally.h"
 #include "detect/fit/fit_choice.h"
 #include "detect/fit/ink_register.h"
+#include "detect/fit/linear_bend.h"
 #include "detect/fit/noise_model.h"
 
 namespace chequer {
@@ -74,6 +75,9 @@ struct FittedBoard {
   /// How far it lies from where the fit began, square of standard deviations; infinite after others than plain fits.
   double moved_square = std::numeric_limits<double>::infinity();
   SharedEdgeErrors along_edges;
+  /// What corners tell of a bend of the paper, by the board's own variance; empty where they tell nothing, or the bend
+  /// was found and the geometry is that of the board's middle.
+  std::vector<ShiftedCorner> bend_corners;
   /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.
   double signal_to_noise = 0;
   Explained explained;
