@@ -393,27 +393,31 @@ void BoardFit::FinishBent(const LightReader& reader, const Lens& lens, const Sta
       Finish(lens);
     }
   }
-  if (!run_->bend.found || run_->bend.taken_out) return;
-  flat_ = *run_;
-  if (FitBent(reader, lens, start)) return;
-  *run_ = flat_;
-  ++pixels_of_;  // they are none of this run's any more
+  if (run_->bend.found && !run_->bend.taken_out) FitBent(reader, lens, start);
 }
 
-bool BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start& start) {
+void BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start& start) {
   // Corners of pixels that are curved, and of a model of flat paper, lie a little elsewhere than they would.
   for (int pass = 0; pass < kMostBentPasses; ++pass) {
-    run_->bend.taken_out = run_->bend.found;
-    run_->model.geometry = run_->bend.taken_out->middle();
-    run_->step.corner_px = 0;
-    if (run_->terms.look_farther ? !CollectAnew(reader, lens, start) : !Recollect(reader, lens, start)) return false;
-    if (!(run_->terms.look_farther ? SettleModelByAll(reader, lens, start) : Settle(lens, start, true))) return false;
-    Finish(lens);
-    // A bend that is taken out and not found again would be taken for known.
-    if (!run_->bend.found) return false;
-    if (run_->bend.found->DeviationsFrom(*run_->bend.taken_out) < kSettledBend) break;
+    before_bend_ = *run_;
+    if (!TakeOutBend(reader, lens, start)) {
+      *run_ = before_bend_;
+      ++pixels_of_;  // they are none of this run's any more
+      return;
+    }
+    if (run_->bend.found->DeviationsFrom(*run_->bend.taken_out) < kSettledBend) return;
   }
-  return true;
+}
+
+bool BoardFit::TakeOutBend(const LightReader& reader, const Lens& lens, const Start& start) {
+  run_->bend.taken_out = run_->bend.found;
+  run_->model.geometry = run_->bend.taken_out->middle();
+  run_->step.corner_px = 0;
+  if (run_->terms.look_farther ? !CollectAnew(reader, lens, start) : !Recollect(reader, lens, start)) return false;
+  const bool settled = run_->terms.look_farther ? SettleModelByAll(reader, lens, start) : Settle(lens, start, true);
+  if (settled) Finish(lens);
+  // A bend that is taken out and not found again would be taken for known.
+  return settled && run_->bend.found;
 }
 
 }  // namespace chequer

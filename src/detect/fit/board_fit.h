@@ -289,8 +289,10 @@ class BoardFit {
   void Finish(const Lens& lens);
   /// Finishes, and fits on if the paper is bent.
   void FinishBent(const LightReader& reader, const Lens& lens, const Start& start);
-  /// Fits on by the pixels that show the board as it was found to be bent.
-  bool FitBent(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Fits on until the bend is found again as it was taken out.
+  void FitBent(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Fits on by the pixels that show the board as it was found to be bent. False if it is not found to be so again.
+  bool TakeOutBend(const LightReader& reader, const Lens& lens, const Start& start);
   /// Whether the corners' places can tell of a bend of the paper.
   bool TellsOfBend(const Lens& lens) const;
   /// The cells' levels follow where edges lie and hide a part of it: what share of a shift corners show, with the
@@ -547,7 +549,7 @@ class BoardFit {
   BoardEquations equations_;
   std::array<BoardEquations::CornerShift, kMaxCorners> plain_shifts_;
   std::vector<ShiftedCorner> shifted_;
-  BoardRun flat_;  ///< a copy, before a fit goes on with a bend
+  BoardRun before_bend_;  ///< a copy, before a fit goes on with a bend
   ModelLanes model_lanes_;
   ModelEquations model_equations_;
   EdgeProfiles profiles_;        ///< of the last shape of edges: the same shape has the same
