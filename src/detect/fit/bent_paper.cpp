@@ -1,6 +1,5 @@
 #include "detect/fit/bent_paper.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>

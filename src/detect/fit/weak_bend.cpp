@@ -10,16 +10,15 @@ namespace {
 
 /// A bend is as likely as none where it explains so many variances more: flat paper is as much likelier before the
 /// image is seen, and three unknowns explain some of any noise (measured: with 16, squared errors of bent boards are
-/// .02 larger; with 10, poses of flat boards with and without memory differ by a tenth more, as their shares do.
+/// .02 larger; with 10, poses of flat boards with and without memory differ by up to a tenth more, as shares do.
 /// Standard deviations of flat boards grow by less than .2 % with either).
 constexpr double kEvenGain = 14;
 /// Bends that are less likely are none, which saves most flat boards the mean (a choice; squared errors of bent boards
-/// grow by .01 in the mean). From there on they count more and more, so that poses do not jump.
+/// grow by .01 to .02 in the mean). From there on they count more and more, so that poses do not jump.
 constexpr double kLeastShare = 0.1;
 
 /// How likely a bend is that explains so many variances.
 double ShareOf(double gain) { return 1 / (1 + std::exp((kEvenGain - gain) / 2)); }
-double GainOf(double share) { return kEvenGain - 2 * std::log(1 / share - 1); }
 
 /// What the pose nearest to a homography leaves of it, by its information: one step of least squares.
 double LeftByPose(const BoardGeometry::Parameters& off, const HomographyByPose& by_pose,
@@ -52,7 +51,7 @@ std::optional<BoardMeasurement> AllowForBend(std::span<const ShiftedCorner> corn
   RigidTransform camera_from_board = pose.camera_from_board;
   camera_from_board.translation /= flat.cell_m;
   const std::optional<LinearBend> bend = FindLinearBend(camera_from_board, flat.cell_height_m / flat.cell_m, corners);
-  if (!bend || bend->gain + pose.chi_square < GainOf(kLeastShare)) return std::nullopt;
+  if (!bend || ShareOf(bend->gain + pose.chi_square) < kLeastShare) return std::nullopt;
   const BoardGeometry geometry(flat.plane_from_board);
   const BoardGeometry::Information by_moves = geometry.ParametersByMoves();
   const BoardGeometry::Parameters moved = by_moves * (bend->moves_by_bend * bend->bend);

@@ -142,12 +142,7 @@ std::vector<SeenCorner> SeenCorners(const RigidTransform& camera_from_board, dou
     for (int col = 0; col < 5; ++col) {
       SeenCorner corner;
       corner.board = CornerOnBoard({6, 6}, row, col);
-      const Eigen::Vector2d printed = corner.board.cwiseProduct(cell_m), across(-along.y(), along.x());
-      const double turn = along.dot(printed) / radius_m;
-      const Eigen::Vector2d on_plane = radius_m * std::sin(turn) * along + across.dot(printed) * across;
-      const Eigen::Vector3d point(on_plane.x(), on_plane.y(), radius_m * (1 - std::cos(turn)));
-      const Eigen::Vector3d at = camera_from_board.rotation * point + camera_from_board.translation;
-      corner.plane = kCamera.fx * at.hnormalized();
+      corner.plane = test::SeenOnCylinder(camera_from_board, radius_m, along, cell_m, kCamera.fx, corner.board);
       corner.information = 1e6 * Eigen::Matrix2d::Identity();
       corners.push_back(corner);
     }
