@@ -185,12 +185,35 @@ void UndoRollingShutter(const ImageJob& job, std::size_t board, const Identity& 
                      job.lens, measured);
 }
 
-/// The poses of a board whose paper may bend.
-std::optional<BoardPoses> PosesOnPaper(const BoardMeasurement& measured, std::span<const ShiftedCorner> corners) {
-  std::optional<BoardPoses> poses = PosesOf(measured);
-  if (!poses) return std::nullopt;
-  const std::optional<BoardMeasurement> bent = AllowForBend(corners, measured, poses->poses[0]);
-  return bent ? PosesOf(*bent) : poses;
+/// What was measured of a board that was fitted.
+BoardMeasurement Measure(const ImageJob& job, std::size_t board, const FittedBoard& fitted, const Identity& identity,
+                         bool agrees) {
+  const Eigen::Vector2d cell_m = CellOf(job, identity, board, agrees);
+  BoardMeasurement measured =
+      MeasurementOf(fitted, job.frame.boards[board].size, cell_m, job.options.print_tolerance, job.lens);
+  UndoRollingShutter(job, board, identity, measured);
+  return measured;
+}
+
+struct PosesOnPaper {
+  std::optional<BoardPoses> poses;
+  bool may_bend = false;  ///< they are a mean of flat and bent paper
+};
+
+PosesOnPaper FindPoses(const BoardMeasurement& measured, const FittedBoard& fitted) {
+  PosesOnPaper found{.poses = PosesOf(measured)};
+  if (!found.poses) return found;
+  const std::optional<BoardMeasurement> bent = AllowForBend(fitted.bend_corners, measured, found.poses->poses[0]);
+  found.may_bend = bent.has_value();
+  if (bent) found.poses = PosesOf(*bent);
+  return found;
+}
+
+/// PhotometricFit::StepOn().
+bool StepOn(const ImageJob& job, const FittedBoard& fitted, PhotometricFit& fit, BoardOutcome& outcome) {
+  const bool stepped = fit.StepOn(job.measured, job.lens, fitted);
+  outcome.work.Add(fit.work());
+  return stepped;
 }
 
 /// Makes the pose better by what was learnt of the board, nothing else: all that is found in a stream is the same
@@ -235,15 +258,18 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
     outcome.expected.carried_or_none = true;
     identity.id_decided = false;
   }
+  const auto find_poses = [&] {
+    return job.lens.calibrated() ? FindPoses(Measure(job, index, *fitted, identity, outcome.expected.agrees), *fitted)
+                                 : PosesOnPaper{};
+  };
+  PosesOnPaper found = find_poses();
+  // How likely a bend is follows from what corners are off by: the fit has to be near its end.
+  if (found.may_bend && StepOn(job, *fitted, reader.fit, outcome)) found = find_poses();
   outcome.plane_from_board = fitted->geometry.plane_from_board();
   const bool learnt = UseLearntLevels(job, index, *fitted, reader.fit, outcome);
-  if (job.lens.calibrated()) {
-    const Eigen::Vector2d cell_m = CellOf(job, identity, index, outcome.expected.agrees);
-    BoardMeasurement measured = MeasurementOf(*fitted, size, cell_m, job.options.print_tolerance, job.lens);
-    UndoRollingShutter(job, index, identity, measured);
-    outcome.poses = PosesOnPaper(measured, fitted->bend_corners);
-    if (!outcome.poses) return refuse(Refusal::kNoPose);
-  }
+  if (learnt) found = find_poses();
+  if (job.lens.calibrated() && !found.poses) return refuse(Refusal::kNoPose);
+  outcome.poses = found.poses;
   outcome.accepted = true;
   if (identity.id_decided) outcome.kernel = identity.decoded->kernel;
   outcome.image = fitted->image;

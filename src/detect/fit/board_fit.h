@@ -97,6 +97,8 @@ class BoardFit {
   /// Goes on from where a fit has ended: a plain one with the pixels that are chosen there, one with terms by all of
   /// its pixels. As Fit(). @pre run() is that of a fit that began with `start`.
   bool FitAnew(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Another step of the plain model, by pixels chosen anew. @pre !looks_farther().
+  bool StepOn(const LightReader& reader, const Lens& lens, const Start& start);
   /// The same without the pixels beside hidden corners that may show what hides these.
   bool FitBesideHidden(const LightReader& reader, const Lens& lens, const Start& start);
   /// The same if the fit is rough.
@@ -132,6 +134,8 @@ class BoardFit {
   bool usable(int corner) const { return run_->MayUse(corner); }
   /// Usable, and not found occluded.
   bool used(int corner) const { return run_->visibility.ShowsCorner(corner); }
+  /// Whether the plain model's last step was so long that it left more than it does where it has to end close.
+  bool EndsRoughly() const;
   bool AnyUnused() const { return !run_->visibility.ShowsAllCorners(); }
   /// Whether a corner that is used lies beside one in the image that is not.
   bool AnyBesideHidden() const;
@@ -243,8 +247,11 @@ class BoardFit {
   /// What the last step of the plain model leaves of a pixel's residual, squared, in units of the noise; 1 where
   /// that is not known.
   double LeftVariances() const;
+  /// Square of the way, standard deviations, that the steps after the last one would lead. @param before the step before
+  /// the last one; of no length: there was none.
+  double SquareLeft(const StepSize& step, const StepSize& before) const;
   /// Whether the steps after the last one would move the pose by what counts against its standard deviations.
-  /// @param before the step before the last one; of no length: there was none. @param most square, that does not.
+  /// @param most square, that does not.
   bool WhatIsLeftCounts(const StepSize& step, const StepSize& before, double most) const;
   /// Whether it goes on until next to nothing is left.
   bool FollowsClosely() const;

@@ -65,17 +65,23 @@ BoardFit::StepSize BoardFit::SizeOfStep() const {
   return {SquareOf(run_->step.moves.head<BoardGeometry::kParameters>()) / variances, variances};
 }
 
-bool BoardFit::WhatIsLeftCounts(const StepSize& step, const StepSize& before, double most) const {
-  // With a budget, plain fits of all boards go before better ones of those that they do not explain.
-  if (run_->terms.plain_only && step.variances > kExplained) return false;
+double BoardFit::SquareLeft(const StepSize& step, const StepSize& before) const {
   double next = kNextStep * std::max(step.variances, 1.0);
   // Two steps tell it better.
   if (before.square > 0) next = std::sqrt(step.square / before.square);
   // As each of those that follow shrinks by as much, they lead so many times as far as the last one. Plain fits under a
-  // budget (above) do not go all the way.
+  // budget do not go all the way.
   const double left = run_->terms.plain_only ? next : next / std::max(1 - next, kLeastShrinking);
-  return left * left * step.square > most;
+  return left * left * step.square;
 }
+
+bool BoardFit::WhatIsLeftCounts(const StepSize& step, const StepSize& before, double most) const {
+  // With a budget, plain fits of all boards go before better ones of those that they do not explain.
+  if (run_->terms.plain_only && step.variances > kExplained) return false;
+  return SquareLeft(step, before) > most;
+}
+
+bool BoardFit::EndsRoughly() const { return run_->told.square_left > kCloseLimits.square; }
 
 bool BoardFit::FollowsClosely() const {
   // With a budget, plain fits of all boards go before better ones.
@@ -84,6 +90,17 @@ bool BoardFit::FollowsClosely() const {
 
 bool BoardFit::SettleAnew(const LightReader& reader, const Lens& lens, const Start& start) {
   return Recollect(reader, lens, start) && Settle(lens, start, true, true);
+}
+
+bool BoardFit::StepOn(const LightReader& reader, const Lens& lens, const Start& start) {
+  const ImageTraits image = run_->result.image;
+  run_->number = ++pixels_of_;
+  profiles_.Set(run_->model.edges);
+  if (!Recollect(reader, lens, start) || !StepFromThere(lens, LaneSums::kLevels, true, 0)) return false;
+  Finish(lens);
+  if (run_->bend.found && !run_->bend.taken_out) FitBent(reader, lens, start);
+  run_->result.image = image;  // the step asked for none of it
+  return run_->result.determined();
 }
 
 bool BoardFit::StepFromThere(const Lens& lens, LaneSums sums, bool first, double shape_left) {
@@ -126,6 +143,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
       // Of the image's first board, which tells the others: as it ends, however many steps it took.
       if (start.TellsNoise() && sums == LaneSums::kNoise) ReadNoise();
       run_->told.settled = ends;
+      run_->told.square_left = SquareLeft(step, before);
       run_->result.moved_square = SquareOf(run_->step.moved) / step.variances;
       if (!TellTraits(lens, start, untold)) break;
       // What they explain is no noise.

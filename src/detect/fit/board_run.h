@@ -103,6 +103,7 @@ struct BoardRun {
   /// What the fit tells beside its result.
   struct Told {
     bool settled = false;       ///< the last step moved next to nothing
+    double square_left = 0;     ///< of the way that more steps would lead, standard deviations
     bool sums_gone = false;     ///< the plain kernel's are no longer those of that step
     double pixel_variance = 1;  ///< in units of the noise
     double variance = 1;        ///< the same, or what the corners' places say where that is more

@@ -44,6 +44,17 @@ bool PhotometricFit::UseLearntLevels(const FittedBoard& fitted, LearntBoard& lea
   return &fitted == &fit_.result() && !wants_more_ && !cut_short_ && fit_.UseLearntLevels(learnt);
 }
 
+bool PhotometricFit::StepOn(const LightReader& reader, const Lens& lens, const FittedBoard& fitted) {
+  fit_.StartWork();
+  if (&fitted != &fit_.result() || wants_more_ || cut_short_ || fit_.looks_farther() || !fit_.EndsRoughly())
+    return false;
+  BoardRun& before = kept_[0].run;
+  before = fit_.run();
+  if (fit_.StepOn(reader, lens, made_.start)) return true;
+  fit_.Restore(before);
+  return false;
+}
+
 bool PhotometricFit::FitOnce(const Task& task) {
   cut_short_ = cut_short_ || units() > most_units_;
   return !cut_short_ && fit_.Fit(task.reader, task.lens, made_.start, made_.choice);

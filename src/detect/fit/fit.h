@@ -49,6 +49,10 @@ class PhotometricFit {
   /// BoardFit::UseLearntLevels() on what Fit() has returned, where nothing is left undone. Then work() is what that
   /// took.
   bool UseLearntLevels(const FittedBoard& fitted, LearntBoard& learnt);
+  /// Another step from what Fit() has returned where the last one was long: more than enough for a pose, but what
+  /// corners are off by is that of before it, up to a standard deviation of theirs. Whether it did; then work() is what
+  /// that took.
+  bool StepOn(const LightReader& reader, const Lens& lens, const FittedBoard& fitted);
   /// Whether the last fit was plain only and left something undone that may change its result.
   bool wants_more() const { return wants_more_; }
   /// Whether the last one was given up for that.

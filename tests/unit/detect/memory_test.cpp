@@ -439,7 +439,7 @@ std::string Alone(int frames) {
 
 TEST(Memory, AsksForEdgesAndDotGainInTurns) {
   // Where there are neither. A board alone took as much in every frame as in those that ask.
-  const test::StreamFrames stream(Alone(40));
+  const test::StreamFrames stream(Alone(100));
   Follower follower(stream.Options());
   std::vector<std::uint64_t> told, known;
   for (std::size_t i = 0; i < stream.size(); ++i) {
@@ -450,7 +450,7 @@ TEST(Memory, AsksForEdgesAndDotGainInTurns) {
     ASSERT_TRUE(state.simple_traits) << "frame " << i;
     if (i >= 4) (state.traits_age == 0 ? told : known).push_back(found.stats.work);
   }
-  EXPECT_EQ(told.size(), 2u) << "of 36 frames, one in 16";
+  EXPECT_EQ(told.size(), 6u) << "of 96 frames, one in 16";
   const auto mean = [](const std::vector<std::uint64_t>& works) {
     return static_cast<double>(std::accumulate(works.begin(), works.end(), std::uint64_t{0})) /
            static_cast<double>(works.size());
