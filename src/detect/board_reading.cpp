@@ -203,7 +203,7 @@ struct PosesOnPaper {
 PosesOnPaper FindPoses(const BoardMeasurement& measured, const FittedBoard& fitted) {
   PosesOnPaper found{.poses = PosesOf(measured)};
   if (!found.poses) return found;
-  const std::optional<BoardMeasurement> bent = AllowForBend(fitted.bend_corners, measured, found.poses->poses[0]);
+  const std::optional<BoardMeasurement> bent = AllowForBend(fitted.bend, measured, found.poses->poses[0]);
   found.may_bend = bent.has_value();
   if (bent) found.poses = PosesOf(*bent);
   return found;

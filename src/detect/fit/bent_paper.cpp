@@ -271,8 +271,7 @@ Eigen::Matrix2d BentPaper::SeenByBoard(const Eigen::Vector2d& board) const {
 }
 
 double LeastBend::Gain(double left, std::size_t corners) const {
-  const double coordinates = 2 * static_cast<double>(corners);
-  return times * std::max(left / std::max(coordinates - kUnknowns, 1.0), variance);
+  return times * VarianceOfShifts(left, corners, kUnknowns);
 }
 
 bool MayBeBent(const BoardView& view, std::span<const ShiftedCorner> corners, const LeastBend& least) {

@@ -65,11 +65,10 @@ class BentPaper {
   double left_ = 0, gain_ = 0;
 };
 
-/// What a bend has to gain to be one: so many times the variance of the corners' shifts.
+/// What a bend has to gain to be one: so many times the variance of the corners' shifts, which is that of pixels or
+/// more: print and demosaicing move corners, too, each by itself.
 struct LeastBend {
   double times = 0;
-  double variance = 1;  ///< by the noise of pixels: print and demosaicing move corners by more, each by itself
-
   /// @param left what the bend leaves. @param corners whose shifts that is of.
   double Gain(double left, std::size_t corners) const;
 };

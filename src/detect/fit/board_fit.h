@@ -305,11 +305,10 @@ class BoardFit {
   /// The cells' levels follow where edges lie and hide a part of it: what share of a shift corners show, with the
   /// levels held as they are, in the mean.
   double ShareOfShiftsSeen() const;
-  /// The corners' shifts as they are, by that variance.
-  void GiveShifts(double variance, std::vector<ShiftedCorner>& to) const;
-  /// The bend of the paper if that explains where the corners lie. @param least_square of a shift, information times
-  /// that, by the pixels' noise.
-  std::optional<BentPaper> FindBend(const Lens& lens, double least_square);
+  /// The corners' shifts as they are without that, for the result.
+  void TellBendCorners(double pixel_variance);
+  /// The bend of the paper if that explains where the corners lie.
+  std::optional<BentPaper> FindBend(const Lens& lens) const;
   /// Σ of the robust weights at corners that are used, after the last step.
   double WeightUsed() const { return SumOfUsed(kWeight); }
   /// Any of the lanes' sums at these.

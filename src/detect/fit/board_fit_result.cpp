@@ -47,22 +47,22 @@ double BoardFit::ShareOfShiftsSeen() const {
   return (run_->terms.look_farther ? seen(model_equations_.information()) : seen(equations_.normal())) / alone;
 }
 
-void BoardFit::GiveShifts(double variance, std::vector<ShiftedCorner>& to) const {
+void BoardFit::TellBendCorners(double pixel_variance) {
   const double seen = ShareOfShiftsSeen();
-  to = shifted_;
-  for (ShiftedCorner& corner : to) {
+  std::vector<ShiftedCorner>& corners = run_->result.bend.corners;
+  corners = shifted_;
+  for (ShiftedCorner& corner : corners) {
     corner.shift *= 1 / seen;
-    corner.information *= seen / variance;
+    corner.information *= seen / pixel_variance;
   }
 }
 
-std::optional<BentPaper> BoardFit::FindBend(const Lens& lens, double least_square) {
-  if (!run_->bend.taken_out && run_->told.unexplained_shifts < kOffByBend) return std::nullopt;
-  const std::vector<ShiftedCorner>& corners = run_->result.bend_corners;
-  GiveShifts(1, run_->result.bend_corners);
+std::optional<BentPaper> BoardFit::FindBend(const Lens& lens) const {
+  const std::vector<ShiftedCorner>& corners = run_->result.bend.corners;
+  if (corners.empty() || (!run_->bend.taken_out && run_->told.unexplained_shifts < kOffByBend)) return std::nullopt;
   const BoardView view{run_->model.geometry, lens.focal(), run_->view.cell_ratio,
                        run_->bend.taken_out ? &*run_->bend.taken_out : nullptr};
-  const LeastBend least{kLeastBend * kLeastBend, least_square};
+  const LeastBend least{.times = kLeastBend * kLeastBend};
   if (!MayBeBent(view, corners, least)) return std::nullopt;
   std::array<SeenCorner, kMaxCorners> seen;
   std::transform(corners.begin(), corners.end(), seen.begin(),
@@ -146,23 +146,25 @@ void BoardFit::Finish(const Lens& lens) {
       run_->view.channels * LevelCount(run_->view.size, run_->model.own_levels);
   const double chi_square =
       run_->terms.look_farther ? model_equations_.chi_square() : equations_.chi_square() - run_->step.gain;
-  const double chi_square_per_pixel = chi_square / std::max(WeightUsed() - unknowns, 1.0);
+  const double pixel_variance = std::max(chi_square / std::max(WeightUsed() - unknowns, 1.0), 1e-9);
   // Edges that lie where no homography puts them (paper that is not flat, print, what is left of the lens's distortion)
   // move all pixels along them alike: the noise of pixels does not tell, the corners' own shifts do.
-  double chi_square_per_shift = shifts.chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
-  run_->told.unexplained_shifts = chi_square_per_shift / std::max(chi_square_per_pixel, 1e-9);
-  const bool may_bend = TellsOfBend(lens);
-  run_->bend.found = may_bend ? FindBend(lens, chi_square_per_pixel) : std::nullopt;
+  double shift_variance = shifts.chi_square / std::max(2 * n - BoardGeometry::kParameters, 1.0);
+  run_->told.unexplained_shifts = shift_variance / pixel_variance;
+  run_->result.bend.corners.clear();
+  if (TellsOfBend(lens)) TellBendCorners(pixel_variance);
+  run_->bend.found = FindBend(lens);
   if (const std::optional<BentPaper>& bent = run_->bend.found) {
-    shifts.square_px *= std::min(bent->left() / std::max(shifts.chi_square, 1e-9), 1.0);
-    chi_square_per_shift = bent->left() / (2 * n - BentPaper::kUnknowns);
+    const double left = pixel_variance * bent->left();
+    shifts.square_px *= std::min(left / std::max(shifts.chi_square, 1e-9), 1.0);
+    shift_variance = left / (2 * n - BentPaper::kUnknowns);
+    run_->result.bend.corners.clear();
   }
-  const double variance = std::max({chi_square_per_pixel, chi_square_per_shift, MayBeOutOfRegister() ? 1 : 1e-9});
+  const double variance = std::max({pixel_variance, shift_variance, MayBeOutOfRegister() ? 1 : 1e-9});
   run_->result.reprojection_rms_px = std::sqrt(shifts.square_px / n);
-  run_->told.pixel_variance = std::max(chi_square_per_pixel, 1e-9);
+  run_->told.pixel_variance = pixel_variance;
   run_->told.variance = variance;
-  run_->result.bend_corners.clear();
-  if (may_bend && !run_->bend.found) GiveShifts(variance, run_->result.bend_corners);
+  run_->result.bend.flat_variance = variance / pixel_variance;
   TellEdgeTally();
   TellInformation(InformationOnMoves(), variance);
   run_->result.image = {run_->model.noise, run_->model.blur_px, run_->model.edges, run_->model.motion_px,
@@ -187,7 +189,7 @@ void BoardFit::TellInformation(const BoardGeometry::Information& in_pixels, doub
   BoardGeometry::Information of_moves = in_pixels / variance;
   if (const std::optional<BentPaper>& bent = run_->bend.found) {
     result.geometry = bent->middle();
-    of_moves = Widened<3>(of_moves, std::sqrt(variance) * bent->uncertain());
+    of_moves = Widened<3>(of_moves, std::sqrt(variance / run_->told.pixel_variance) * bent->uncertain());
   }
   if (run_->light.shading.size() > 0 || run_->model.shaded) of_moves = Widened<2>(of_moves, MovedByShading());
   if (run_->model.shadow) of_moves = Widened<1>(of_moves, MovedByShadow(in_pixels));

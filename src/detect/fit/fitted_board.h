@@ -75,9 +75,8 @@ struct FittedBoard {
   /// How far it lies from where the fit began, square of standard deviations; infinite after others than plain fits.
   double moved_square = std::numeric_limits<double>::infinity();
   SharedEdgeErrors along_edges;
-  /// What corners tell of a bend of the paper, by the board's own variance; empty where they tell nothing, or the bend
-  /// was found and the geometry is that of the board's middle.
-  std::vector<ShiftedCorner> bend_corners;
+  /// Without corners, too, where the bend was found and the geometry is that of the board's middle.
+  BendEvidence bend;
   /// Contrast of the board, light, over the standard deviation of a pixel that the model does not explain.
   double signal_to_noise = 0;
   Explained explained;

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "chequer/geometry.h"
 #include "detect/common/board_geometry.h"
@@ -17,6 +20,12 @@ struct ShiftedCorner {
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
 };
 
+/// What the corners of a board that was fitted as flat tell of a bend of its paper.
+struct BendEvidence {
+  std::vector<ShiftedCorner> corners;  ///< by the variance of pixels; empty: they tell nothing
+  double flat_variance = 1;            ///< over that of pixels, of the board that was fitted
+};
+
 /// What is known of paper before the image is looked at, standard deviations of q (bent_paper.h), 1 / cells: a board of
 /// 6 cells lies on a cylinder of a radius of 30 cells.
 inline constexpr double kBendKnownTo = 1.0 / 60;
@@ -27,6 +36,13 @@ inline constexpr double kAlongEdge = 1.0 / 12;
 /// What q is multiplied with.
 inline Eigen::Vector3d SquaresOf(const Eigen::Vector2d& board) {
   return {board.x() * board.x(), board.x() * board.y(), board.y() * board.y()};
+}
+
+/// The variance of corners' shifts by what is left of their squares, information times that: 1 is what the pixels have,
+/// and the least. @param unknowns that were fitted to them.
+inline double VarianceOfShifts(double left, std::size_t corners, int unknowns) {
+  const double coordinates = 2 * static_cast<double>(corners);
+  return std::max(left / std::max(coordinates - unknowns, 1.0), 1.0);
 }
 
 /// A homography and a bend of least squares, near a flat board, with what is known of paper: linear.

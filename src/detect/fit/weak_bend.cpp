@@ -30,41 +30,52 @@ double LeftByPose(const BoardGeometry::Parameters& off, const HomographyByPose& 
   return off.dot(weighted) - gradient.dot(SmallCholesky<6>(normal).Solve(gradient));
 }
 
-/// The mean of a board on flat paper and on paper whose bend moves it that way, which is that likely.
-BoardMeasurement MeanOf(const BoardMeasurement& flat, const BoardGeometry::Parameters& moved,
-                        const BoardGeometry::Information& of_bent, double share) {
+/// What the board is if its paper is bent.
+struct OnBentPaper {
+  BoardGeometry::Parameters moved = BoardGeometry::Parameters::Zero();  ///< the homography's, from those on flat paper
+  BoardGeometry::Information information = BoardGeometry::Information::Zero();
+};
+
+/// The mean of a board on flat paper and on bent paper, which is that likely.
+BoardMeasurement MeanOf(const BoardMeasurement& flat, const OnBentPaper& bent, double share) {
   BoardMeasurement mean = flat;
   BoardGeometry between(flat.plane_from_board);
-  between.Add(share * moved);
+  between.Add(share * bent.moved);
   mean.plane_from_board = between.plane_from_board();
   mean.information = InverseOf<LinearBend::kMoves>((1 - share) * InverseOf<LinearBend::kMoves>(flat.information) +
-                                                   share * InverseOf<LinearBend::kMoves>(of_bent) +
-                                                   share * (1 - share) * moved * moved.transpose());
+                                                   share * InverseOf<LinearBend::kMoves>(bent.information) +
+                                                   share * (1 - share) * bent.moved * bent.moved.transpose());
   return mean;
 }
 
 }  // namespace
 
-std::optional<BoardMeasurement> AllowForBend(std::span<const ShiftedCorner> corners, const BoardMeasurement& flat,
+std::optional<BoardMeasurement> AllowForBend(const BendEvidence& evidence, const BoardMeasurement& flat,
                                              const PlanePose& pose) {
+  const std::vector<ShiftedCorner>& corners = evidence.corners;
   if (corners.empty()) return std::nullopt;
   RigidTransform camera_from_board = pose.camera_from_board;
   camera_from_board.translation /= flat.cell_m;
   const std::optional<LinearBend> bend = FindLinearBend(camera_from_board, flat.cell_height_m / flat.cell_m, corners);
-  if (!bend || ShareOf(bend->gain + pose.chi_square) < kLeastShare) return std::nullopt;
+  if (!bend) return std::nullopt;
+  // What flat paper leaves unexplained is noise only if the paper is flat.
+  const double variance =
+      VarianceOfShifts(bend->square - bend->gain, corners.size(), LinearBend::kMoves + LinearBend::kBends);
+  const double gain = bend->gain / variance, surer = evidence.flat_variance / variance;
+  if (ShareOf(gain + surer * pose.chi_square) < kLeastShare) return std::nullopt;
   const BoardGeometry geometry(flat.plane_from_board);
   const BoardGeometry::Information by_moves = geometry.ParametersByMoves();
-  const BoardGeometry::Parameters moved = by_moves * (bend->moves_by_bend * bend->bend);
-  const BoardGeometry::Information of_bent =
-      Widened<LinearBend::kBends>(flat.information, by_moves * bend->UncertainMoves());
+  const OnBentPaper bent{.moved = by_moves * (bend->moves_by_bend * bend->bend),
+                         .information = Widened<LinearBend::kBends>(
+                             flat.information, std::sqrt(evidence.flat_variance) * by_moves * bend->UncertainMoves())};
   // A bend looks like a tilt: what tells of it is as much that no pose makes the homography of the flat board.
   HomographyByPose by_pose;
   const BoardGeometry::Parameters of_pose =
       HomographyOfPose(pose.camera_from_board, {flat.cell_m, flat.cell_height_m}, flat.focal_px, &by_pose);
-  const double left = LeftByPose(geometry.parameters() + moved - of_pose, by_pose, of_bent);
-  const double share = ShareOf(bend->gain + pose.chi_square - left);
+  const double left = LeftByPose(geometry.parameters() + bent.moved - of_pose, by_pose, bent.information);
+  const double share = ShareOf(gain + surer * (pose.chi_square - left));
   if (!(share > kLeastShare)) return std::nullopt;
-  return MeanOf(flat, moved, of_bent, (share - kLeastShare) / (1 - kLeastShare));
+  return MeanOf(flat, bent, (share - kLeastShare) / (1 - kLeastShare));
 }
 
 }  // namespace chequer

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <span>
 
 #include "chequer/detector.h"
 #include "detect/fit/linear_bend.h"
@@ -13,7 +12,7 @@ namespace chequer {
 /// on bent paper, each as likely as the image has it (Hoeting et al., "Bayesian model averaging", 1999), with what they
 /// differ by in its covariance. A bend moves a board's pose by several times as much as the corners tell of it.
 /// Nothing where the paper is as good as flat. @param pose of the board on flat paper.
-std::optional<BoardMeasurement> AllowForBend(std::span<const ShiftedCorner> corners, const BoardMeasurement& flat,
+std::optional<BoardMeasurement> AllowForBend(const BendEvidence& evidence, const BoardMeasurement& flat,
                                              const PlanePose& pose);
 
 }  // namespace chequer

@@ -67,7 +67,7 @@ TEST(AllowForBend, MovesBoardsToWhereTheyLie) {
       const RigidTransform truth{RotationFromVector({tilt, 0.1, 0.4}), {0.4, -0.25, 2}};
       const FlatFit fit(truth, radius_m);
       const PlanePose flat = PoseOf(fit.measured);
-      const auto mean = AllowForBend(fit.corners, fit.measured, flat);
+      const auto mean = AllowForBend({.corners = fit.corners}, fit.measured, flat);
       ASSERT_TRUE(mean);
       EXPECT_GT(SquaredError(flat, truth), 4);
       EXPECT_LT(SquaredError(PoseOf(*mean), truth), 1.5);
@@ -76,7 +76,7 @@ TEST(AllowForBend, MovesBoardsToWhereTheyLie) {
 
 TEST(AllowForBend, LeavesFlatBoardsAsTheyAre) {
   const FlatFit fit({RotationFromVector({0.3, 0.1, 0.4}), {0.4, -0.25, 2}}, 1e9);
-  EXPECT_FALSE(AllowForBend(fit.corners, fit.measured, PoseOf(fit.measured)));
+  EXPECT_FALSE(AllowForBend({.corners = fit.corners}, fit.measured, PoseOf(fit.measured)));
   EXPECT_FALSE(AllowForBend({}, fit.measured, PoseOf(fit.measured)));
 }
 
