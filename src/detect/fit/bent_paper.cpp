@@ -281,7 +281,7 @@ bool MayBeBent(const BoardView& view, std::span<const ShiftedCorner> corners, co
   const std::optional<LinearBend> linear = FindLinearBend((*starts)[0], view.cell_ratio, corners);
   if (!linear) return false;
   return linear->gain > kRoughly * least.Gain(0, corners.size()) &&
-         linear->gain > kRoughlyOfLeft * least.Gain(linear->square - linear->gain, corners.size());
+         linear->gain > kRoughlyOfLeft * least.Gain(linear->left(), corners.size());
 }
 
 std::optional<BentPaper> FindBentPaper(const BoardView& view, std::span<const SeenCorner> corners,

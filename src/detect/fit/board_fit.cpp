@@ -393,10 +393,11 @@ void BoardFit::FinishBent(const LightReader& reader, const Lens& lens, const Sta
       Finish(lens);
     }
   }
-  if (run_->bend.found && !run_->bend.taken_out) FitBent(reader, lens, start);
+  FitBent(reader, lens, start);
 }
 
 void BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start& start) {
+  if (!run_->bend.found || run_->bend.taken_out) return;
   // Corners of pixels that are curved, and of a model of flat paper, lie a little elsewhere than they would.
   for (int pass = 0; pass < kMostBentPasses; ++pass) {
     before_bend_ = *run_;
@@ -416,7 +417,7 @@ bool BoardFit::TakeOutBend(const LightReader& reader, const Lens& lens, const St
   if (run_->terms.look_farther ? !CollectAnew(reader, lens, start) : !Recollect(reader, lens, start)) return false;
   const bool settled = run_->terms.look_farther ? SettleModelByAll(reader, lens, start) : Settle(lens, start, true);
   if (settled) Finish(lens);
-  // A bend that is taken out and not found again would be taken for known.
+  // The covariance has a bend's uncertainty only where the bend is found.
   return settled && run_->bend.found;
 }
 

@@ -247,8 +247,8 @@ class BoardFit {
   /// What the last step of the plain model leaves of a pixel's residual, squared, in units of the noise; 1 where
   /// that is not known.
   double LeftVariances() const;
-  /// Square of the way, standard deviations, that the steps after the last one would lead. @param before the step before
-  /// the last one; of no length: there was none.
+  /// Square of the way, standard deviations, that the steps after the last one would lead. @param before the step
+  /// before the last one; of no length: there was none.
   double SquareLeft(const StepSize& step, const StepSize& before) const;
   /// Whether the steps after the last one would move the pose by what counts against its standard deviations.
   /// @param most square, that does not.
@@ -296,7 +296,7 @@ class BoardFit {
   void Finish(const Lens& lens);
   /// Finishes, and fits on if the paper is bent.
   void FinishBent(const LightReader& reader, const Lens& lens, const Start& start);
-  /// Fits on until the bend is found again as it was taken out.
+  /// If the paper was found to be bent, fits on until the bend is found again as it was taken out.
   void FitBent(const LightReader& reader, const Lens& lens, const Start& start);
   /// Fits on by the pixels that show the board as it was found to be bent. False if it is not found to be so again.
   bool TakeOutBend(const LightReader& reader, const Lens& lens, const Start& start);

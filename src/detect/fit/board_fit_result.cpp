@@ -155,10 +155,10 @@ void BoardFit::Finish(const Lens& lens) {
   if (TellsOfBend(lens)) TellBendCorners(pixel_variance);
   run_->bend.found = FindBend(lens);
   if (const std::optional<BentPaper>& bent = run_->bend.found) {
-    const double left = pixel_variance * bent->left();
-    shifts.square_px *= std::min(left / std::max(shifts.chi_square, 1e-9), 1.0);
-    shift_variance = left / (2 * n - BentPaper::kUnknowns);
-    run_->result.bend.corners.clear();
+    std::vector<ShiftedCorner>& corners = run_->result.bend.corners;
+    shifts.square_px *= std::min(pixel_variance * bent->left() / std::max(shifts.chi_square, 1e-9), 1.0);
+    shift_variance = pixel_variance * VarianceOfShifts(bent->left(), corners.size(), BentPaper::kUnknowns);
+    corners.clear();
   }
   const double variance = std::max({pixel_variance, shift_variance, MayBeOutOfRegister() ? 1 : 1e-9});
   run_->result.reprojection_rms_px = std::sqrt(shifts.square_px / n);

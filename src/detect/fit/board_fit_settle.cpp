@@ -98,7 +98,7 @@ bool BoardFit::StepOn(const LightReader& reader, const Lens& lens, const Start& 
   profiles_.Set(run_->model.edges);
   if (!Recollect(reader, lens, start) || !StepFromThere(lens, LaneSums::kLevels, true, 0)) return false;
   Finish(lens);
-  if (run_->bend.found && !run_->bend.taken_out) FitBent(reader, lens, start);
+  FitBent(reader, lens, start);
   run_->result.image = image;  // the step asked for none of it
   return run_->result.determined();
 }

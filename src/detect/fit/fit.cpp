@@ -41,13 +41,12 @@ const FittedBoard* PhotometricFit::Fit(const LightReader& reader, const Lens& le
 
 bool PhotometricFit::UseLearntLevels(const FittedBoard& fitted, LearntBoard& learnt) {
   fit_.StartWork();
-  return &fitted == &fit_.result() && !wants_more_ && !cut_short_ && fit_.UseLearntLevels(learnt);
+  return HasAllOf(fitted) && fit_.UseLearntLevels(learnt);
 }
 
 bool PhotometricFit::StepOn(const LightReader& reader, const Lens& lens, const FittedBoard& fitted) {
   fit_.StartWork();
-  if (&fitted != &fit_.result() || wants_more_ || cut_short_ || fit_.looks_farther() || !fit_.EndsRoughly())
-    return false;
+  if (!HasAllOf(fitted) || fit_.looks_farther() || !fit_.EndsRoughly()) return false;
   BoardRun& before = kept_[0].run;
   before = fit_.run();
   if (fit_.StepOn(reader, lens, made_.start)) return true;

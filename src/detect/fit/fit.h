@@ -81,6 +81,8 @@ class PhotometricFit {
   };
   using Compare = bool (*)(const Explained&, const Explained&, double most_by_chance);
 
+  /// Whether fit_ still has what Fit() has returned, and nothing was left undone.
+  bool HasAllOf(const FittedBoard& fitted) const { return &fitted == &fit_.result() && !wants_more_ && !cut_short_; }
   const FittedBoard* FitFully(const Task& task, const Start& start);
   const FittedBoard* FitPlain(const Task& task, bool motion_blurred);
   const FittedBoard* FitFrom(const Task& task, const BlurShape& motion);

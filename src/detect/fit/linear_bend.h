@@ -62,6 +62,7 @@ struct LinearBend {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of the bend
   Eigen::Vector3d bend = Eigen::Vector3d::Zero();
   double square = 0, gain = 0;  ///< of the corners' shifts, information times squares: of all, and what it explains
+  double left() const { return square - gain; }
 };
 
 /// The same for a board that lies there, by corners that are off by their shifts. 7,000 instructions for 25 corners.

@@ -59,8 +59,7 @@ std::optional<BoardMeasurement> AllowForBend(const BendEvidence& evidence, const
   const std::optional<LinearBend> bend = FindLinearBend(camera_from_board, flat.cell_height_m / flat.cell_m, corners);
   if (!bend) return std::nullopt;
   // What flat paper leaves unexplained is noise only if the paper is flat.
-  const double variance =
-      VarianceOfShifts(bend->square - bend->gain, corners.size(), LinearBend::kMoves + LinearBend::kBends);
+  const double variance = VarianceOfShifts(bend->left(), corners.size(), LinearBend::kMoves + LinearBend::kBends);
   const double gain = bend->gain / variance, surer = evidence.flat_variance / variance;
   if (ShareOf(gain + surer * pose.chi_square) < kLeastShare) return std::nullopt;
   const BoardGeometry geometry(flat.plane_from_board);

@@ -40,6 +40,13 @@ std::vector<SceneMarker> Boards(double radius_m, std::uint64_t seed) {
   return boards;
 }
 
+DetectorOptions Options() {
+  DetectorOptions options;
+  options.families = {{.code = MarkerCode({6, 6}, Variant::kSecded), .side_m = 0.08, .roster = {}}};
+  options.camera = kCamera;
+  return options;
+}
+
 struct Outcome {
   double depth_mm = 0, squared_errors = 0;
   int found = 0, flipped = 0;
@@ -50,10 +57,7 @@ using ChangeScene = void (*)(RenderOptions& render, std::vector<SceneMarker>& bo
 
 Outcome Measure(
     double radius_m, int frames, ChangeScene change = [](RenderOptions&, std::vector<SceneMarker>&) {}) {
-  DetectorOptions options;
-  options.families = {{.code = MarkerCode({6, 6}, Variant::kSecded), .side_m = 0.08, .roster = {}}};
-  options.camera = kCamera;
-  Detector detector(options);
+  Detector detector(Options());
   Outcome outcome;
   test::PoseErrors errors;
   double square = 0;
@@ -140,10 +144,7 @@ INSTANTIATE_TEST_SUITE_P(
 // How likely a weak bend is depends on what corners are off by, which a long last step would leave by up to a standard
 // deviation (poses with and without memory were 0.12 apart).
 TEST(WeakBend, MovesBoardsAlikeWhereverTheFitBegins) {
-  DetectorOptions options;
-  options.families = {{.code = MarkerCode({6, 6}, Variant::kSecded), .side_m = 0.08, .roster = {}}};
-  options.camera = kCamera;
-  Detector detector(options);
+  Detector detector(Options());
   RenderOptions render;
   render.camera = kCamera;
   test::PoseErrors apart;
