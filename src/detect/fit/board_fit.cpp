@@ -104,9 +104,9 @@ bool BoardFit::Collect(const LightReader& reader, const Lens& lens, bool may_reu
   const double cell_px = run_->model.geometry.CellSide(), way = run_->model.motion_px.norm();
   const double reach_px =
       kMotionBlurReach * way + std::max(0.0, way / 2 - kMotionBlurReachAllCells * cell_px) / kReachBlurs;
-  if (run_->terms.look_farther) run_->light.window_blur_px = run_->model.blur_px;
+  if (run_->terms.look_farther || run_->light.few) run_->light.window_blur_px = run_->model.blur_px;
   // A pixel costs ten times as much where all terms are on, and large cells have many.
-  const bool few = run_->terms.look_farther && cell_px > kLargeCellPx;
+  const bool few = (run_->terms.look_farther || run_->light.few) && cell_px > kLargeCellPx;
   const int of_lane = few ? BoardPixels::kFewOfLane : BoardPixels::kLaneCapacity;
   const double blur_px = run_->light.window_blur_px + reach_px;
   const BoardGeometry& geometry = run_->model.geometry;
@@ -378,6 +378,26 @@ bool BoardFit::FitClosely(const LightReader& reader, const Lens& lens, const Sta
   return run_->terms.rough ? FitAnew(reader, lens, start) : run_->result.determined();
 }
 
+void BoardFit::ExplainFew(const LightReader& reader, const Lens& lens, const Start& start) {
+  const Explained by_all = run_->result.explained;
+  if (run_->terms.look_farther || by_all.of_few || run_->model.geometry.CellSide() <= kLargeCellPx) return;
+  before_ = *run_;
+  profiles_.Set(run_->model.edges);
+  run_->light.few = true;
+  UsePixels(1);
+  // What a step leaves, the next one's sums tell.
+  if (Recollect(reader, lens, start) && StepFromThere(lens, LaneSums::kLevels, true, 0) &&
+      StepFromThere(lens, LaneSums::kNoise, false, 0)) {
+    SumPixels();
+    before_.result.explained = run_->result.explained;
+    before_.result.explained.unknowns = by_all.unknowns;
+    before_.result.explained.contrast = by_all.contrast;
+    before_.result.explained.of_few = true;
+  }
+  *run_ = before_;
+  ++pixels_of_;  // they are none of this run's any more
+}
+
 bool BoardFit::FitBesideHidden(const LightReader& reader, const Lens& lens, const Start& start) {
   run_->light.beside_hidden = true;
   return FitAnew(reader, lens, start);
@@ -400,9 +420,9 @@ void BoardFit::FitBent(const LightReader& reader, const Lens& lens, const Start&
   if (!run_->bend.found || run_->bend.taken_out) return;
   // Corners of pixels that are curved, and of a model of flat paper, lie a little elsewhere than they would.
   for (int pass = 0; pass < kMostBentPasses; ++pass) {
-    before_bend_ = *run_;
+    before_ = *run_;
     if (!TakeOutBend(reader, lens, start)) {
-      *run_ = before_bend_;
+      *run_ = before_;
       ++pixels_of_;  // they are none of this run's any more
       return;
     }

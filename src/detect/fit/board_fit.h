@@ -103,6 +103,10 @@ class BoardFit {
   bool FitBesideHidden(const LightReader& reader, const Lens& lens, const Start& start);
   /// The same if the fit is rough.
   bool FitClosely(const LightReader& reader, const Lens& lens, const Start& start);
+  /// Tells what the result explains by the pixels that the model with all its terms looks at, to compare them. Of large
+  /// cells, these are fewer, most of them along edges: there, demosaicing, sharpening and JPEG leave more than in
+  /// the middle of cells, and a fit by all pixels seems to explain a board better. The result is as it was else.
+  void ExplainFew(const LightReader& reader, const Lens& lens, const Start& start);
   /// Whether the result is by some of the pixels.
   bool rough() const { return run_->terms.rough; }
   /// The first step to a dot gain, if one says that there is some. The fit is then no more what it was.
@@ -328,12 +332,9 @@ class BoardFit {
   /// The same of other corners that lie alike, as far as this board's pixels show errors that all share.
   BoardGeometry::Information CountAlikeCorners(const BoardGeometry::Information& in_pixels,
                                                const BoardGeometry::Information& of_moves);
-  /// Of the residuals there that fit.
-  struct PixelSums {
-    double square, count;
-  };
-  /// After the last step. Tells the result what the pixels around each corner show.
-  PixelSums SumPixels();
+  /// After the last step. Tells the result what the pixels around each corner show, and how far those that fit lie from
+  /// the model.
+  void SumPixels();
   /// Of the corners that tell of shifts of their own.
   struct ShiftSums {
     double square_px = 0, chi_square = 0, contrast = 0;
@@ -555,7 +556,7 @@ class BoardFit {
   BoardEquations equations_;
   std::array<BoardEquations::CornerShift, kMaxCorners> plain_shifts_;
   std::vector<ShiftedCorner> shifted_;
-  BoardRun before_bend_;  ///< a copy, before a fit goes on with a bend
+  BoardRun before_;  ///< a copy, before a fit goes on with a bend or by other pixels
   ModelLanes model_lanes_;
   ModelEquations model_equations_;
   EdgeProfiles profiles_;        ///< of the last shape of edges: the same shape has the same

@@ -78,7 +78,7 @@ double BoardFit::SumOfUsed(int which) const {
   return double{of_phases.sum()};
 }
 
-BoardFit::PixelSums BoardFit::SumPixels() {
+void BoardFit::SumPixels() {
   const LaneBlock& lanes = pixels_.lanes();
   const int stride = run_->terms.look_farther ? run_->model_input.stride : run_->plain_input.stride;
   // Four lanes of a corner side by side.
@@ -104,7 +104,8 @@ BoardFit::PixelSums BoardFit::SumPixels() {
     square += sum(kDarkSquare) + sum(kLightSquare);
     count += fits;
   }
-  return {double{square.sum()}, double{count.sum()}};
+  const double of_fit = double{square.sum()} / std::max(double{count.sum()}, 1.0);
+  run_->result.explained.deviation = std::max(std::sqrt(of_fit), 1e-6);
 }
 
 BoardFit::ShiftSums BoardFit::TellShifts() {
@@ -138,7 +139,7 @@ BoardFit::ShiftSums BoardFit::TellShifts() {
 void BoardFit::Finish(const Lens& lens) {
   if (run_->told.sums_gone) return;  // by them, it was finished before
   run_->result.geometry = run_->model.geometry;
-  const PixelSums pixels = SumPixels();
+  SumPixels();
   ShiftSums shifts = TellShifts();
   const double n = std::max(run_->result.corners_used(), 1);
   const double unknowns =
@@ -174,12 +175,10 @@ void BoardFit::Finish(const Lens& lens) {
   // A fit that begins with a long way might not ask whether the motion's own term is better.
   const bool short_way = run_->model.blur_shape.way_px.norm() < kShortWay * CellPx();
   run_->result.blur_shape = short_way && !run_->terms.look_farther ? run_->model.blur_shape : BlurShape{};
-  const double noise = std::max(std::sqrt(pixels.square / std::max(pixels.count, 1.0)), 1e-6);
   Explained& explained = run_->result.explained;
-  explained.deviation = noise;
   explained.unknowns = unknowns;
   explained.contrast = shifts.contrast / n;
-  run_->result.signal_to_noise = explained.contrast / noise;
+  run_->result.signal_to_noise = explained.contrast / explained.deviation;
   run_->told.cell_px = CellPx();
   TellLevels();
 }

@@ -84,6 +84,7 @@ struct BoardRun {
     /// there are its pixels.
     bool fades = false;
     bool beside_hidden = false;  ///< and towards hidden corners: pixels there may show what hides these
+    bool few = false;            ///< of large cells, the pixels are those that the model with all its terms looks at
     double window_blur_px = 1;   ///< by which the board's rim is kept out of the pixels
   };
   /// The last step.

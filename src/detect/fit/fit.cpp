@@ -164,8 +164,12 @@ void PhotometricFit::Try(const Task& task, std::size_t hypothesis) {
   tried_ = {};
   made_.BeginAt(fit_.result().geometry, fit_.dot_gain());
   made_.choice.from = fit_.looks_farther() ? &before.run : nullptr;
-  if (!tried.start({task.reader, task.lens, task.start, fit_, before.run, traits_}, made_) || !FitOnce(task))
-    return GoBack();
+  if (!tried.start({task.reader, task.lens, task.start, fit_, before.run, traits_}, made_)) return GoBack();
+  fit_.Restore(before.run);
+  fit_.ExplainFew(task.reader, task.lens, before.made.start);
+  before.run = fit_.run();
+  if (!FitOnce(task)) return GoBack();
+  fit_.ExplainFew(task.reader, task.lens, made_.start);
   if (tried.path == Hypothesis::Path::kDetour) return;
   const int others = tried.path == Hypothesis::Path::kArrival ? 2 : 1;
   const auto wins = [&] { return tried.holds(fit_) && Beats(others, Better, tried.most_by_chance); };

@@ -18,6 +18,7 @@ struct Explained {
   double deviation = 1;  ///< from the model, of the pixels of used corners that fit, light
   double unknowns = 0;
   double contrast = 0;  ///< of the board, light
+  bool of_few = false;  ///< of large cells, the pixels that the model with all its terms looks at (BoardFit)
 };
 
 /// Whether a fit explains a board better than another one. The score of a fit is the log likelihood of a pixel, less

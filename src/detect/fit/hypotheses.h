@@ -43,7 +43,8 @@ struct Hypothesis {
   };
 
   Path path;
-  /// By how much the score must be better: more than other boards gain. 0: only the unknowns count against it.
+  /// By how much the score must be better: more than other boards gain. 0: only the unknowns count against it. Below 0:
+  /// what calls for it tells more of it than the score does.
   double most_by_chance;
   /// Whether the residuals of the best fit so far call for it. @param made how that fit was made.
   bool (*calls)(const BoardFit& fit, const Trial& made);
