@@ -123,7 +123,7 @@ double BoardFit::GainForOthers() const {
 }
 
 bool BoardFit::TellGainOfModel(const Lens& lens) {
-  if (run_->model.DotGainTerm::on() || !run_->model.LitEvenly()) return false;
+  if (run_->model.DotGainTerm::on() || run_->model.own_levels) return false;
   Finish(lens);
   run_->told.sums_gone = true;
   const std::optional<ToldGain> told = SolveGain(kPixels);

@@ -77,6 +77,26 @@ INSTANTIATE_TEST_SUITE_P(
                     Mirror{PixelFormat::kBayerRg8, "side_px=48", 0.3, 0.5, 1.5, 24, 0, false, 0.25, 0.5},
                     Mirror{PixelFormat::kBgr8, "side_px=96", 0.2, 0.5, 1.5, 24, 0, false, 0, 0, true}));
 
+/// Of a blurred board's depth, as it is claimed; the board is the image's first one, which tells dot gain.
+double ClaimedDeviation(double blur_px, double ink_spread_cells) {
+  const MarkerCode code({6, 6}, Variant::kSecded);
+  StressCase stress = test::CaseOf("side_px=36", code, 1);
+  stress.options.format = PixelFormat::kBayerRg8;
+  stress.options.blur_sigma_px = blur_px;
+  stress.options.sensor.exposure = 0.5;
+  Print({.gloss = 0.7}, 501, stress.scene.markers[0]);
+  stress.scene.markers[0].ink_spread_cells = ink_spread_cells;
+  const std::vector<MarkerPose> found = test::Look(stress, code, 1);
+  EXPECT_EQ(found.size(), 1U);
+  return found.empty() ? 0 : std::sqrt(found[0].covariance(2, 2));
+}
+
+TEST(HighlightTerm, LeavesDotGainToBeTold) {
+  // Where it was not, pixels left twice the noise.
+  for (const double blur_px : {0.95, 1.05})
+    EXPECT_LT(ClaimedDeviation(blur_px, 0.033), 1.2 * ClaimedDeviation(blur_px, 0)) << blur_px << " px";
+}
+
 /// A board of 6 x 6 cells, every third of which has a colour, in such light.
 /// @param hidden_cells so many are hidden, the first ones.
 template <class Light>
