@@ -39,6 +39,7 @@ struct BoardOutcome {
   std::uint64_t kernel = 0;      ///< that the id was read from
   BlurShape motion, blur_shape;  ///< of FittedBoard
   LightLevels light_levels;
+  FixedVector<Hidden, kMaxCells> hid;  ///< what hides each cell; empty: nothing hides any
   double moved_square = std::numeric_limits<double>::infinity();
   SharedEdgeErrors along_edges;     ///< of FittedBoard
   std::optional<BoardPoses> poses;  ///< with a calibration

@@ -124,13 +124,15 @@ void ExpectedBoards::LearnLeads(const AnchoredBoard& board, RememberedBoard& rem
 void ExpectedBoards::HideWhatDoesNotShow(const RememberedBoard& remembered, bool sharp, AnchoredBoard& board) {
   MeasureLeads(board);
   const std::size_t cells = board.light.size();
-  const bool known = sharp && remembered.leads.size() == cells;
+  const bool known = sharp && remembered.leads.size() == cells, any_hid = remembered.hid.size() == cells;
+  // By how much it stood out before; where that is not known, a cell that was hidden is to stand out as others do.
+  const auto stood_out = [&](std::size_t cell) { return known ? std::max(remembered.leads[cell], kLeastLead) : 1; };
+  const auto is_compared = [&](std::size_t cell) { return known || (any_hid && remembered.hid[cell] > Hidden::kOutside); };
   // What lies over a part of the board takes from its contrast: what shows stands out by as much more.
   float gain = 1;
-  if (known) {
+  if (known || any_hid) {
     std::array<float, kMaxCells> gains;
-    for (std::size_t cell = 0; cell < cells; ++cell)
-      gains[cell] = leads_[cell] / std::max(remembered.leads[cell], kLeastLead);
+    for (std::size_t cell = 0; cell < cells; ++cell) gains[cell] = leads_[cell] / stood_out(cell);
     const auto most = gains.begin() + static_cast<std::ptrdiff_t>(cells * 2 / 3);
     std::nth_element(gains.begin(), most, gains.begin() + static_cast<std::ptrdiff_t>(cells));
     gain = *most;
@@ -138,7 +140,8 @@ void ExpectedBoards::HideWhatDoesNotShow(const RememberedBoard& remembered, bool
   std::array<std::uint8_t, kMaxCells> shows;
   int occluded = 0;
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    const float least = known ? std::max(kLeastLead, kLeastOfLead * gain * remembered.leads[cell]) : kLeastLead;
+    const float of_lead = is_compared(cell) ? kLeastOfLead * gain * stood_out(cell) : 0,
+                least = std::max(kLeastLead, of_lead);
     shows[cell] = board.visibility.Shows(cell) && leads_[cell] >= least;
     occluded += !shows[cell];
   }

@@ -36,8 +36,9 @@ class ExpectedBoards {
   /// @pre the identifier's last Identity::saturation_told.
   Evidence EvidenceOf(const RememberedBoard& remembered, const Identifier& identifier) const;
 
-  /// Marks the cells as covered that do not stand out from their neighbours, and where the image is as sharp as it was,
-  /// those that stand out much less than they did. @pre `board` was expected.
+  /// Marks the cells as covered that do not stand out from their neighbours; where the image is as sharp as it was,
+  /// those that stand out much less than they did, and of those that something hid, those that do so much less than
+  /// others: next to lighter or darker cells, what lies over a whole line of them may. @pre `board` was expected.
   void HideWhatDoesNotShow(const RememberedBoard& remembered, bool sharp, AnchoredBoard& board);
   /// What RememberedBoard::leads has of a board that nothing lies over.
   void LearnLeads(const AnchoredBoard& board, RememberedBoard& remembered);
