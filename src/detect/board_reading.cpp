@@ -287,7 +287,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   outcome.blur_shape = fitted->blur_shape;
   outcome.light_levels = LightLevelsOf(*fitted, job.frame.boards[index]);
   outcome.moved_square = fitted->moved_square;
-  outcome.hid = HiddenCellsOf(fitted->visibility);
+  outcome.hid = HiddenCellsOf(identity.saturation_told ? reader.identifier.visibility() : fitted->visibility);
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);
   if (learnt && outcome.poses) Set(outcome.marker, Warning::kLevelsLearnt);
   outcome.plain_covariance = reader.fit.cut_short();

@@ -69,6 +69,8 @@ class Identifier {
   };
   /// For traces. @pre the last Identity::saturation_told.
   Reading ReadingOf(MarkerSize size, Cell cell) const;
+  /// Of the last board, as its fit has it, less the cells that their colours show to be hidden. @pre as ReadingOf().
+  const Visibility& visibility() const { return occlusion_.visibility(); }
 
  private:
   /// Measures the inks by the border and leaves out cells of other colours. False if the inks of neither class differ.
