@@ -165,6 +165,7 @@ void PhotometricFit::Try(const Task& task, std::size_t hypothesis) {
   made_.BeginAt(fit_.result().geometry, fit_.dot_gain());
   made_.choice.from = fit_.looks_farther() ? &before.run : nullptr;
   if (!tried.start({task.reader, task.lens, task.start, fit_, before.run, traits_}, made_)) return GoBack();
+  // Both are compared by the same pixels; what starts the trial may have changed the fit.
   fit_.Restore(before.run);
   fit_.ExplainFew(task.reader, task.lens, before.made.start);
   before.run = fit_.run();

@@ -127,7 +127,9 @@ void ExpectedBoards::HideWhatDoesNotShow(const RememberedBoard& remembered, bool
   const bool known = sharp && remembered.leads.size() == cells, any_hid = remembered.hid.size() == cells;
   // By how much it stood out before; where that is not known, a cell that was hidden is to stand out as others do.
   const auto stood_out = [&](std::size_t cell) { return known ? std::max(remembered.leads[cell], kLeastLead) : 1; };
-  const auto is_compared = [&](std::size_t cell) { return known || (any_hid && remembered.hid[cell] > Hidden::kOutside); };
+  const auto was_hidden = [&](std::size_t cell) {
+    return any_hid && remembered.hid[cell] != Hidden::kNot && remembered.hid[cell] != Hidden::kOutside;
+  };
   // What lies over a part of the board takes from its contrast: what shows stands out by as much more.
   float gain = 1;
   if (known || any_hid) {
@@ -140,7 +142,7 @@ void ExpectedBoards::HideWhatDoesNotShow(const RememberedBoard& remembered, bool
   std::array<std::uint8_t, kMaxCells> shows;
   int occluded = 0;
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    const float of_lead = is_compared(cell) ? kLeastOfLead * gain * stood_out(cell) : 0,
+    const float of_lead = known || was_hidden(cell) ? kLeastOfLead * gain * stood_out(cell) : 0,
                 least = std::max(kLeastLead, of_lead);
     shows[cell] = board.visibility.Shows(cell) && leads_[cell] >= least;
     occluded += !shows[cell];
