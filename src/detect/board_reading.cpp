@@ -126,15 +126,6 @@ LightLevels LightLevelsOf(const FittedBoard& fitted, const AnchoredBoard& board)
   return mean;
 }
 
-/// What hides each cell; empty where nothing hides any.
-FixedVector<Hidden, kMaxCells> HiddenCellsOf(const Visibility& visibility) {
-  FixedVector<Hidden, kMaxCells> cells;
-  if (visibility.ShowsAll()) return cells;
-  cells.Assign(visibility.cells().size(), Hidden::kNot);
-  std::copy(visibility.cells().begin(), visibility.cells().end(), cells.begin());
-  return cells;
-}
-
 /// Whether what shows of a board that was expected, and whose identity is not decided, lies where it was expected and
 /// is the remembered one's.
 bool AgreesWithExpected(const ImageJob& job, std::size_t board, const FittedBoard& fitted, const Identity& identity,
@@ -287,7 +278,7 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
   outcome.blur_shape = fitted->blur_shape;
   outcome.light_levels = LightLevelsOf(*fitted, job.frame.boards[index]);
   outcome.moved_square = fitted->moved_square;
-  outcome.hid = HiddenCellsOf(identity.saturation_told ? reader.identifier.visibility() : fitted->visibility);
+  outcome.visibility = identity.saturation_told ? reader.identifier.visibility() : fitted->visibility;
   Describe(*fitted, identity, job.options, job.lens, outcome.marker);
   if (learnt && outcome.poses) Set(outcome.marker, Warning::kLevelsLearnt);
   outcome.plain_covariance = reader.fit.cut_short();

@@ -147,7 +147,7 @@ void DescribeRead(const ImageJob& job, std::size_t board, FrameTime captured, co
   read.light_levels = outcome.light_levels;
   read.blur_px = outcome.image.blur_px;
   read.moved_square = outcome.moved_square;
-  read.hid = outcome.hid;
+  read.visibility = outcome.visibility;
   read.contrast = SampledContrast(anchored);
   if (before) read.contrast = std::max(read.contrast, kContrastKept * before->contrast);
   read.learnt = outcome.learnt;

@@ -12,6 +12,7 @@
 #include "detect/boards/boards.h"
 #include "detect/common/light.h"
 #include "detect/common/search_regions.h"
+#include "detect/common/visibility.h"
 #include "detect/common/work_meter.h"
 #include "detect/deferred_places.h"
 #include "detect/fit/fit.h"
@@ -39,7 +40,7 @@ struct BoardOutcome {
   std::uint64_t kernel = 0;      ///< that the id was read from
   BlurShape motion, blur_shape;  ///< of FittedBoard
   LightLevels light_levels;
-  FixedVector<Hidden, kMaxCells> hid;  ///< what hides each cell; empty: nothing hides any
+  Visibility visibility;  ///< of FittedBoard, and by the cells' colours
   double moved_square = std::numeric_limits<double>::infinity();
   SharedEdgeErrors along_edges;     ///< of FittedBoard
   std::optional<BoardPoses> poses;  ///< with a calibration

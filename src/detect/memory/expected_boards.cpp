@@ -124,15 +124,15 @@ void ExpectedBoards::LearnLeads(const AnchoredBoard& board, RememberedBoard& rem
 void ExpectedBoards::HideWhatDoesNotShow(const RememberedBoard& remembered, bool sharp, AnchoredBoard& board) {
   MeasureLeads(board);
   const std::size_t cells = board.light.size();
-  const bool known = sharp && remembered.leads.size() == cells, any_hid = remembered.hid.size() == cells;
+  const bool known = sharp && remembered.leads.size() == cells;
   // By how much it stood out before; where that is not known, a cell that was hidden is to stand out as others do.
   const auto stood_out = [&](std::size_t cell) { return known ? std::max(remembered.leads[cell], kLeastLead) : 1; };
   const auto was_hidden = [&](std::size_t cell) {
-    return any_hid && remembered.hid[cell] != Hidden::kNot && remembered.hid[cell] != Hidden::kOutside;
+    return !remembered.visibility.Shows(cell) && remembered.visibility.cells()[cell] != Hidden::kOutside;
   };
   // What lies over a part of the board takes from its contrast: what shows stands out by as much more.
   float gain = 1;
-  if (known || any_hid) {
+  if (known || !remembered.visibility.ShowsAll()) {
     std::array<float, kMaxCells> gains;
     for (std::size_t cell = 0; cell < cells; ++cell) gains[cell] = leads_[cell] / stood_out(cell);
     const auto most = gains.begin() + static_cast<std::ptrdiff_t>(cells * 2 / 3);

@@ -14,6 +14,7 @@
 #include "detect/common/fixed_vector.h"
 #include "detect/common/light.h"
 #include "detect/common/search_regions.h"
+#include "detect/common/visibility.h"
 #include "detect/fit/fit.h"
 #include "detect/memory/board_motion.h"
 
@@ -36,7 +37,7 @@ struct RememberedBoard {
   /// By cell: by how much it stood out from its neighbours when nothing lay over the board, as a share of the contrast
   /// (ExpectedBoards); empty where that is not known.
   FixedVector<float, kMaxCells> leads;
-  FixedVector<Hidden, kMaxCells> hid;  ///< what hid each cell in the last frame; empty: nothing hid any
+  Visibility visibility;  ///< what showed of it in the last frame
   BlurShape blur_shape;
   LightLevels light_levels;
   double blur_px = 0;  ///< with all of the motion that has no term of its own
