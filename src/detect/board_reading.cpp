@@ -216,6 +216,13 @@ bool StepOn(const ImageJob& job, const FittedBoard& fitted, PhotometricFit& fit,
   return stepped;
 }
 
+/// PhotometricFit::FitWithout().
+void FitWithout(const ImageJob& job, const FittedBoard& fitted, const Visibility& shows, PhotometricFit& fit,
+                BoardOutcome& outcome) {
+  fit.FitWithout(job.measured, job.lens, fitted, shows);
+  outcome.work.Add(fit.work());
+}
+
 /// Makes the pose better by what was learnt of the board, nothing else: all that is found in a stream is the same
 /// without it. Whether it does.
 bool UseLearntLevels(const ImageJob& job, std::size_t board, const FittedBoard& fitted, PhotometricFit& fit,
@@ -249,6 +256,8 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
     return refuse(Refusal::kCornersOff, fitted->reprojection_rms_px, kMostDeviationPx);
   Identity identity = reader.identifier.Identify(*fitted, size, job.measured, job.lens);
   outcome.work.Add(WorkStep::kMixedPixel, identity.mixed_pixels);
+  // What the colours show to be hidden pulled the pose.
+  if (identity.saturation_told) FitWithout(job, *fitted, reader.identifier.visibility(), reader.fit, outcome);
   job.tracer.Read(index, *fitted, identity, reader.identifier, job.lens);
   if (!identity.id_decided || !identity.plausible)
     outcome.expected.agrees = AgreesWithExpected(job, index, *fitted, identity, reader.identifier);

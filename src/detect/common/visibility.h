@@ -43,7 +43,7 @@ class Visibility {
   void HideCellsBeside(int corner);
   /// Whether the cells beside a cell show, and the corners around it.
   bool ShowsAround(int row, int col) const;
-  /// A corner between two hidden cells or more has hardly an edge.
+  /// Whether a cell around a corner is hidden: what hides it may lie over the corner's pixels, too.
   bool LiesBesideHidden(int corner) const;
   /// Cells follow what was found of the corners around them: one shows if all of them do, so that nothing else shines
   /// into it, … Whether one shows now that was hidden, or the reverse.

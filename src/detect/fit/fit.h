@@ -53,6 +53,10 @@ class PhotometricFit {
   /// corners are off by is that of before it, up to a standard deviation of theirs. Whether it did; then work() is what
   /// that took.
   bool StepOn(const LightReader& reader, const Lens& lens, const FittedBoard& fitted);
+  /// Fits the pose of what Fit() has returned again without the corners beside cells that are not the board's, as their
+  /// colours showed once they were read. The cells stay as they were read. Whether it did; then work() is what that
+  /// took.
+  bool FitWithout(const LightReader& reader, const Lens& lens, const FittedBoard& fitted, const Visibility& shows);
   /// Whether the last fit was plain only and left something undone that may change its result.
   bool wants_more() const { return wants_more_; }
   /// Whether the last one was given up for that.
@@ -100,11 +104,16 @@ class PhotometricFit {
   /// Whether it is worth to end the detour with it.
   bool Holds() const;
   void GoBack();
-  /// An occlusion may pull the corners beside it. Fits the pose again without them; the cells stay as they were read
-  /// with them.
+  /// Refits the pose; the cells stay as they were read. Whether refit(run before it) did; else all is as it was before.
+  template <class Refit>
+  bool TryRefit(Kept& before, const Refit& refit);
+  bool AnyUsedBesideHidden(const Visibility& shows) const;
+  /// Once a board is explained: refits its pose without what pulls it, and tells what that leaves open.
+  void Finish(const Task& task);
+  /// An occlusion may pull the corners beside it. Refits the pose without them.
   void LeaveOutPulled(const Task& task);
-  /// What hides corners may lie on a part of the pixels beside them, too, and take the board along: fits the pose again
-  /// without these. The cells stay as they were read.
+  /// What hides corners may lie on a part of the pixels beside them, too, and take the board along: refits the pose
+  /// without these.
   void KeepOffWhatHides(const Task& task);
 
   bool wants_more_ = false, cut_short_ = false, lies_elsewhere_ = false;
