@@ -159,8 +159,8 @@ bool LiesOn(const Eigen::Matrix3d& plane_from_board, const Eigen::Matrix3d& plan
 
 /// Takes boards out of `seen` that are there twice, by groups of corners that did not hang together or by levels of the
 /// image that both showed it, and appends their indices to `worse`: those whose middle lies in the middle of one that
-/// is known better, with an id, by more corners, or to less deviation; and those without an id whose middle lies
-/// anywhere on one that was read, or the other way round: they are parts of it, some cells off. No board that only
+/// is known better, with an id, by more corners, or to less deviation; and, unless both were read, those whose middle
+/// lies anywhere on such a one, or the other way round: they are parts of it, some cells off. No board that only
 /// touches another lies so. Reorders `seen`; n log n for n of them.
 void TakeOutTwins(std::vector<SeenBoard>& seen, std::vector<std::size_t>& worse);
 

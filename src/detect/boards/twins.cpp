@@ -21,8 +21,9 @@ bool LiesInTheMiddle(const SeenBoard& board, const SeenBoard& other) {
 /// Both cannot be boards.
 bool AreOne(const SeenBoard& a, const SeenBoard& b) {
   if (LiesInTheMiddle(a, b) || LiesInTheMiddle(b, a)) return true;
-  return a.has_id != b.has_id && (LiesOn(a.plane_from_board, b.plane_from_board, b.size) ||
-                                  LiesOn(b.plane_from_board, a.plane_from_board, a.size));
+  if (a.has_id && b.has_id) return false;
+  return LiesOn(a.plane_from_board, b.plane_from_board, b.size) ||
+         LiesOn(b.plane_from_board, a.plane_from_board, a.size);
 }
 
 bool IsBetter(const SeenBoard& a, const SeenBoard& b) {

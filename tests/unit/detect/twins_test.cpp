@@ -45,6 +45,15 @@ TEST(Twins, NoBoardWithoutAnIdLiesOnOneThatWasRead) {
   EXPECT_THAT(worse, ElementsAre(1));
 }
 
+TEST(Twins, NoBoardLiesOnAnotherOneIfNeitherWasRead) {
+  // A strip between columns leaves two groups of corners. By one of them alone, a board was found two cells off and
+  // turned by half, beside that of both.
+  std::vector<SeenBoard> seen{At(0, 100, 100, 15, 0.01, false), At(1, 118, 106, 25, 0.07, false)};
+  std::vector<std::size_t> worse;
+  TakeOutTwins(seen, worse);
+  EXPECT_THAT(worse, ElementsAre(0));
+}
+
 TEST(Twins, BoardsThatTouchAreNone) {
   // Turned by 45 degrees, boards of 42 px have boxes of 60 px, and those that touch lie 30 px off along both axes.
   std::vector<SeenBoard> seen;
