@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <utility>
 
+#include "detect/identity/cover_mix.h"
 #include "detect/identity/marker_description.h"
 
 namespace chequer {
@@ -104,16 +106,17 @@ bool AgreesElsewhere(MarkerSize size, std::span<const Hidden> hidden, std::span<
 Identifier::Identifier(const DetectorOptions& options)
     : options_(options), rosters_(RostersOf(options)), borders_(BordersOf(options)), inks_(options.color_space) {}
 
-bool Identifier::MeasureInks(MarkerSize size, const std::vector<std::uint8_t>& border) {
-  const ShownCells shown{size, border, cells_->lights, occlusion_.visibility()};
+bool Identifier::MeasureInks(const ShownCells& shown) {
   if (!inks_.Measure(shown)) return false;
   return !occlusion_.AddOffColour(shown, inks_.white()) || inks_.Measure(shown);
 }
 
-void Identifier::WeighKernel(MarkerSize size, Identity& identity) {
+void Identifier::WeighKernel(const ShownCells& shown, Identity& identity) {
+  std::optional<CoverMix> mix;
+  if (!shown.visibility.ShowsAll()) mix.emplace(shown, inks_.white());
   cells_->log_likelihood.clear();
-  ForCells(size, [&](std::size_t cell, int row, int col) {
-    if (IsBorder(size, row, col)) return;
+  ForCells(shown.size, [&](std::size_t cell, int row, int col) {
+    if (IsBorder(shown.size, row, col)) return;
     const bool dark = IsDark(row, col);
     float& log_likelihood = cells_->log_likelihood.emplace_back(0.0f);
     const Reach reach = occlusion_.ReachOf(cell);
@@ -121,11 +124,13 @@ void Identifier::WeighKernel(MarkerSize size, Identity& identity) {
     // boards, nearly all with something over them, 5 ids were wrong instead of 16, and 2 % fewer were decided. Of
     // 10,800 in blurred images with a strip, a band or a wire along cells, 1 of 1,659 ids was wrong instead of 25 of
     // 2,617.)
-    if (!occlusion_.visibility().Shows(cell) || !inks_.Of(dark).usable || reach == Reach::kOver) {
+    if (!shown.visibility.Shows(cell) || !inks_.Of(dark).usable || reach == Reach::kOver) {
       ++identity.cells_hidden;
       return;
     }
-    const double spread = inks_.Of(dark).spread(), lead = inks_.LeadOf(cell, dark, cells_->lights.half_lit[cell]);
+    double lead = inks_.LeadOf(cell, dark, shown.lights.half_lit[cell]);
+    if (mix) lead = mix->LeastLead(row, col, lead);
+    const double spread = inks_.Of(dark).spread();
     const double most = reach == Reach::kBeside ? kMostLikelihoodReached : kMostLikelihood;
     log_likelihood = static_cast<float>(std::clamp(lead / (spread * spread), -most, most));
   });
@@ -212,11 +217,12 @@ Identity Identifier::Identify(const FittedBoard& board, MarkerSize size, const L
   const std::vector<std::uint8_t>& border = borders_[static_cast<std::size_t>(family)];
   identity.plausible = occlusion_.visibility().hidden_cells() * 2 <= size.rows * size.cols;
   const bool covered = !board.visibility.ShowsAllCorners();
-  identity.saturation_told = MeasureInks(size, border);
+  const ShownCells shown{size, border, cells_->lights, occlusion_.visibility()};
+  identity.saturation_told = MeasureInks(shown);
   if (identity.saturation_told) {
     occlusion_.FindReached(in, cells_->lights.light);
     MeasureOverlaps(size, identity);
-    WeighKernel(size, identity);
+    WeighKernel(shown, identity);
     Decode(size, identity);
     Decide(board, identity);
     if (covered && (IsUnchecked(identity) || board.reprojection_rms_px > kMostOffCoveredPx))

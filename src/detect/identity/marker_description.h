@@ -74,9 +74,9 @@ class Identifier {
 
  private:
   /// Measures the inks by the border and leaves out cells of other colours. False if the inks of neither class differ.
-  bool MeasureInks(MarkerSize size, const std::vector<std::uint8_t>& border);
+  bool MeasureInks(const ShownCells& shown);
   /// Log likelihood ratio of each kernel cell, saturated to unsaturated; 0 if the cell is hidden.
-  void WeighKernel(MarkerSize size, Identity& identity);
+  void WeighKernel(const ShownCells& shown, Identity& identity);
   /// The likeliest word of all families of that size.
   void Decode(MarkerSize size, Identity& identity);
   /// Whether its margin decides it.
