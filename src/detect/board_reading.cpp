@@ -256,8 +256,8 @@ BoardOutcome ReadBoard(const ImageJob& job, const FitOrder& order, BoardReader& 
     return refuse(Refusal::kCornersOff, fitted->reprojection_rms_px, kMostDeviationPx);
   Identity identity = reader.identifier.Identify(*fitted, size, job.measured, job.lens);
   outcome.work.Add(WorkStep::kMixedPixel, identity.mixed_pixels);
-  // What the colours show to be hidden pulled the pose.
-  if (identity.saturation_told) FitWithout(job, *fitted, reader.identifier.visibility(), reader.fit, outcome);
+  // What the colours show to be covered, if in part, pulled the pose.
+  if (identity.saturation_told) FitWithout(job, *fitted, reader.identifier.WhollyVisible(), reader.fit, outcome);
   job.tracer.Read(index, *fitted, identity, reader.identifier, job.lens);
   if (!identity.id_decided || !identity.plausible)
     outcome.expected.agrees = AgreesWithExpected(job, index, *fitted, identity, reader.identifier);

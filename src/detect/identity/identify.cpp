@@ -191,6 +191,13 @@ Identifier::Reading Identifier::ReadingOf(MarkerSize size, Cell cell) const {
   return reading;
 }
 
+Visibility Identifier::WhollyVisible() const {
+  Visibility visible = occlusion_.visibility();
+  for (std::size_t cell = 0; cell < visible.cells().size(); ++cell)
+    if (occlusion_.ReachOf(cell) == Reach::kOver) visible.Hide(cell, Hidden::kOffColour);
+  return visible;
+}
+
 void Identifier::MeasureOverlaps(MarkerSize size, Identity& identity) const {
   std::array<GaussianSum, 2> luminance, saturation;  // dark and light; unsaturated and saturated
   ForCells(size, [&](std::size_t cell, int row, int col) {

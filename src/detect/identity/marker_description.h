@@ -71,6 +71,8 @@ class Identifier {
   Reading ReadingOf(MarkerSize size, Cell cell) const;
   /// Of the last board, as its fit has it, less the cells that their colours show to be hidden. @pre as ReadingOf().
   const Visibility& visibility() const { return occlusion_.visibility(); }
+  /// The same, less those that something lies over in part. @pre as ReadingOf().
+  Visibility WhollyVisible() const;
 
  private:
   /// Measures the inks by the border and leaves out cells of other colours. False if the inks of neither class differ.

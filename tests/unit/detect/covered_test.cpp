@@ -251,12 +251,15 @@ TEST(CoveredBoards, LieWhereTheyAreSaidToLieBesideACoversEdge) {
 }
 
 TEST(CoveredBoards, LieWhereTheyAreSaidToLieUnderAStripInABlurredImage) {
-  // That the strip hides cells, their colours tell where their contrast does not: once the board is fitted. While the
-  // corners beside these counted all the same, squared errors were 2.7 and 6.
+  // That the strip hides cells, or a part of them, their colours tell where their contrast does not: once the board is
+  // fitted. While the corners beside these counted all the same, squared errors were 2.7 and 6; while those beside
+  // cells that it hides in part did, 1.22 and 1.23.
   const Readings readings = ReadFrames(Strip, 30, {.blur_px = 1.4});
+  RecordProperty("position", std::to_string(readings.errors.position()));
+  RecordProperty("orientation", std::to_string(readings.errors.orientation()));
   EXPECT_GT(readings.errors.poses(), readings.boards * 9 / 10);
-  EXPECT_LT(readings.errors.position(), 1.5);
-  EXPECT_LT(readings.errors.orientation(), 1.5);
+  EXPECT_LT(readings.errors.position(), 1.15);
+  EXPECT_LT(readings.errors.orientation(), 1.15);
 }
 
 TEST(CoveredBoards, StayHiddenWhereTheyWereInTheLastFrame) {
