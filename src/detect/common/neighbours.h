@@ -22,8 +22,12 @@ class NeighbourLead {
 };
 
 /// What lies over a board hides cells side by side: a cell between occluded ones that looks like one of the board is a
-/// part of the cover that happens to. Hides every cell that two of its neighbours are occluded of, until there is none.
+/// part of the cover that happens to. Hides every cell of which two neighbours are occluded, until there is none.
 /// @param occluded by cell, row by row.
+void HideEnclosed(MarkerSize size, std::span<std::uint8_t> occluded);
+/// The same of cells whose neighbours on two opposite sides are, for cells that were read: beside a hidden line, a
+/// single one would take all of the next line along. (Measured: 1 % more ids of streams of covered boards, and as many
+/// wrong ones.)
 void HideBetween(MarkerSize size, std::span<std::uint8_t> occluded);
 
 }  // namespace chequer

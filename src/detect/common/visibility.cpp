@@ -15,7 +15,7 @@ Visibility::Visibility(MarkerSize size) : size_(size) {
 void Visibility::HideEnclosed() {
   std::array<std::uint8_t, kMaxCells> hidden;
   for (std::size_t cell = 0; cell < cells_.size(); ++cell) hidden[cell] = !Shows(cell);
-  HideBetween(size_, std::span(hidden).first(cells_.size()));
+  chequer::HideEnclosed(size_, std::span(hidden).first(cells_.size()));
   for (std::size_t cell = 0; cell < cells_.size(); ++cell)
     if (hidden[cell]) Hide(cell, Hidden::kEnclosed);
 }

@@ -38,7 +38,7 @@ class Visibility {
     hidden_corners_ += int{why != Hidden::kNot} - int{!ShowsCorner(corner)};
     corners_[static_cast<std::size_t>(corner)] = why;
   }
-  /// Cells that hidden ones enclose (HideBetween()).
+  /// Cells that hidden ones enclose (neighbours.h).
   void HideEnclosed();
   void HideCellsBeside(int corner);
   /// Whether the cells beside a cell show, and the corners around it.

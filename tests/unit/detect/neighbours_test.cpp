@@ -34,5 +34,31 @@ TEST(NeighbourLead, IsZeroWithoutNeighbours) {
   EXPECT_FLOAT_EQ(found[1], 2 - 10);
 }
 
+TEST(HideBetween, HidesCellsThatLieBetweenOccludedOnes) {
+  std::array<std::uint8_t, 12> occluded{1, 0, 1, 0,  //
+                                        0, 0, 0, 0,  //
+                                        1, 0, 1, 0};
+  HideBetween({3, 4}, occluded);
+  const std::array<std::uint8_t, 12> expected{1, 1, 1, 0,  //
+                                              1, 1, 1, 0,  //
+                                              1, 1, 1, 0};
+  EXPECT_EQ(occluded, expected);
+}
+
+TEST(HideBetween, TakesNoLineAlongForOneCellOfItAsHideEnclosedDoes) {
+  // Beside a hidden line, every cell had two hidden neighbours once one of the next line was hidden.
+  std::array<std::uint8_t, 12> occluded{0, 0, 0, 1,  //
+                                        0, 0, 1, 1,  //
+                                        0, 0, 0, 1};
+  const std::array<std::uint8_t, 12> before = occluded;
+  HideBetween({3, 4}, occluded);
+  EXPECT_EQ(occluded, before);
+  HideEnclosed({3, 4}, occluded);
+  const std::array<std::uint8_t, 12> expected{0, 0, 1, 1,  //
+                                              0, 0, 1, 1,  //
+                                              0, 0, 1, 1};
+  EXPECT_EQ(occluded, expected);
+}
+
 }  // namespace
 }  // namespace chequer
