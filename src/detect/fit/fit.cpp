@@ -54,11 +54,15 @@ bool PhotometricFit::StepOn(const LightReader& reader, const Lens& lens, const F
   return false;
 }
 
-bool PhotometricFit::FitWithout(const LightReader& reader, const Lens& lens, const FittedBoard& fitted,
+void PhotometricFit::FitWithout(const LightReader& reader, const Lens& lens, const FittedBoard& fitted,
                                 const Visibility& shows) {
+  const std::uint64_t spent = units();
   fit_.StartWork();
-  if (!HasAllOf(fitted) || !AnyUsedBesideHidden(shows)) return false;
-  return TryRefit(kept_[1], [&](const BoardRun& before) {
+  if (!HasAllOf(fitted) || spent >= made_.start.most_units || !AnyUsedBesideHidden(shows)) return;
+  most_units_ = made_.start.most_units - spent;
+  // Finish() goes back to the first.
+  TryRefit(kept_[1], [&](const BoardRun& before) {
+    made_.start.most_units = most_units_;
     made_.start.visibility.TakeCellsOf(shows);
     made_.BeginAt(before.result.geometry, fit_.dot_gain());
     made_.choice.from = fit_.looks_farther() ? &before : nullptr;

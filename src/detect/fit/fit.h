@@ -54,9 +54,9 @@ class PhotometricFit {
   /// that took.
   bool StepOn(const LightReader& reader, const Lens& lens, const FittedBoard& fitted);
   /// Fits the pose of what Fit() has returned again without the corners beside cells that are not the board's, as their
-  /// colours showed once they were read. The cells stay as they were read. Whether it did; then work() is what that
-  /// took.
-  bool FitWithout(const LightReader& reader, const Lens& lens, const FittedBoard& fitted, const Visibility& shows);
+  /// colours showed once they were read, if some are used and Start::most_units are not spent. The cells stay as they
+  /// were read. Then work() is what that took. @pre no other call since Fit().
+  void FitWithout(const LightReader& reader, const Lens& lens, const FittedBoard& fitted, const Visibility& shows);
   /// Whether the last fit was plain only and left something undone that may change its result.
   bool wants_more() const { return wants_more_; }
   /// Whether the last one was given up for that.

@@ -38,18 +38,18 @@ CoverMix::CoverMix(const ShownCells& cells, const Eigen::Vector3f& white) : cell
   });
   for (const std::size_t dark : {0u, 1u}) {
     const auto& [plain, saturated] = counts[dark];
-    inks_[dark].told = plain > 0 && saturated > 0;
-    if (!inks_[dark].told) continue;
-    inks_[dark].light[0] /= static_cast<float>(plain);
-    inks_[dark].light[1] /= static_cast<float>(saturated);
+    if (plain == 0 || saturated == 0) continue;
+    Inks& inks = inks_[dark];
+    inks.light[0] /= static_cast<float>(plain);
+    inks.light[1] /= static_cast<float>(saturated);
+    inks.apart = double{(inks.light[1] - inks.light[0]).squaredNorm()};
   }
 }
 
 double CoverMix::LeastLead(int row, int col, double lead) const {
   const Inks& inks = inks_[IsDark(row, col)];
-  if (!inks.told) return lead;
+  if (inks.apart == 0) return lead;
   const Eigen::Vector3f light = LightOf(static_cast<std::size_t>(row * cells_.size.cols + col));
-  const double apart = double{(inks.light[1] - inks.light[0]).squaredNorm()};
   double least = lead;
   ForCells(cells_.size, [&](std::size_t hidden, int at_row, int at_col) {
     if ((at_row != row && at_col != col) || cells_.visibility.Shows(hidden)) return;
@@ -57,7 +57,7 @@ double CoverMix::LeastLead(int row, int col, double lead) const {
     const Eigen::Vector3f cover = LightOf(hidden);
     // Without a cover, this is the lead by the way from one ink to the other.
     const double off = double{OffMix(light, inks.light[0], cover)} - double{OffMix(light, inks.light[1], cover)};
-    least = WeakerOf(least, off / (2 * apart));
+    least = WeakerOf(least, off / (2 * inks.apart));
   });
   return least;
 }

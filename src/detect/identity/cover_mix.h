@@ -5,7 +5,6 @@
 #include <cstddef>
 
 #include "detect/identity/cell_inks.h"
-#include "detect/identity/cell_sampler.h"
 
 namespace chequer {
 
@@ -29,7 +28,7 @@ class CoverMix {
   const Eigen::Vector3f white_{0, 0, 0};
   struct Inks {
     std::array<Eigen::Vector3f, 2> light{Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()};  ///< plain, saturated
-    bool told = false;                                                                       ///< both
+    double apart = 0;  ///< squared distance of the two; 0: they are not told
   };
   std::array<Inks, 2> inks_;  ///< of light cells, of dark ones
 };

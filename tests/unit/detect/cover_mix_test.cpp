@@ -65,7 +65,12 @@ TEST(CoverMix, AsksHiddenCellsOfTheRowAndColumnAlone) {
   EXPECT_NEAR(board.LeadOfDark(kBlack, -0.5), -0.125, 1e-3) << "a black cover of up to half a blue cell";
 }
 
-TEST(CoverMix, TellsNothingWithoutInks) {
+TEST(CoverMix, TellsNothingWithoutInksThatDiffer) {
+  HalfCovered alike;
+  ForCells(kMixedSize, [&](std::size_t cell, int row, int col) {
+    if (IsDark(row, col) && col < 5) alike.lights.light[cell] = kBlack;
+  });
+  EXPECT_EQ(alike.LeadOfDark(kBlack, -0.5), -0.5);
   HalfCovered board;
   for (std::size_t cell = 0; cell < 36; ++cell) board.visibility.Hide(cell, Hidden::kFlat);
   EXPECT_EQ(board.LeadOfDark(kBlack, -0.5), -0.5);
