@@ -43,6 +43,11 @@ float YellowOf(const Eigen::Vector3f& light, const Eigen::Vector3f& white) {
 
 }  // namespace
 
+double WeakerLead(double lead, double other) {
+  if (lead * other <= 0) return 0;
+  return std::abs(lead) < std::abs(other) ? lead : other;
+}
+
 bool CellInks::MeasureWhite(const ShownCells& cells) {
   Eigen::Vector3f& white = board_->white;
   white.setZero();
@@ -204,8 +209,7 @@ double CellInks::LeadOf(std::size_t cell, bool dark, float half_lit) const {
   const auto lead_of = [&](double ink) { return (ink - c.plain) / distance - 0.5; };
   const double ink = board_->ink[cell];
   double lead = lead_of(ink);
-  for (const double other : {lead_of(half_lit * ink), lead_of(board_->bare[cell])})
-    lead = lead * other <= 0 ? 0 : (std::abs(lead) < std::abs(other) ? lead : other);
+  for (const double other : {lead_of(half_lit * ink), lead_of(board_->bare[cell])}) lead = WeakerLead(lead, other);
   return lead;
 }
 

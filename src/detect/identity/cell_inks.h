@@ -21,6 +21,9 @@ struct InkClass {
   double spread() const { return deviation / (inked - plain); }
 };
 
+/// Of two leads (CellInks::LeadOf()) the one that tells less: 0 if they disagree.
+double WeakerLead(double lead, double other);
+
 /// What a board's cells show, and its border's cells: where they lie, how they are printed, what lies over them.
 struct ShownCells {
   MarkerSize size;

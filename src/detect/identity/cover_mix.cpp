@@ -1,8 +1,7 @@
 #include "detect/identity/cover_mix.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
+#include <cstddef>
 
 #include "detect/common/board_geometry.h"
 #include "detect/common/visibility.h"
@@ -19,11 +18,6 @@ float OffMix(const Eigen::Vector3f& light, const Eigen::Vector3f& ink, const Eig
   const Eigen::Vector3f way = cover - ink, off = light - ink;
   const float length = way.squaredNorm(), share = length > 0 ? off.dot(way) / length : 0;
   return (off - std::clamp(share, 0.0f, kMostCovered) * way).squaredNorm();
-}
-
-double WeakerOf(double lead, double other) {
-  if (lead * other <= 0) return 0;
-  return std::abs(lead) < std::abs(other) ? lead : other;
 }
 
 }  // namespace
@@ -57,7 +51,7 @@ double CoverMix::LeastLead(int row, int col, double lead) const {
     const Eigen::Vector3f cover = LightOf(hidden);
     // Without a cover, this is the lead by the way from one ink to the other.
     const double off = double{OffMix(light, inks.light[0], cover)} - double{OffMix(light, inks.light[1], cover)};
-    least = WeakerOf(least, off / (2 * inks.apart));
+    least = WeakerLead(least, off / (2 * inks.apart));
   });
   return least;
 }
