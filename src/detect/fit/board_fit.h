@@ -184,6 +184,8 @@ class BoardFit {
   bool Prepare(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
   /// The lens's blur, px, as others of the image show it, if this board's may be the same; else 0.
   double BlurOfImage(const Start& start) const;
+  /// How much farther a motion reaches beyond a board's rim than its blur.
+  double MotionReachPx() const;
   /// The pixels of the board as it lies by now. False if too few corners have some.
   /// @param may_reuse those there are, if they are the board's and nearly as good.
   bool Collect(const LightReader& reader, const Lens& lens, bool may_reuse = false);
@@ -393,8 +395,8 @@ class BoardFit {
   bool LookFarther(const LightReader& reader, const Lens& lens, const Start& start, const Choice& choice);
   /// Whether a plain fit ended so far from where its pixels were chosen that others are the board's.
   bool LiesOffItsPixels() const;
-  /// Whether a plain fit of large cells has not come to its end beside a way that is long for its lens.
-  bool FollowsLongWayInVain() const;
+  /// Whether a plain fit of large cells has a way that is long for its lens.
+  bool FollowsLongWay() const;
   /// Whether a plain fit that has settled shows a motion, or so wide a blur, that it did not show at first.
   bool NeedsTermsAfterAll(const Start& start) const;
   /// Starts from another fit of the board.

@@ -31,9 +31,10 @@ constexpr double kModelSettledSquare = 0.15;
 constexpr double kNearMovedPx = 0.75, kNearMovedBlur = 0.25, kNearMovedTerms = 25;
 /// In the first step, corners of a board that moved may go as much farther: they were seen in its stripes.
 constexpr double kRunawayMovedPx = 6;
-/// Where corners lie as much farther off than was thought, other pixels are the board's (measured: with 0.15 px, poses
-/// of knocked frames with and without memory differ by 0.126 instead of 0.120 deviations, in 1 % less work).
-constexpr double kCollectAnewPx = 0.05, kCollectAnewMotionPx = 3;
+/// Where corners lie as much farther off than was thought, or the blur with its motion is another by such a share,
+/// other pixels are the board's (measured: with 0.15 px, poses of knocked frames with and without memory differ by
+/// 0.126 instead of 0.120 deviations, in 1 % less work).
+constexpr double kCollectAnewPx = 0.05, kCollectAnewBlur = 0.05;
 /// Steps of terms may be so many times what no longer counts where the fit is near enough for all pixels.
 constexpr double kNearTerms = 10;
 /// So is one whose step lets Σ w r² fall by no greater share: what models are compared by is what it was before the
@@ -295,8 +296,9 @@ bool BoardFit::ComeNearModel(const Lens& lens, const Start& start, bool noise_kn
 
 bool BoardFit::SettleModelByAll(const LightReader& reader, const Lens& lens, const Start& start) {
   // Pixels chosen for corners that were far off, or before the way was known, reach into what lies beside the rim.
+  const double blur_px = run_->model.blur_px + MotionReachPx(), was_px = run_->light.collected_for_blur_px;
   const bool elsewhere = FarthestMove(run_->light.collected_for) > kCollectAnewPx ||
-                         (run_->model.motion_px - run_->light.collected_for_motion).norm() > kCollectAnewMotionPx;
+                         std::abs(blur_px - was_px) > kCollectAnewBlur * was_px;
   if (elsewhere && !CollectAnew(reader, lens, start)) return false;
   run_->terms.rough = false;
   run_->light.fades = true;

@@ -125,6 +125,8 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
     if (pass == 1 && BeginsNear(start) && run_->step.corner_px > kOtherPixelsPx) return false;
     step = SizeOfStep();
     run_->told.pixel_variance = step.variances;
+    // Another model takes over.
+    if (pass > 1 && !run_->terms.plain_only && FollowsLongWay()) break;
     if (MayBeOutOfRegister()) MoveInks(start);
     const bool changed = FindOccludedCorners();
     if (changed && run_->light.beside_hidden) SetWindows();

@@ -60,8 +60,9 @@ struct CornerFour {
 /// 4 · rank + phase, with phase = parity of x + 2 · parity of y. Saturated ones are marked. Keeps its memory.
 class BoardPixels {
  public:
-  /// The most pixels of a lane, and those of large cells that do where a pixel costs much.
-  static constexpr int kLaneCapacity = 400, kFewOfLane = 40;
+  /// The most pixels of a lane, and those of large cells that do where a pixel costs much (measured: with 40, boards
+  /// with ways of 6 px lie .089 mm off, with 56 .077, with 64 less than .07).
+  static constexpr int kLaneCapacity = 400, kFewOfLane = 64;
 
   /// Returns how many corners have pixels. @param blur_px roughly, of the image. @param of_lane about so many pixels of
   /// a lane: more are thinned out, inside cells first. @param paper if it is not flat: pixels are those that show the
@@ -80,6 +81,7 @@ class BoardPixels {
   void PrepareChange();
   /// What they were collected for.
   const BoardGeometry& collected_for() const { return collected_.geometry; }
+  double collected_for_blur_px() const { return collected_.blur_px; }
   /// Where the corners lie after the geometry has changed; the pixels stay with their corners.
   void PlaceCorners(const Lens& lens, const BoardGeometry& geometry);
 

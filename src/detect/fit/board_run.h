@@ -78,8 +78,8 @@ struct BoardRun {
     bool bent = false;                      ///< it is bent
     Shading taken_out;                      ///< all in all, as the logarithm's slope and second order
     bool shade_twice = false;               ///< the first shading is not good enough for boards as large
-    BoardGeometry collected_for;            ///< where the pixels were chosen, and for which motion
-    Eigen::Vector2d collected_for_motion = Eigen::Vector2d::Zero();
+    BoardGeometry collected_for;            ///< where the pixels were chosen
+    double collected_for_blur_px = 1;       ///< for which blur, the reach of a motion included
     /// The pixels' weights fade out by where the board lies. Not before it has come near: where it was thought to lie,
     /// there are its pixels.
     bool fades = false;

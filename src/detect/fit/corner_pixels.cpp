@@ -177,32 +177,40 @@ class Keeper {
   };
   /// @param x, y the row's first pixel.
   HWY_INLINE Keeper(const Thinning& thinning, int x, int y, Across across_x, Across across_y)
-      : thinning_(thinning), x_(x), tile_of_row_(y / 2 * 3), across_x_(across_x), across_y_(across_y) {}
+      : thinning_(thinning),
+        x_(x),
+        rank_of_row_(static_cast<std::uint32_t>(y / 2) * kByRow),
+        across_x_(across_x),
+        across_y_(across_y) {}
 
   /// The first that is kept from pixel i on, `count` if none is. To be asked for ever later ones.
   int Next(int i, int count) {
     while (i < count) {
       if (i >= alike_until_) LookAhead(i);
-      const int past = ((x_ + i) / 2 + tile_of_row_) % every_;
-      if (past == 0) return i;
-      i = std::min(i + 2 * (every_ - past) - (x_ + i) % 2, alike_until_);
+      if (IsKept(x_ + i)) return i;
+      i = std::min(i + 2 - (x_ + i) % 2, alike_until_);
     }
     return count;
   }
   /// Along an edge.
   bool KeepsAll(int count) const {
-    return thinning_.near_edges == 1 && std::abs(across_y_.At(0)) <= thinning_.band_y &&
+    return thinning_.near_edges == Thinning::kAll && std::abs(across_y_.At(0)) <= thinning_.band_y &&
            std::abs(across_y_.At(count - 1)) <= thinning_.band_y;
   }
 
  private:
+  /// Tiles in the order in which they are kept, as the share grows, over 2³²: points of an additive recurrence, which
+  /// each prefix spreads evenly (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+  static constexpr std::uint32_t kByColumn = 0xC13FA9A9, kByRow = 0x91E10DA6;
+
+  bool IsKept(int x) const { return static_cast<std::uint32_t>(x / 2) * kByColumn + rank_of_row_ <= share_; }
   /// Finds out how many tiles are kept around pixel i, and how far that holds at least.
   void LookAhead(int i) {
     const float x = across_x_.At(i), y = across_y_.At(i);
     const bool near_x = std::abs(x) <= thinning_.band_x, near_y = std::abs(y) <= thinning_.band_y;
     const int x_until = i + Until(x, across_x_.by_pixel, thinning_.band_x, near_x),
               y_until = i + Until(y, across_y_.by_pixel, thinning_.band_y, near_y);
-    every_ = near_x || near_y ? thinning_.near_edges : thinning_.inside;
+    share_ = near_x || near_y ? thinning_.near_edges : thinning_.inside;
     // Near both, pixels stay near until they have left both; near none, until they reach one.
     if (near_x == near_y)
       alike_until_ = near_x ? std::max(x_until, y_until) : std::min(x_until, y_until);
@@ -218,10 +226,11 @@ class Keeper {
   }
 
   const Thinning& thinning_;
-  int x_, tile_of_row_;
+  int x_;
+  std::uint32_t rank_of_row_;
   Across across_x_, across_y_;
   int alike_until_ = 0;  ///< from the last pixel that was looked at on to this, as many tiles are kept
-  int every_ = 1;        ///< one in so many
+  Thinning::Share share_ = Thinning::kAll;
 };
 
 /// Puts those of the pixels of a row that next(index, count) leads to. Returns where the next ones go.

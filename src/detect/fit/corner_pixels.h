@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "detect/common/light.h"
 #include "detect/fit/photometric_kernel.h"
@@ -21,12 +22,14 @@ struct Band {
 
 /// Which pixels of large cells are left out: whole 2 × 2 tiles, so that all parities stay balanced.
 struct Thinning {
-  /// Inside cells: pixels there tell the levels alone, which the others tell too.
-  static constexpr int kLeastInside = 4;
+  /// A share of the tiles. Of a larger one are those of a smaller one, and few others where it is but a little larger.
+  using Share = std::uint32_t;
+  static constexpr Share kAll = ~Share{0};
+  static Share ShareOf(double share) { return share < 1 ? static_cast<Share>(share * kAll) : kAll; }
 
-  bool all = true;                            ///< nothing is left out
-  int near_edges = 1, inside = kLeastInside;  ///< one tile in so many is kept
-  float band_x = 0, band_y = 0;               ///< near an edge, cells
+  bool all = true;                         ///< nothing is left out
+  Share near_edges = kAll, inside = kAll;  ///< of the tiles that are kept
+  float band_x = 0, band_y = 0;            ///< near an edge, cells
 };
 
 /// The part of a board whose pixels are a corner's.

@@ -192,7 +192,7 @@ std::optional<HighlightTerm> FindThatHides(const BoardFit& fit, const Trial& mad
 
 template <FindLamp find>
 bool MayMirrorLamp(const BoardFit& fit, const Trial& made) {
-  return made.choice.may_move && (!fit.rough() || MayBeUnevenlyLit(fit, made)) && find(fit, made).has_value();
+  return (!fit.rough() || MayBeUnevenlyLit(fit, made)) && find(fit, made).has_value();
 }
 
 template <FindLamp find>
