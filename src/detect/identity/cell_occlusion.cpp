@@ -109,7 +109,14 @@ void CellOcclusion::MeasureHues(const ShownCells& cells, const Eigen::Vector3f& 
 float CellOcclusion::OffInks(const ShownCells& cells, std::size_t cell, int row, int col) const {
   const Eigen::Vector3f& hue = found_->hues[cell];
   const std::array<Eigen::Vector3f, 2>& inks = found_->classes[IsDark(row, col)].inks;
-  if (IsBorder(cells.size, row, col)) return (hue - inks[cells.border[cell]]).norm();
+  const bool border = IsBorder(cells.size, row, col);
+  // The more light falls on an overexposed cell, the more of its channels are full scale: it goes on to white.
+  if (cells.lights.overexposed[cell] && !(border && !cells.border[cell])) {
+    const Eigen::Vector3f to_white = inks[0] - inks[1], from_ink = hue - inks[1];
+    const float way = std::max(to_white.squaredNorm(), 1e-9f);
+    return (from_ink - std::clamp(from_ink.dot(to_white) / way, 0.0f, 1.0f) * to_white).norm();
+  }
+  if (border) return (hue - inks[cells.border[cell]]).norm();
   return std::min((hue - inks[0]).norm(), (hue - inks[1]).norm());
 }
 

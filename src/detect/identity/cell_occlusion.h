@@ -70,7 +70,8 @@ class CellOcclusion {
   void MeasureHues(const ShownCells& cells, const Eigen::Vector3f& white);
   /// Measures the hues of a class's inks. @pre MeasureHues().
   void MeasureInkHues(OfClass& of_class);
-  /// How far the hue of a cell lies from its ink's, if that is known as the border's, else from the nearer one's.
+  /// How far the hue of a cell lies from its ink's, if that is known as the border's, else from the nearer one's; of an
+  /// overexposed cell, from what lies between that and white.
   float OffInks(const ShownCells& cells, std::size_t cell, int row, int col) const;
   /// Measures by the border how light light cells must be at least, and dark ones at most. @pre MeasureHues().
   /// @param white as AddOffColour() has it.
