@@ -107,18 +107,35 @@ struct Range {
 /// Of a board's cells in plain view.
 struct Ranges {
   Range dark, light;
-  std::size_t whitest = 0;  ///< of white cells, the one that a spot adds least to
 
   explicit Ranges(const HighlightTerm::Cells& cells) {
     ForCells(cells.size, [&](std::size_t cell, int row, int col) {
       if (cells.hidden[cell] != Hidden::kNot) return;
-      const float level = cells.levels[cell][cells.phase], least = light.least[0];
-      (IsDark(row, col) ? dark : light).Add(cells.saturated[cell] != 0, level);
-      if (light.least[0] < least) whitest = cell;
+      (IsDark(row, col) ? dark : light).Add(cells.saturated[cell] != 0, cells.levels[cell][cells.phase]);
     });
   }
   double white() const { return double{light.least[0]}; }
 };
+
+/// The light of white paper that a spot adds least to: as much of the phase that tells as the darkest white cell has,
+/// and the colour of most of them, as overexposed yellow cells may pass for white ones. @pre there is a white cell.
+inline PhaseValues WhiteLight(const HighlightTerm::Cells& cells, double darkest) {
+  PhaseValues white{};
+  for (std::size_t phase = 0; phase < white.size(); ++phase) {
+    std::array<float, kMaxCells> levels;
+    auto end = levels.begin();
+    ForCells(cells.size, [&](std::size_t cell, int row, int col) {
+      if (!IsDark(row, col) && cells.saturated[cell] == 0 && cells.hidden[cell] == Hidden::kNot)
+        *end++ = cells.levels[cell][phase];
+    });
+    const auto median = levels.begin() + (end - levels.begin()) / 2;
+    std::nth_element(levels.begin(), median, end);
+    white[phase] = *median;
+  }
+  const float scale = static_cast<float>(darkest) / white[cells.phase];
+  for (float& of_phase : white) of_phase *= scale;
+  return white;
+}
 
 /// Levels of a board's light cells, or of its dark ones, less what they differ by beside a spot: each ink has a level
 /// of its own, and light that falls off, and was taken out by light cells, leaves a slope.
@@ -225,7 +242,7 @@ inline std::optional<HighlightTerm> HighlightTerm::Find(const Cells& cells) {
     return in_light >= kLeastInLight * in_dark && in_light <= kMostInLight * in_dark;
   };
   HighlightTerm found;
-  found.white = cells.levels[ranges.whitest];
+  found.white = highlight::WhiteLight(cells, white);
   std::array<highlight::Levels::PerCell, 2 * (kMaxCells / 3 + kBeyond) + 1> down;  // by place, of dark cells
   for (const float width : {0.5f, 0.8f, 1.2f, 1.9f}) {
     for (int i = 0; i < places; ++i) down[static_cast<std::size_t>(i)] = dark.AlongY(i - kBeyond, width);

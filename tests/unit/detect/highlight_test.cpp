@@ -185,6 +185,28 @@ TEST(HighlightTerm, IsFoundInDarkCellsWhereLightOnesAreOverexposed) {
   ASSERT_GE(yellow, 4);
 }
 
+TEST(HighlightTerm, IsWhiteWhereAYellowCellPassesForAWhiteOne) {
+  constexpr MarkerSize kSize{6, 6};
+  const HighlightTerm there = SpotOf(0.5, 1, -2, 1.2);
+  std::vector<PhaseValues> levels(36);
+  std::vector<std::uint8_t> saturated(36);
+  const std::vector<Hidden> hidden(36, Hidden::kNot);
+  for (int cell = 0; cell < 36; ++cell) {
+    const std::size_t i = static_cast<std::size_t>(cell);
+    const bool coloured = cell % 3 == 0, dark = IsDark(cell / 6, cell % 6);
+    const float ink = dark       ? 0.02f
+                      : coloured ? 0.38f
+                                 : 0.4f,
+                spot = 0.4f * static_cast<float>(there.At(MiddleOfCell(kSize, cell)));
+    levels[i].fill(ink + spot);
+    if (coloured) levels[i][3] = 0.2f * ink + spot;
+    saturated[i] = coloured && cell != 27;
+  }
+  const std::optional<HighlightTerm> found = HighlightTerm::Find({kSize, levels, saturated, hidden, 1});
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->white[3], found->white[1], 0.05f * found->white[1]);
+}
+
 TEST(HighlightTerm, IsNoShadowAndNoGradient) {
   EXPECT_FALSE(FindIn([](float ink, const Eigen::Vector2d&) { return ink; }));
   EXPECT_FALSE(FindIn([](float ink, const Eigen::Vector2d& at) { return at.x() > 0.5 ? 0.3f * ink : ink; }));
