@@ -397,7 +397,8 @@ class BoardFit {
   bool LiesOffItsPixels() const;
   /// Whether a plain fit of large cells has a way that is long for its lens.
   bool FollowsLongWay() const;
-  /// Whether a plain fit that has settled shows a motion, or so wide a blur, that it did not show at first.
+  /// Whether a plain fit that has settled, or followed a long way, shows a motion, or so wide a blur, that it did not
+  /// show at first.
   bool NeedsTermsAfterAll(const Start& start) const;
   /// Starts from another fit of the board.
   void StartFrom(const BoardRun& run);

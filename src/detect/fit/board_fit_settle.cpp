@@ -125,7 +125,7 @@ bool BoardFit::Settle(const Lens& lens, const Start& start, bool noise_known, bo
     if (pass == 1 && BeginsNear(start) && run_->step.corner_px > kOtherPixelsPx) return false;
     step = SizeOfStep();
     run_->told.pixel_variance = step.variances;
-    // Another model takes over.
+    // The model with motion takes over (NeedsTermsAfterAll).
     if (pass > 1 && !run_->terms.plain_only && FollowsLongWay()) break;
     if (MayBeOutOfRegister()) MoveInks(start);
     const bool changed = FindOccludedCorners();
